@@ -37,9 +37,9 @@ def __getattr__(name: str) -> object:
     found = getattr(importlib.import_module(module), attribute)
     if type(found) is not type(__dir__):
         return found
-    from srbval.bridges import in_python
+    from srbval.bridges import with_keyword_errors
 
-    return in_python(name, found)
+    return with_keyword_errors(name, found)
 
 
 class _Package(type(sys)):  # type: ignore[misc]  # the class of modules

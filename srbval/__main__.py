@@ -13,7 +13,7 @@ def main() -> int:
     """Run the command that the program was started with; returns its exit code."""
     from srbval import cli
 
-    return cli.main()
+    return cli.run_command_line()
 
 
 if __name__ == "__main__":

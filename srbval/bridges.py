@@ -1,7 +1,7 @@
 """Bridges from the package's objects to notebooks, pandas and xarray.
 
 An object of an early room is drawn by the report and made from arrays by the recordings. For that it calls a function
-that `srbval` offers (`offered`), as pandas calls its plotting backend: no room has to know a later one.
+that `srbval` offers (`load_public`), as pandas calls its plotting backend: no room has to know a later one.
 """
 
 import functools
@@ -14,7 +14,7 @@ from srbval.errors import SrbvalError
 
 
 @functools.cache
-def in_python(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+def with_keyword_errors(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     """The `function` that the package offers under a name; its errors ask for keywords where they name options."""
 
     @functools.wraps(function)
@@ -30,7 +30,7 @@ def in_python(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def offered(name: str) -> Any:
+def load_public(name: str) -> Any:
     """The function or class that `srbval` offers under this name, loaded at its first use."""
     return getattr(importlib.import_module("srbval"), name)
 
@@ -46,7 +46,7 @@ def require_xarray() -> Any:
     return xarray
 
 
-class Shown:
+class NotebookObject:
     """Object that a notebook shows as a headline over a table, and that draws itself onto matplotlib axes."""
 
     def summary_table(self) -> tuple[str, Mapping[str, Any] | Sequence[Mapping[str, Any]]]:
@@ -56,7 +56,7 @@ class Shown:
 
     def plot(self, ax: Any = None, **options: Any) -> Any:
         """Draw onto the matplotlib axes `ax`, by default onto new ones, and return them; see `srbval.plot`."""
-        return offered("plot")(self, ax, **options)
+        return load_public("plot")(self, ax, **options)
 
     def _repr_html_(self) -> str:
         import pandas

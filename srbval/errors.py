@@ -54,7 +54,7 @@ class UnknownNameError(ConfigurationError):
     @classmethod
     def of(cls, text: str, name: str, known: Collection[str]) -> "UnknownNameError":
         """Create an error whose text is `text` and a suggestion: the closest known word, otherwise all of them."""
-        close = nearest(name, known)
+        close = closest_word(name, known)
         error = cls(f"{text}{did_you_mean(name, known)}{'' if close else '.'}")
         error.known = known if close else ()
         return error
@@ -76,7 +76,7 @@ class NumericsError(SrbvalError):
     exit_code = 4
 
 
-def nearest(word: str, known: Collection[str]) -> str | None:
+def closest_word(word: str, known: Collection[str]) -> str | None:
     """Find the known word closest to `word`; None if none is similar."""
     import difflib
 
@@ -85,5 +85,5 @@ def nearest(word: str, known: Collection[str]) -> str | None:
 
 def did_you_mean(word: str, known: Collection[str]) -> str:
     """Suggestion at the end of an error message: the closest known word, otherwise all of them."""
-    close = nearest(word, known)
+    close = closest_word(word, known)
     return f"; did you mean {close!r}?" if close else f"; known: {', '.join(sorted(known))}"

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from srbval.cli import main
+from srbval.cli import run_command_line
 from srbval.models.jit import precompile
 from srbval.processes.machine import usable_cores
 
@@ -78,7 +78,7 @@ def srbval_text(capsys):
 
     def run(*words, code=0):
         capsys.readouterr()
-        assert main([str(word) for word in words]) == code
+        assert run_command_line([str(word) for word in words]) == code
         return capsys.readouterr()
 
     return run

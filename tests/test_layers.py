@@ -265,7 +265,7 @@ ANALYSE = {"scipy.fft", "scipy.linalg", "scipy.ndimage", "scipy.special"}
 
 @pytest.mark.parametrize(("command", "allowed"), [("--help", set()), ("analyse OR_877rpm_sample.h5", ANALYSE)])
 def test_commands_load_nothing_heavy(command, allowed):
-    code = f"import sys; from srbval.cli import main\ntry: main({command.split()})\n"
+    code = f"import sys; from srbval.cli import run_command_line\ntry: run_command_line({command.split()})\n"
     code += f"finally: print(*{HEAVY - allowed} & set(sys.modules), file=sys.stderr)"
     run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert run.stderr == "\n"

@@ -18,8 +18,8 @@ from typing import Any
 from srbval.bearing.designations import Designation, read_designation, read_table, static_load_n
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
-from srbval.bridges import Shown
-from srbval.errors import ConfigurationError, UnknownNameError, nearest
+from srbval.bridges import NotebookObject
+from srbval.errors import ConfigurationError, UnknownNameError, closest_word
 from srbval.storage.files import read_limited
 from srbval.storage.tables import Limited, build, parse_toml, quantity, read_toml, without_unit
 
@@ -55,7 +55,7 @@ class Ratings(Limited):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bearing(Shown):
+class Bearing(NotebookObject):
     """A rolling bearing.
 
     `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
@@ -237,7 +237,7 @@ def _nearest_known(text: str) -> str:
     """Suggestion for a bearing that is not known: those of the same size, or the name that is spelt most alike."""
     printed = read_designation(text)
     if printed is None:
-        close = None if any(c.isdigit() for c in text) else nearest(text, known_bearings())
+        close = None if any(c.isdigit() for c in text) else closest_word(text, known_bearings())
         return f" Did you mean {close!r}?" if close else ""
     same = [(one.kind != printed.kind, name) for name, one in _printed_names() if one.size == printed.size]
     names = dict.fromkeys(name for _, name in sorted(same, key=lambda each: each[0]))

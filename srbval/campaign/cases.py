@@ -16,12 +16,12 @@ from srbval.plan.measured import table_about
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
 from srbval.storage.content_store import content_key
-from srbval.storage.tables import nested
+from srbval.storage.tables import nest_value
 from srbval.sweep.pool import right_hand_sides_per_step
 
 FILE_BYTES = 16_384  # size of a result file without signals
 PROCESS_BYTES, SAMPLE_BYTES = 3e8, 400  # memory of a case's process, and of each recorded sample; measured
-COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included
+SIGNAL_COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included
 LESSER_WEIGHT = 1e-3  # cost of one output sample of a simpler model in right-hand sides of the full one, roughly
 GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow machine
 
@@ -51,23 +51,23 @@ def plan_cases(campaign: Campaign) -> list[CampaignCase]:
     Raises `ConfigurationError` if axes contradict each other or contain an unknown key, unit or other word, and
     the errors of `make_plan`.
     """
-    return [_case(campaign, index, point) for index, point in enumerate(campaign.points())]
+    return [_plan_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 
-def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
+def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     """The scene of a point, its model still as the campaign states it; raises all that reading a scene raises, and
     `UnknownNameError` for an unknown model or solver.
     """
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
-        table = merge(table, nested(key, value))
+        table = merge(table, nest_value(key, value))
     scene = paper_scene(**table)
     if scene.model == AUTO or not level_of(scene.model).outside:  # which has solvers of its own
         check_known("solver", scene.solver.name, tuple(METHODS))
     return scene
 
 
-def totals(cases: Sequence[CampaignCase]) -> dict[str, Any]:
+def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
     """Sums over a plan; cases of the same content count once in time and disk.
 
     `expected_s` is wall time on one core of the machine that the models were measured on, None if unknown.
@@ -82,9 +82,9 @@ def totals(cases: Sequence[CampaignCase]) -> dict[str, Any]:
     }
 
 
-def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignCase:
+def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignCase:
     try:
-        scene = scene_of(campaign, point)
+        scene = scene_of_point(campaign, point)
         if scene.model == AUTO:
             plan = make_plan(scene, question=campaign.question, tolerance_pct=campaign.tolerance_pct)
             scene = replace(scene, model=plan.chosen)
@@ -104,7 +104,8 @@ def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignC
         model=scene.model,
         expected_s=expected_s,
         planned_s=planned_s,
-        expected_bytes=FILE_BYTES + 8 * max(COLUMNS.get(output, 0) for output in campaign.outputs) * scene.samples,
+        expected_bytes=FILE_BYTES
+        + 8 * max(SIGNAL_COLUMNS.get(output, 0) for output in campaign.outputs) * scene.samples,
     )
 
 

@@ -17,7 +17,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from srbval.campaign.results import CaseResult, CaseTask
-from srbval.campaign.worker import case_process, crashed, run_isolated, this_thread
+from srbval.campaign.worker import case_process, run_isolated, this_thread, write_crash
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import without_ctrl_c
@@ -25,7 +25,7 @@ from srbval.storage.installation import MissingLibraryError
 
 LOCAL, DASK = "local", "dask"
 LOCAL_CLUSTER = "distributed.LocalCluster"
-AHEAD = 1000  # cases handed out at a time: enough for any cluster, and few scenes are in memory
+MAX_SUBMITTED_CASES = 1000  # cases handed out at a time: enough for any cluster, and few scenes are in memory
 CHECK_S = 2.0  # without a result, after which an engine is asked for its workers
 MEMORY = "memory"  # resource [bytes] by which Dask counts how many cases a worker takes at a time
 JOB_MEMORY = "2 GB"
@@ -36,20 +36,21 @@ NO_DASHBOARD = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
 WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0  # without a worker: those of a scheduler start in seconds, jobs wait in a queue
 
 
-def results_of(
+def run_tasks(
     submit: Callable[..., Any],
     tasks: Iterable[CaseTask],
     *,
     check: Callable[[], None] = lambda: None,
     lost: tuple[type[Exception], ...] = (),
 ) -> Generator[CaseResult]:
-    """Results as they come; `submit` has `AHEAD` cases at a time and returns a future of `concurrent.futures` or Dask.
+    """Run `tasks` by `submit`, at most `MAX_SUBMITTED_CASES` at a time; yields each result when its case has ended.
 
-    `check` is called if nothing ends for `CHECK_S`. A case that ends with one of the exceptions `lost` has crashed.
+    `submit` returns a future of `concurrent.futures` or Dask. If no case ends for `CHECK_S` [s], `check` is called. A
+    case whose future raises one of the exceptions `lost` gets the status ``crashed``.
     """
     waiting, running, ended = iter(tasks), dict[Any, CaseTask](), SimpleQueue[Any]()
     while True:
-        for task in itertools.islice(waiting, AHEAD - len(running)):
+        for task in itertools.islice(waiting, MAX_SUBMITTED_CASES - len(running)):
             future = submit(run_isolated, task)
             running[future] = task
             future.add_done_callback(ended.put)
@@ -63,7 +64,7 @@ def results_of(
         try:
             result = future.result(timeout=CHECK_S)
         except lost:
-            result = crashed(running[future], "worker was lost each time it was tried")
+            result = write_crash(running[future], "worker was lost each time it was tried")
         except TimeoutError:  # Dask lost the worker before its result came, and runs the case once more
             ended.put(future)
             check()
@@ -92,7 +93,7 @@ class LocalProcesses:
 
         pool = ThreadPoolExecutor(self.jobs, initializer=take_process)
         try:
-            yield from results_of(pool.submit, tasks)
+            yield from run_tasks(pool.submit, tasks)
         finally:
             for process in processes:
                 process.stop()
@@ -130,7 +131,7 @@ class DaskEngine:
                 needed = {MEMORY: min(task.memory_bytes, most)} if most else None
                 return client.submit(function, task, pure=False, resources=needed)
 
-            yield from results_of(submit, tasks, check=check, lost=(KilledWorker,))
+            yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
 
     @contextlib.contextmanager
     def _client(self) -> Iterator[Any]:

@@ -25,7 +25,7 @@ from srbval.storage.sources import content_version
 from srbval.storage.tables import build
 
 Quantities = Mapping[str, tuple[float, str]]  # value and unit
-Row = tuple[str, float | None, str]
+NamedQuantity = tuple[str, float | None, str]
 SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_share": "1", "energy_imbalance": "1"}
 
 
@@ -45,11 +45,11 @@ def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
     return {name: (value, unit) for name, value, unit in rows if value is not None and math.isfinite(value)}
 
 
-def _summary(run: Run) -> Iterator[Row]:
+def _summary(run: Run) -> Iterator[NamedQuantity]:
     return ((name, getattr(run, name), unit) for name, unit in SUMMARY.items())
 
 
-def _statistics(run: Run) -> Iterator[Row]:
+def _statistics(run: Run) -> Iterator[NamedQuantity]:
     """Numbers of the outer ring's vertical acceleration without its mean, largest penetration, mean position."""
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
@@ -134,7 +134,7 @@ def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs
         file.summary = json.dumps(to_json(result)).encode()
 
 
-def read_result(path: Path) -> CaseResult:
+def read_case_result(path: Path) -> CaseResult:
     """Read a result without its signals; `DataError` if it is not as it was written, or cannot be read."""
     try:
         summary = checked_summary(path) if path.is_file() else b""
@@ -148,9 +148,9 @@ def read_result(path: Path) -> CaseResult:
         raise DataError(f"{path}: damaged: it is not a result of this case ({error}).") from None
 
 
-def intact_result(path: Path) -> CaseResult | None:
-    """The result in a file as `read_result` reads it, None if it is missing or damaged."""
+def read_intact_result(path: Path) -> CaseResult | None:
+    """The result in a file as `read_case_result` reads it, None if it is missing or damaged."""
     try:
-        return read_result(path)
+        return read_case_result(path)
     except DataError:
         return None

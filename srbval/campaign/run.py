@@ -22,9 +22,9 @@ import numpy as np
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.bridges import require_xarray
-from srbval.campaign.cases import PROCESS_BYTES, SAMPLE_BYTES, CampaignCase, plan_cases, scene_of
+from srbval.campaign.cases import PROCESS_BYTES, SAMPLE_BYTES, CampaignCase, plan_cases, scene_of_point
 from srbval.campaign.engines import Engine, choose_engine
-from srbval.campaign.results import REFUSED, CaseResult, CaseTask, intact_result, read_result, version
+from srbval.campaign.results import REFUSED, CaseResult, CaseTask, read_case_result, read_intact_result, version
 from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-MISSING = "missing"  # status of a case without an intact result
-TABLE, RESULTS, CASES, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
+WITHOUT_RESULT = "missing"  # status of a case without an intact result
+CAMPAIGN_JSON, RESULTS_CSV, CASES_FOLDER, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,21 +126,22 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
 
 def result_path(folder: Path, key: str) -> Path:
     """The file of the result with that key."""
-    return folder / CASES / f"{key}.h5"
+    return folder / CASES_FOLDER / f"{key}.h5"
 
 
-def write_table(folder: Path, table: CampaignTable) -> None:
+def write_campaign_table(folder: Path, table: CampaignTable) -> None:
     """Write the table of cases, and remove half-written files of killed processes; call it with the folder locked.
 
     Raises `ConfigurationError` if the folder contains files of these names that are not of this campaign, `DataError`
     if it cannot be written.
     """
-    file, name = folder / TABLE, table.campaign.name
+    file, name = folder / CAMPAIGN_JSON, table.campaign.name
     own = file.is_file() and file.read_bytes().startswith(f'{{"campaign": {{"name": "{name}"'.encode())
-    if not own and any(os.path.lexists(path) for path in (file, folder / RESULTS)):
+    if not own and any(os.path.lexists(path) for path in (file, folder / RESULTS_CSV)):
         raise ConfigurationError(
-            f"{folder}: its {TABLE} or {RESULTS} is not of campaign {name!r}; nothing was changed. Choose another -o, "
-            "or if they are damaged files of this campaign, remove both: its results are kept."
+            f"{folder}: its {CAMPAIGN_JSON} or {RESULTS_CSV} belongs to another campaign than {name!r}; nothing was "
+            "changed. Choose another folder with -o. If both are damaged files of this campaign, delete them and run "
+            "it again: the results of its cases are kept."
         )
     with atomic_write(file) as part:
         part.write_bytes(json.dumps(to_json(table)).encode())
@@ -150,13 +151,13 @@ def write_table(folder: Path, table: CampaignTable) -> None:
 
 def remove_incomplete(folder: Path) -> None:
     """Remove the half-written files of killed processes; call it with the folder locked."""
-    remove_unfinished(folder, {TABLE, RESULTS}.__contains__)
-    remove_unfinished(folder / CASES, lambda name: name.endswith(".h5"))
+    remove_unfinished(folder, {CAMPAIGN_JSON, RESULTS_CSV}.__contains__)
+    remove_unfinished(folder / CASES_FOLDER, lambda name: name.endswith(".h5"))
 
 
-def read_table(folder: Path) -> CampaignTable:
+def read_campaign_table(folder: Path) -> CampaignTable:
     """The table of cases; `DataError` if there is no campaign, or its table is not as it was written."""
-    file, again = folder / TABLE, f"srbval campaign run FILE.toml -o {folder}"
+    file, again = folder / CAMPAIGN_JSON, f"srbval campaign run FILE.toml -o {folder}"
     if not os.path.lexists(file):
         raise DataError(f"{folder}: no campaign here. Start one: {again}")
     try:
@@ -171,7 +172,7 @@ def read_table(folder: Path) -> CampaignTable:
 def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
     """The results that are there and not damaged, by key, and those of refused cases, which have no file."""
     found = {
-        case.key: intact_result(result_path(folder, case.key))
+        case.key: read_intact_result(result_path(folder, case.key))
         if case.refused is None
         else CaseResult(key=case.key, status=REFUSED, reason=case.refused)
         for case in table.cases
@@ -179,7 +180,7 @@ def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
     return {key: result for key, result in found.items() if result is not None}
 
 
-def counted(table: CampaignTable, results: Mapping[str, CaseResult]) -> dict[str, Any]:
+def summarise_campaign(table: CampaignTable, results: Mapping[str, CaseResult]) -> dict[str, Any]:
     """Name of a campaign, number of `cases`, of those with a result (`done`), by status, and the ones not to be used.
 
     `failed` cases have no numbers; numbers of `inaccurate` ones have errors of the step beyond the tolerances.
@@ -204,19 +205,21 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
     """
     import pandas
 
-    rows = [row for row in result_rows(table, results) if row["status"] != MISSING]
+    rows = [row for row in result_rows(table, results) if row["status"] != WITHOUT_RESULT]
     points = [key for case in table.cases for key in case.point]
     columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *itertools.chain(*rows)])
-    with atomic_write(folder / RESULTS) as part:
+    with atomic_write(folder / RESULTS_CSV) as part:
         pandas.DataFrame(rows, columns=[*columns], dtype=object).to_csv(part, index=False, errors="replace")
-    return folder / RESULTS
+    return folder / RESULTS_CSV
 
 
 def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
     """Rows of all cases, in their order: ``missing`` without an intact result."""
     rows = []
     for case in table.cases:
-        result = results.get(case.key) or CaseResult(key=case.key, status=MISSING, reason="run the campaign again")
+        result = results.get(case.key) or CaseResult(
+            key=case.key, status=WITHOUT_RESULT, reason="run the campaign again"
+        )
         about = {**case.point, "case": case.index, "key": case.key, "model": case.model}
         about |= {"status": result.status, "reason": "" if result.status == "ok" else result.reason}
         rows.append(about | {name: value for name, (value, _) in result.quantities.items()})
@@ -252,17 +255,17 @@ def load_campaign(name: str | Path) -> Campaign | CampaignTable:
 
     Raises `DataError` for a missing or damaged file, `ConfigurationError` for an unknown key or an impossible value.
     """
-    return read_table(Path(name)) if (Path(name) / TABLE).is_file() else campaign_of(str(name))
+    return read_campaign_table(Path(name)) if (Path(name) / CAMPAIGN_JSON).is_file() else campaign_of(str(name))
 
 
 def campaign_status(path: str | Path) -> dict[str, Any]:
-    """Read the folder of a campaign and write its results table again; `DataError` as `read_table`.
+    """Read the folder of a campaign and write its results table again; `DataError` as `read_campaign_table`.
 
     Returns the document of ``campaign status``. Cases with damaged results are not `done`; `table` is None if the
     results table cannot be written.
     """
     path = Path(path)
-    table = read_table(path)
+    table = read_campaign_table(path)
     results = read_results(path, table)
     written, running = None, False
     with contextlib.suppress(DataError):  # a folder that can only be read
@@ -272,7 +275,7 @@ def campaign_status(path: str | Path) -> dict[str, Any]:
                 pass
         except ConfigurationError:
             running = True
-    return counted(table, results) | {"running": running, "table": written}
+    return summarise_campaign(table, results) | {"running": running, "table": written}
 
 
 def verify_campaign(path: str | Path) -> dict[str, Any]:
@@ -282,10 +285,10 @@ def verify_campaign(path: str | Path) -> dict[str, Any]:
     `results` that were read. Raises `DataError` if there is no campaign.
     """
     path = Path(path)
-    results, damaged = sorted((path / CASES).glob("*.h5")), []
-    for file in (path / TABLE, *results):
+    results, damaged = sorted((path / CASES_FOLDER).glob("*.h5")), []
+    for file in (path / CAMPAIGN_JSON, *results):
         try:
-            read_table(path) if file.name == TABLE else read_result(file)
+            read_campaign_table(path) if file.name == CAMPAIGN_JSON else read_case_result(file)
         except DataError as error:
             if not os.path.lexists(file):
                 raise
@@ -311,7 +314,7 @@ def run_campaign(
     of `choose_engine`, or its name; by default ``local``. `progress` counts the expected cost of the cases of this
     time; `message` gets a line about each of the first cases that fail.
 
-    Returns the document of ``campaign run``: `ran` of the `cases` were run this time, see `counted`. Raises
+    Returns the document of ``campaign run``: `ran` of the `cases` were run this time, see `summarise_campaign`. Raises
     `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that cannot
     be written or a disk that is full.
     """
@@ -320,11 +323,11 @@ def run_campaign(
     engine = choose_engine(engine) if engine is None or isinstance(engine, str) else engine
     table = CampaignTable(campaign=campaign, version=version(), cases=tuple(plan_cases(campaign)))
     with folder_lock(folder):
-        write_table(folder, table)
+        write_campaign_table(folder, table)
         results = {key: result for key, result in read_results(folder, table).items() if result.final}
         missing = {case.key: case for case in table.cases if case.key not in results}
         ran = _run_missing(folder, table, missing, engine, progress, message) if missing else {}
-        return counted(table, results | ran) | {
+        return summarise_campaign(table, results | ran) | {
             "engine": engine.name,
             "ran": len(ran),
             "wall_s": time.perf_counter() - started,
@@ -352,7 +355,7 @@ def _run_missing(
     ran, ended_s, failed = dict[str, CaseResult](), 0.0, 0
     progress(name, 0.0)
     try:
-        with contextlib.closing(engine.run(_task(folder, table, case) for case in longest_first)) as results:
+        with contextlib.closing(engine.run(_make_task(folder, table, case) for case in longest_first)) as results:
             for result in results:
                 case, ran[result.key] = missing[result.key], result
                 ended_s += case.planned_s
@@ -367,8 +370,8 @@ def _run_missing(
     return ran
 
 
-def _task(folder: Path, table: CampaignTable, case: CampaignCase) -> CaseTask:
-    scene = replace(scene_of(table.campaign, case.point), model=case.model)
+def _make_task(folder: Path, table: CampaignTable, case: CampaignCase) -> CaseTask:
+    scene = replace(scene_of_point(table.campaign, case.point), model=case.model)
     return CaseTask(
         key=case.key,
         version=table.version,

@@ -16,11 +16,20 @@ from srbval.campaign.results import Output
 from srbval.errors import ConfigurationError
 from srbval.plan.questions import Question
 from srbval.scene import merge, scene_table
-from srbval.storage.tables import Limited, build, flattened, limited, number_and_unit, quantity, read_toml, shown
+from srbval.storage.tables import (
+    Limited,
+    build,
+    flatten_table,
+    limited,
+    number_and_unit,
+    quantity,
+    quote_value,
+    read_toml,
+)
 
-MOST_CASES = 2_000_000  # planned in memory, each with a file of its own
-MOST = 1e12  # finite, and beyond whatever makes sense
-MOST_RANGES = 100  # a scene has fewer numbers
+MAX_CASES = 2_000_000  # planned in memory, each with a file of its own
+LARGEST_SETTING = 1e12  # finite, and beyond whatever makes sense
+MAX_RANGES = 100  # a scene has fewer numbers
 Point = dict[str, Any]
 
 
@@ -48,7 +57,7 @@ class Axes(Limited):
     values: dict = field(default_factory=dict)
     cases: tuple[dict, ...] = ()
     ranges: dict = field(default_factory=dict)
-    samples: int = limited(least=0, most=MOST_CASES, default=0)
+    samples: int = limited(least=0, most=MAX_CASES, default=0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -62,12 +71,13 @@ class Axes(Limited):
     def factors(self, seed: int) -> list[list[Point]]:
         """Lists of points, whose combinations are the points of this block; `seed` is for random ones."""
         if self.kind is Sampling.LIST:
-            return [[flat(case) for case in self.cases]]
+            return [[flatten_point(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):
             return [self._space_filling(seed)]
-        for key, choices in (values := flat(self.values)).items():
+        for key, choices in (values := flatten_point(self.values)).items():
             if not isinstance(choices, list) or not choices:
-                raise ConfigurationError(f"axes.values.{key}: expected a list of choices, found {shown(choices)}.")
+                found = quote_value(choices)
+                raise ConfigurationError(f"axes.values.{key}: expected a list of choices, found {found}.")
         if self.kind is Sampling.GRID:
             return [[{key: choice} for choice in choices] for key, choices in values.items()]
         if len({len(v) for v in values.values()}) > 1:
@@ -79,9 +89,9 @@ class Axes(Limited):
         """Latin hypercube (McKay et al. 1979), or scrambled Sobol points (Sobol 1967, Owen 1998)."""
         from scipy.stats import qmc
 
-        ranges = {key: _range(key, ends) for key, ends in flat(self.ranges).items()}
-        if len(ranges) > MOST_RANGES:
-            raise ConfigurationError(f"axes.ranges: {len(ranges)} keys; the limit is {MOST_RANGES}.")
+        ranges = {key: _range(key, ends) for key, ends in flatten_point(self.ranges).items()}
+        if len(ranges) > MAX_RANGES:
+            raise ConfigurationError(f"axes.ranges: {len(ranges)} keys; the limit is {MAX_RANGES}.")
         if self.kind is Sampling.SOBOL and self.samples & (self.samples - 1):
             raise ConfigurationError(
                 f"axes of kind 'sobol': samples = {self.samples} must be a power of two, "
@@ -110,8 +120,8 @@ class Campaign(Limited):
     repeats: int = limited(least=1, default=1)
     outputs: tuple[Output, ...] = (Output.SUMMARY, Output.STATISTICS)
     question: Question = Question.LINES
-    tolerance_pct: float = limited(above=0, most=MOST, default=0.5)
-    limit_factor: float = limited(least=0, most=MOST, default=20.0)
+    tolerance_pct: float = limited(above=0, most=LARGEST_SETTING, default=0.5)
+    limit_factor: float = limited(least=0, most=LARGEST_SETTING, default=20.0)
     least_limit_s: float = quantity("time", above=0, default=300.0)
 
     def __post_init__(self) -> None:
@@ -129,10 +139,10 @@ class Campaign(Limited):
         """The points of all blocks multiplied, each with its repeats' seeds; the first block changes slowest."""
         factors = [factor for number, block in enumerate(self.axes) for factor in block.factors(self.seed + number)]
         count = self.repeats * math.prod(map(len, factors))
-        if count > MOST_CASES:
-            raise ConfigurationError(f"{count:.3g} cases; the limit is {MOST_CASES}: split the campaign.")
+        if count > MAX_CASES:
+            raise ConfigurationError(f"{count:.3g} cases; the limit is {MAX_CASES}: split the campaign.")
         for parts in itertools.product(*factors):
-            point = joined(parts)
+            point = merge_points(parts)
             seeded = "seed" not in point and (self.repeats > 1 or self.seed)
             for repeat in range(self.repeats):
                 yield point | ({"seed": self.seed + repeat} if seeded else {})
@@ -158,12 +168,12 @@ def presets() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
-def flat(table: Mapping[str, Any]) -> Point:
+def flatten_point(table: Mapping[str, Any]) -> Point:
     """Nested tables as dotted keys."""
-    return joined({key: value} for key, value in flattened(table))
+    return merge_points({key: value} for key, value in flatten_table(table))
 
 
-def joined(parts: Iterable[Point]) -> Point:
+def merge_points(parts: Iterable[Point]) -> Point:
     """One point of several; `ConfigurationError` if two of them set the same key."""
     found: Point = {}
     for part in parts:
@@ -182,5 +192,5 @@ def _range(key: str, ends: object) -> Callable[[float], float | str]:
             return lambda share: f"{low + share * size!r} {unit}" if unit else low + share * size
     raise ConfigurationError(
         f"axes.ranges.{key}: expected the least and the largest value in one unit, such as ['127 rpm', '997 rpm'], "
-        f"found {shown(ends)}."
+        f"found {quote_value(ends)}."
     )

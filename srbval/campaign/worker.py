@@ -17,8 +17,8 @@ from srbval.campaign.results import (
     TIMED_OUT,
     CaseResult,
     CaseTask,
-    intact_result,
     quantities_of,
+    read_intact_result,
     version,
     write_result,
 )
@@ -34,7 +34,7 @@ SHORTEST_S = 0.001  # simulated time in which everything that a case needs is co
 IDLE_S = 60.0  # without a case, after which the process ends: a Dask worker outlives campaigns
 ATTEMPTS = 3  # per case whose process dies: the system may have killed it because of another process's memory
 PREPARE_LIMIT_S = 1800.0  # to load and compile everything, which takes a minute or two
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 this_thread = threading.local()  # its `process`, of each thread that waits for cases
 _prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()  # by process: what it has compiled
 
@@ -53,7 +53,7 @@ def run_case(task: CaseTask) -> CaseResult:
 
     A case that has an intact and final result is not run again.
     """
-    if (found := intact_result(task.path)) and found.final:
+    if (found := read_intact_result(task.path)) and found.final:
         return found
     run = None
     try:
@@ -72,7 +72,7 @@ def run_case(task: CaseTask) -> CaseResult:
     return result
 
 
-def answer(request: Scene | CaseTask) -> str | CaseResult | DataError:
+def handle_request(request: Scene | CaseTask) -> str | CaseResult | DataError:
     """Prepare for a scene, or run a case; an error of writing its result is an answer, too."""
     try:
         return prepare(request) if isinstance(request, Scene) else run_case(request)
@@ -82,7 +82,7 @@ def answer(request: Scene | CaseTask) -> str | CaseResult | DataError:
 
 def case_process() -> WorkerProcess:
     """A process of one thread that runs cases."""
-    return WorkerProcess(__name__, environment=dict.fromkeys(THREADS, "1"))
+    return WorkerProcess(__name__, environment=dict.fromkeys(THREAD_VARIABLES, "1"))
 
 
 def run_isolated(task: CaseTask) -> CaseResult:
@@ -114,7 +114,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
             result: CaseResult | DataError = this_thread.process.call(task, limit_s=task.limit_s)
         except DiedError as error:
             how, over = str(error), isinstance(error, OverLimitError)
-            if (found := intact_result(task.path)) and found.final:  # written, but too late in being announced
+            if (found := read_intact_result(task.path)) and found.final:  # written, but too late in being announced
                 return found
             if over:
                 break
@@ -128,22 +128,22 @@ def run_isolated(task: CaseTask) -> CaseResult:
         why = f"within {PREPARE_LIMIT_S:g} s" if over else f"but died {ATTEMPTS} times ({how})"
         raise NumericsError(f"a worker process did not compile what it needs {why}. See: srbval doctor")
     if not over:
-        return crashed(task, f"process died {ATTEMPTS} times ({how})")
+        return write_crash(task, f"process died {ATTEMPTS} times ({how})")
     limit = f"its limit of {task.limit_s:.6g} s, so its process was ended; the other cases were run"
     options = "--limit-factor, --least-limit, or limit_factor and least_limit in the campaign file"
-    return _written(task, TIMED_OUT, f"it took longer than {limit}. If it only needs longer: {options}")
+    return _write_failure(task, TIMED_OUT, f"it took longer than {limit}. If it only needs longer: {options}")
 
 
-def crashed(task: CaseTask, how: str) -> CaseResult:
+def write_crash(task: CaseTask, how: str) -> CaseResult:
     """Write and return the result of a case whose process died each time it was tried; `how` completes "its ..."."""
-    return _written(task, CRASHED, f"its {how}; the other cases were run without it")
+    return _write_failure(task, CRASHED, f"its {how}; the other cases were run without it")
 
 
-def _written(task: CaseTask, status: str, reason: str) -> CaseResult:
+def _write_failure(task: CaseTask, status: str, reason: str) -> CaseResult:
     result = CaseResult(key=task.key, status=status, reason=reason)
     write_result(task.path, result)
     return result
 
 
 if __name__ == "__main__":
-    serve_calls(lambda: answer, idle_s=IDLE_S)
+    serve_calls(lambda: handle_request, idle_s=IDLE_S)

@@ -1,6 +1,6 @@
 """The tolerance regression: a fingerprint of the program's behaviour against its reference, and what is stale.
 
-A part is what a stored result may depend on, see `PARTS`. Its probe runs it on bundled scenes or on the recordings
+A part is what a stored result may depend on, see `PROBES`. Its probe runs it on bundled scenes or on the recordings
 that come with the program, and returns some tens of numbers, which are compared with those in the file
 ``reports/fingerprint.json`` within a tolerance, see `srbval.storage.stored_result`: a changed name leaves the
 fingerprint as it is, a changed constant of a model does not.
@@ -43,28 +43,28 @@ from srbval.storage.json_files import write_json
 from srbval.storage.stored_result import (
     CheckedQuantity,
     Fingerprint,
+    FingerprintValue,
     StoredResult,
-    Value,
-    compared,
+    compare_part,
     read_result,
     reference_fingerprint,
 )
 from srbval.storage.tables import read_toml
 
-Values = dict[str, Value]
+ProbeOutputs = dict[str, FingerprintValue]
 RATTLING_S, SMOOTH_S = 0.012, 0.05  # simulated time of a probe, with play and without
 STATES = (Fault.HEALTHY, *DEFECTS)
-SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # beside the default
+PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # beside the default
 IMPULSE_S = 1.0  # of the record that a path is identified with
 SEPARATOR = ": "
 
 
-def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, Values]:
+def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
     """The numbers of these parts (all of them if none is named), by part and name; some 20 s with compiled kernels.
 
     Raises `KeyError` for an unknown part, and what running a scene or reading a shipped recording raises.
     """
-    probes = {name: PARTS[name] for name in parts or PARTS}
+    probes = {name: PROBES[name] for name in parts or PROBES}
     found = {}
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
         for name, values in zip(probes, pool.map(lambda probe: probe(), probes.values()), strict=True):
@@ -73,7 +73,7 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
     return found
 
 
-def _of_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
+def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
     """The probe scenes of a model by name: every state and roller fit that it knows."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
@@ -83,10 +83,10 @@ def _of_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]
             yield f"{base} {fit} {state}", load_scene(base, changes)
 
 
-def _numbers_of_run(run: Run) -> Values:
+def _numbers_of_run(run: Run) -> ProbeOutputs:
     """Cage, load, power, displacement and vibration of a run, its status, and the error that its step leaves."""
     along, fs_hz = along_sensor(run.acceleration_m_s2), run.scene.output_rate_hz
-    found: Values = {
+    found: ProbeOutputs = {
         "status": run.status.value,
         "cage_ratio": run.cage_ratio,
         "load_share": run.roller_load_share,
@@ -102,48 +102,48 @@ def _numbers_of_run(run: Run) -> Values:
     return found | {f"step error of {one.of}": round(one.error, 9) for one in estimates}
 
 
-def _of_model(model: str, base: str, **axes: Any) -> Values:
+def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
     """Run the probe scenes of a model; return their numbers by scene and name."""
     step = axes.get("step", Step.UNCHECKED)
     return {
         f"{scene}{SEPARATOR}{name}": value
-        for scene, made in _of_scenes(model, base, **axes)
+        for scene, made in _probe_scenes(model, base, **axes)
         for name, value in _numbers_of_run(simulate(made, step=step)).items()
     }
 
 
-def _full() -> Values:
+def _probe_full() -> ProbeOutputs:
     """The point-cloud model: both roller fits, the paper's scene; every solver; the estimated error of a step."""
-    found = _of_model("full", "paper", fits=("play", "printed"))
+    found = _probe_model("full", "paper", fits=("play", "printed"))
     own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
-    for solver in SOLVERS:
-        values = _of_model("full", "paper", changes={"solver": {"name": solver, "step_s": SOLVER_STEP_S}}, **own)
+    for solver in PROBED_SOLVERS:
+        values = _probe_model("full", "paper", changes={"solver": {"name": solver, "step_s": SOLVER_STEP_S}}, **own)
         found |= {f"{solver} {name}": value for name, value in values.items()}
-    checked = _of_model("full", "paper", fits=("printed",), states=(Fault.INNER,), step=Step.CHECKED)
+    checked = _probe_model("full", "paper", fits=("printed",), states=(Fault.INNER,), step=Step.CHECKED)
     return found | {f"checked {name}": value for name, value in checked.items()}
 
 
-def _slices() -> Values:
+def _probe_slices() -> ProbeOutputs:
     """The laminated contact: the rig's scene, and at the speed of the slow records."""
     slow = {"shaft_speed_rad_s": 340 * math.pi / 30}
-    values = _of_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
-    return _of_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
+    values = _probe_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
+    return _probe_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
 
 
 @cache
-def _shipped() -> tuple[Analysis, ...]:
+def _analyse_shipped() -> tuple[Analysis, ...]:
     """The recordings that come with the program, analysed."""
     files = sorted((shipped_folder("data_manifest") / "rig_excerpts").glob("*.h5"))
     return tuple(analyse(load_recording(path), bearing=load_bearing(DEFAULT_BEARING)) for path in files)
 
 
-def _reading() -> Values:
+def _probe_reading() -> ProbeOutputs:
     """First harmonics of every shipped recording: where, how surely, how far above the noise; those that are detected.
 
     The best fit to noise depends on the last digits of a library, so that an undetected line has no numbers.
     """
-    found: Values = {}
-    for analysis in _shipped():
+    found: ProbeOutputs = {}
+    for analysis in _analyse_shipped():
         record = analysis.recording.name
         for line in (one for one in analysis.lines if one.harmonic == 1):
             name = f"{record} {line.name}{SEPARATOR}"
@@ -155,20 +155,20 @@ def _reading() -> Values:
     return found
 
 
-def _diagnosis() -> Values:
+def _probe_diagnosis() -> ProbeOutputs:
     """Class and probabilities of every shipped recording by itself."""
-    found: Values = {}
-    for analysis in _shipped():
+    found: ProbeOutputs = {}
+    for analysis in _analyse_shipped():
         made = diagnose(analysis)
         found[f"{analysis.recording.name}{SEPARATOR}called"] = made.state
         found |= {f"{analysis.recording.name}{SEPARATOR}{name}_p": share for name, share in made.probabilities.items()}
     return found
 
 
-def _path() -> Values:
+def _probe_path() -> ProbeOutputs:
     """Amplitudes of the shipped recordings; the path between one of them and a run of the impulse model."""
-    bearing, found = load_bearing(DEFAULT_BEARING), Values()
-    for analysis in _shipped():
+    bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
+    for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state
         if state not in RACE_DEFECTS:
             continue
@@ -176,16 +176,16 @@ def _path() -> Values:
         read = amplitudes.levels(record, None) | amplitudes.locked_levels(record, bearing, order)
         read |= amplitudes.pattern(record, bearing, state, order)
         found |= {f"{record.name}{SEPARATOR}{name}_db": one.value for name, one in read.items()}
-    record = next(one.recording for one in _shipped() if one.recording.name.startswith("OR_877"))
+    record = next(one.recording for one in _analyse_shipped() if one.recording.name.startswith("OR_877"))
     changes = {"model": "impulse", "duration_s": IMPULSE_S, "defect": {"kind": "outer"}}
     made = identify(Pair(record=record, run=simulate(load_scene("rig", changes))), bearing=bearing)
     gains = zip(made.path.frequency_hz, made.path.load, strict=True)
     return found | {f"path {hz:.0f} Hz{SEPARATOR}gain": float(f"{gain:.9g}") for hz, gain in gains}
 
 
-def _comparison() -> Values:
+def _probe_comparison() -> ProbeOutputs:
     """Cage ratios of the shipped recordings, their means by speed, and the ranges of the uncertain inputs."""
-    recordings, found = [one.recording for one in _shipped()], Values()
+    recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
         found |= {f"{one.record}{SEPARATOR}ratio": one.ratio, f"{one.record}{SEPARATOR}u": one.reading_u}
@@ -210,17 +210,17 @@ def _numbers_in(table: Any) -> Iterator[float]:
             yield from _numbers_in(value)
 
 
-PARTS: Mapping[str, Callable[[], Values]] = {
-    "full": _full,
-    "slices": _slices,
-    "line": lambda: _of_model("line", "paper", fits=("play", "printed"), states=(Fault.HEALTHY, *RACE_DEFECTS)),
-    "planar": lambda: _of_model("planar", "paper"),
-    "impulse": lambda: _of_model("impulse", "paper") | _of_model("kinematic", "paper"),
-    "oil": lambda: _of_model("slices", "rig-oil", states=(Fault.HEALTHY,)),
-    "reading": _reading,
-    "diagnosis": _diagnosis,
-    "path": _path,
-    "comparison": _comparison,
+PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
+    "full": _probe_full,
+    "slices": _probe_slices,
+    "line": lambda: _probe_model("line", "paper", fits=("play", "printed"), states=(Fault.HEALTHY, *RACE_DEFECTS)),
+    "planar": lambda: _probe_model("planar", "paper"),
+    "impulse": lambda: _probe_model("impulse", "paper") | _probe_model("kinematic", "paper"),
+    "oil": lambda: _probe_model("slices", "rig-oil", states=(Fault.HEALTHY,)),
+    "reading": _probe_reading,
+    "diagnosis": _probe_diagnosis,
+    "path": _probe_path,
+    "comparison": _probe_comparison,
 }
 """Parts of the program by the function that probes each."""
 
@@ -248,15 +248,15 @@ def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progr
     Evidence is compared with the fingerprint of now if all parts are computed. Raises `ConfigurationError` for an
     unknown part, and what running a bundled scene or reading a shipped recording raises.
     """
-    unknown = [part for part in parts if part not in PARTS]
+    unknown = [part for part in parts if part not in PROBES]
     if unknown:
-        raise ConfigurationError(f"part {unknown[0]!r} is not known. Known: {', '.join(PARTS)}.")
+        raise ConfigurationError(f"part {unknown[0]!r} is not known. Known: {', '.join(PROBES)}.")
     known = reference_fingerprint() if reference is None else reference
     now = fingerprint(*parts, progress=progress)
     checks = [
         replace(one, name=f"{part}{SEPARATOR}{one.name}")
         for part, values in now.items()
-        for one in compared(values, known.get(part, {}))
+        for one in compare_part(values, known.get(part, {}))
     ]
     results = () if parts else shipped_results()
     stale = tuple({"file": one.path.name, "why": why} for one in results if (why := one.why_stale(now)) is not None)
@@ -293,6 +293,6 @@ def differences(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
     return [
         {"name": f"{part}{SEPARATOR}{one.name}", "old": old.get(part, {}).get(one.name), "new": values.get(one.name)}
         for part, values in new.items()
-        for one in compared(values, old.get(part, {}))
+        for one in compare_part(values, old.get(part, {}))
         if not one.ok
     ]

@@ -20,18 +20,18 @@ ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if h
 RESUMED = ("bench", "campaign", "evidence", "features", "report", "stability", "study")  # what is computed is kept
 # Numerical libraries start one thread per core for small products, which then wait for each other: up to 30 times the
 # work.
-THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 class Interrupted(KeyboardInterrupt):
     """A signal that ends the command; with `-m`, Python may die of a plain `KeyboardInterrupt` that was caught."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def run_command_line(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code: 0 done, 1 out of tolerance, 2 use, 3 data, 4 numerics, 70 a bug."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     as_json = any(len(word) > 2 and "--json".startswith(word) for word in given)
-    for name in THREADS:
+    for name in LIBRARY_THREADS:
         os.environ.setdefault(name, "1")
     _prepare_streams()
     try:

@@ -12,11 +12,11 @@ from typing import Any, NoReturn
 
 from srbval import __version__
 from srbval.cli.output import export_file
-from srbval.errors import ConfigurationError, nearest
+from srbval.errors import ConfigurationError, closest_word
 from srbval.models.outside.names import COMMAND
 from srbval.storage.tables import parse_quantity
 
-Table = Mapping[str, Any]
+CommandTable = Mapping[str, Any]
 INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # as argparse writes it
 
 
@@ -29,7 +29,7 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
         self.takes_rest = takes_rest
         super().__init__(*args, **{"add_help": not takes_rest, **kwargs})
-        for name, type_ in TYPES.items():
+        for name, type_ in ARGUMENT_TYPES.items():
             self.register("type", name, type_)
 
     def error(self, message: str) -> NoReturn:
@@ -49,7 +49,7 @@ class Parser(argparse.ArgumentParser):
             raise ConfigurationError(f"unknown: {' '.join(unknown)}.{''.join(hints)} See: {self.prog} --help")
         return found, unknown
 
-    def add_command(self, commands: Any, name: str, table: Table, groups: Table) -> None:
+    def add_command(self, commands: Any, name: str, table: CommandTable, groups: CommandTable) -> None:
         """Add a command or an action below this parser, with its own actions; each takes ``--json``, ``--export``."""
         example = f"example: {table['example']}" if "example" in table else None
         about = {"help": table["help"], "description": table["help"], "epilog": example}
@@ -103,7 +103,7 @@ def take_machine(options: argparse.Namespace) -> None:
 
 
 def _resembling(word: str, known: Sequence[str]) -> str:
-    close = nearest(word, known)
+    close = closest_word(word, known)
     return f" Did you mean {close}?" if close else ""
 
 
@@ -128,13 +128,13 @@ def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
 
 def _step(text: str) -> float | str:
     """A solver's step, as scene files have it or in seconds without a unit, or ``auto``."""
-    if text == AUTO:
-        return AUTO
+    if text == AUTO_STEP:
+        return AUTO_STEP
     step_s = parse_quantity(text if text[-1:].isalpha() else f"{text} s", "time", "--dt")
     return _between(float, SMALLEST, LARGEST)(repr(step_s))
 
 
-AUTO = "auto"
+AUTO_STEP = "auto"
 LARGEST, SMALLEST = 1e12, 1e-12  # whatever the unit, nothing that is asked for is beyond
 MOST_DB = 200.0
 
@@ -182,7 +182,7 @@ def _record(name: str) -> str:
 
 
 ALTERNATIVES = ("bearing", "band", "model")  # groups of which one option may be given
-TYPES = {
+ARGUMENT_TYPES = {
     "table": export_file,
     "elements": _inline("elements"),
     "orders": _inline("orders"),

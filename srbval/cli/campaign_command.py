@@ -7,21 +7,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.cases import plan_cases, totals
+from srbval.campaign.cases import plan_cases, sum_plan
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign, campaign_of
-from srbval.cli.output import answer, print_table
+from srbval.cli.output import print_document, print_table
 from srbval.errors import DataError
 from srbval.progress import ProgressDisplay
 from srbval.recordings.raw import printable
 from srbval.scene import merge
 
-DONE, WITH_FAILURES, DAMAGED = 0, 1, DataError.exit_code
+DONE, WITH_FAILURES, DAMAGED_CODE = 0, 1, DataError.exit_code
 SHOWN_FAILURES, LONGEST_REASON = 10, 1200
 
 
-def run(options: argparse.Namespace) -> int:
+def run_campaign_command(options: argparse.Namespace) -> int:
     """Run the cases; exit code 1 if some failed or are inaccurate, each of which has its reason."""
     campaign = campaign_of(options.campaign)
     scene = merge(campaign.scene, {"model": options.model}) if options.model else None
@@ -36,18 +36,18 @@ def run(options: argparse.Namespace) -> int:
     with ProgressDisplay() as progress:
         done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
     text = (
-        f"{_ended(done)}; {done['ran']} of them new, in {done['wall_s']:.1f} s ({done['engine']}). "
+        f"{_count_statuses(done)}; {done['ran']} of them new, in {done['wall_s']:.1f} s ({done['engine']}). "
         f"Results: {done['table']}"
     )
     text = "\n".join([text, *_reasons(done)])
     bad = "with failures" if done["failed"] else "with inaccurate cases" if done["inaccurate"] else None
     status, code = (bad, WITH_FAILURES) if bad else ("ok", DONE)
-    return answer(options, done | {"folder": folder}, text, status=status, code=code)
+    return print_document(options, done | {"folder": folder}, text, status=status, code=code)
 
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:
     cases = plan_cases(campaign)
-    found = totals(cases)
+    found = sum_plan(cases)
 
     def show() -> None:
         points = [c.refused or ", ".join(f"{key} = {value}" for key, value in c.point.items()) for c in cases]
@@ -61,28 +61,29 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
             f"{found['expected_bytes'] / 1e6:.1f} MB. Nothing was run."
         )
 
-    return answer(options, {"name": campaign.name, "engine": engine, **found, "planned": cases}, show)
+    return print_document(options, {"name": campaign.name, "engine": engine, **found, "planned": cases}, show)
 
 
-def status(options: argparse.Namespace) -> int:
+def run_status_command(options: argparse.Namespace) -> int:
     """Show the progress of a campaign and rewrite its results table."""
     found = campaign_status(Path(options.folder))
     running = "running" if found["running"] else "not running"
-    text = f"{found['name']}: {_ended(found)}; {running}. Results: {found['table'] or 'cannot be written here'}"
-    return answer(options, found, "\n".join([text, *_reasons(found)]))
+    table = found["table"] or "cannot be written here"
+    text = f"{found['name']}: {_count_statuses(found)}; {running}. Results: {table}"
+    return print_document(options, found, "\n".join([text, *_reasons(found)]))
 
 
-def verify(options: argparse.Namespace) -> int:
+def run_verify_command(options: argparse.Namespace) -> int:
     """Check all files of a campaign; exit code 3 if some are damaged."""
     found = verify_campaign(Path(options.folder))
     lines = [f"{found['results']} results and the table of cases read, {len(found['damaged'])} damaged"]
     lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
     if found["damaged"]:
         lines.append("The same srbval campaign run repairs it: damaged results are run again.")
-    return answer(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED)
+    return print_document(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED_CODE)
 
 
-def _ended(found: Mapping[str, Any]) -> str:
+def _count_statuses(found: Mapping[str, Any]) -> str:
     """Number of cases by status, in words."""
     statuses = ", ".join(f"{count} {status}" for status, count in found["statuses"].items()) or "none"
     return f"{found['done']} of {found['cases']} cases have a result: {statuses}; {len(found['failed'])} failed"

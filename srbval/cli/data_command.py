@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.cli.output import answer, print_table
+from srbval.cli.output import print_document, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
 from srbval.recordings import RecordingSettings, registry
@@ -18,13 +18,25 @@ from srbval.recordings.registry import RegisterListing, fetch
 from srbval.recordings.settings import ALIASES, settings_of
 
 CHANGED = 1
-DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
+DAMAGED_STATUSES = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
 LONGEST_LINE = 4000
 POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm")  # of a data set's grid [kN, rpm]
-COLUMNS = ("file", "data set", "bearing", "state", "radial kN", "axial kN", "set rpm", "rpm", "Hz", "s", "status")
+REGISTER_COLUMNS = (
+    "file",
+    "data set",
+    "bearing",
+    "state",
+    "radial kN",
+    "axial kN",
+    "set rpm",
+    "rpm",
+    "Hz",
+    "s",
+    "status",
+)
 
 
-def run(options: argparse.Namespace) -> int:
+def run_data_command(options: argparse.Namespace) -> int:
     """Run one of the actions; `verify` ends with 1 if a file is changed, missing or truncated."""
     result = _act(options)
     coverage = list(_coverage(result.recordings))
@@ -35,11 +47,13 @@ def run(options: argparse.Namespace) -> int:
         "left_out": [{"file": entry.file, "reason": entry.reason} for entry in result.left_out],
         "coverage": coverage,
     }
-    damaged = options.action == "verify" and any(r.status in DAMAGED for r in result.recordings)
+    damaged = options.action == "verify" and any(r.status in DAMAGED_STATUSES for r in result.recordings)
     if options.action == "remove":
         files = "\n".join(printable(r.file, LONGEST_LINE) for r in result.recordings)
-        return answer(options, document, f"{files}\nremoved from the register {manifest_path()}; the files stay")
-    return answer(options, document, lambda: _print(result, coverage), code=CHANGED if damaged else 0)
+        return print_document(
+            options, document, f"{files}\nremoved from the register {manifest_path()}; the files stay"
+        )
+    return print_document(options, document, lambda: _print(result, coverage), code=CHANGED if damaged else 0)
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
@@ -89,7 +103,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
         (r.file, r.dataset, r.bearing, *r.operating_point, r.rpm and round(r.rpm, 1), r.fs_hz, r.seconds, r.status)
         for r in result.recordings
     ]
-    print_table(COLUMNS, rows)
+    print_table(REGISTER_COLUMNS, rows)
     _print_reasons(result.recordings)
     if result.left_out:
         print("\nnot registered, as they are no recordings:")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import answer, print_table, write_text
+from srbval.cli.output import print_document, print_table, write_text
 from srbval.diagnosis.baseline import load_healthy
 from srbval.path.identify import Identified, Pair, identify, path_toml, simulated_run
 from srbval.progress import ProgressDisplay
@@ -15,7 +15,7 @@ from srbval.scene import load_scene
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json
 
-COLUMNS = {
+PATH_COLUMNS = {
     "frequency_hz": ("Hz", ".0f"),
     "load": ("gain along the load", ".2f"),
     "cross": ("across it", ".2f"),
@@ -26,7 +26,7 @@ COLUMNS = {
 }
 
 
-def run(options: argparse.Namespace) -> int:
+def run_identify_command(options: argparse.Namespace) -> int:
     """Identify the path and print it; -o writes the file that `--sensor-path` and a scene's `sensor_path` take."""
     if options.output:
         check_suffix(Path(options.output), "TOML", (".toml",))
@@ -43,14 +43,14 @@ def run(options: argparse.Namespace) -> int:
     found = identify(*pairs, bearing=bearing, healthy=healthy, band_hz=tuple(options.band) if options.band else None)
     if options.output:
         write_text(Path(options.output), path_toml(found.path))
-    return answer(options, to_json(found) | {"file": options.output}, lambda: _print(found))
+    return print_document(options, to_json(found) | {"file": options.output}, lambda: _print(found))
 
 
 def _print(found: Identified) -> None:
     path, bands = found.path, found.to_dict()["bands"]
     print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz: {found.band_why}\n")
-    rows = [[f"{band[name]:{spec}}" for name, (_, spec) in COLUMNS.items()] for band in bands]
-    print_table([title for title, _ in COLUMNS.values()], rows)
+    rows = [[f"{band[name]:{spec}}" for name, (_, spec) in PATH_COLUMNS.items()] for band in bands]
+    print_table([title for title, _ in PATH_COLUMNS.values()], rows)
     if found.sidebands_db is not None:
         record, run = (" and ".join(f"{one:.1f}" for one in row) for row in found.sidebands_db.tolist())
         print(

@@ -12,7 +12,7 @@ from typing import Any
 
 from srbval import __version__
 from srbval.cli.arguments import parser
-from srbval.cli.output import answer, print_table, write_text
+from srbval.cli.output import print_document, print_table, write_text
 from srbval.errors import DataError
 from srbval.processes.machine import usable_cores
 from srbval.progress import ProgressDisplay, stage
@@ -27,7 +27,7 @@ MEGABYTE = 1e6  # [bytes]
 PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of what are paths
 
 
-def check_installation(options: argparse.Namespace) -> int:
+def run_doctor_command(options: argparse.Namespace) -> int:
     """Check the installation; clear the cache, compile all kernels if asked; exit code 0 if sound, 1 with problems."""
     cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
     warmed = warm() if options.warm else {}
@@ -55,7 +55,7 @@ def check_installation(options: argparse.Namespace) -> int:
 
     status = "problems" if problems else "ok"
     result = found | {"cleared": cleared, "schemas": list(written)} | warmed
-    return answer(options, result, show, status=status, code=1 if problems else 0)
+    return print_document(options, result, show, status=status, code=1 if problems else 0)
 
 
 def schemas() -> dict[str, dict[str, Any]]:
@@ -119,11 +119,11 @@ def _version(name: str) -> str | None:
         return None
 
 
-def docs(options: argparse.Namespace) -> int:
+def run_docs_command(options: argparse.Namespace) -> int:
     """Build the documentation, print where the first page is, and open it where asked."""
     with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
         page = build_docs(Path(options.output))
-    answer(options, {"page": str(page)}, str(page))
+    print_document(options, {"page": str(page)}, str(page))
     if options.open:
         webbrowser.open(page.resolve().as_uri())
     return 0
@@ -152,7 +152,7 @@ def build_docs(folder: Path) -> Path:
     return folder / "index.html"
 
 
-def completion(options: argparse.Namespace) -> int:
+def run_completion_command(options: argparse.Namespace) -> int:
     """Print the script that completes commands and options in the shell named, by the library shtab."""
     try:
         import shtab
@@ -163,7 +163,7 @@ def completion(options: argparse.Namespace) -> int:
         if action.choices is None and any(path in str(action.metavar) for path in PATHS):
             action.complete = shtab.FILE  # type: ignore[attr-defined]
     script = shtab.complete(whole, shell=options.shell)
-    return answer(options, {"shell": options.shell, "script": script}, script)
+    return print_document(options, {"shell": options.shell, "script": script}, script)
 
 
 def actions_of(of: argparse.ArgumentParser) -> Iterator[argparse.Action]:

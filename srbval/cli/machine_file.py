@@ -16,7 +16,7 @@ from srbval.bearing import load_bearing
 from srbval.diagnosis.trend import zone_boundaries
 from srbval.errors import ConfigurationError
 from srbval.recordings import Origin, RecordingSettings
-from srbval.storage.tables import UNITS, Limited, build, limited, read_toml, without_unit
+from srbval.storage.tables import UNIT_FACTORS, Limited, build, limited, read_toml, without_unit
 
 BELONGS_TO = {  # option whose presence on the command line discards the machine's value
     "rpm_tolerance": "rpm",
@@ -160,6 +160,6 @@ def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
 def _in_unit(value: Any, field: Field[Any], unit: str) -> Any:
     if not unit:
         return value
-    scale = UNITS[field.metadata["dimension"]][unit]
+    scale = UNIT_FACTORS[field.metadata["dimension"]][unit]
     found = [float(f"{x / scale:.12g}") for x in (value if isinstance(value, tuple) else (value,))]
     return found if isinstance(value, tuple) else found[0]

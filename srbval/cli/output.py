@@ -17,11 +17,11 @@ from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import json_text, to_json
 
 WIDTH = 99  # characters of a line for people
-SCHEMA_VERSION = 1
+OUTPUT_SCHEMA_VERSION = 1
 STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "damaged"}  # by exit code
 
 
-def answer(
+def print_document(
     options: argparse.Namespace,
     document: Any,
     show: str | Callable[[], None],
@@ -48,7 +48,7 @@ def answer(
 
 def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
     """Print one JSON document with `schema_version` and `status`; NaN and infinities become null."""
-    whole = {"schema_version": SCHEMA_VERSION, "status": status} | dict(document)
+    whole = {"schema_version": OUTPUT_SCHEMA_VERSION, "status": status} | dict(document)
     ascii_only = not str(sys.stdout.encoding).lower().startswith("utf")  # an escape of Python's is none of JSON's
     print(json_text(whole, ascii_only=ascii_only), end="")
 

@@ -14,7 +14,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
-from srbval.cli.output import answer, own_command, print_table, print_wrapped, write_text
+from srbval.cli.output import own_command, print_document, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
 from srbval.diagnosis.long_records import LongAnalysis
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
@@ -29,18 +29,18 @@ from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import to_json
 
-DETECTED = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
-COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
-RECORDS = {"file": "file", "state": "state", "strongest fault": "strongest_fault"}
-RECORDS |= {"%": "probability", "line": "line", "Hz": "found_hz", "times noise": "snr", "alarm": "alarm"}
+DETECTED_LINE_COLUMNS = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
+LINE_COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
+RECORD_COLUMNS = {"file": "file", "state": "state", "strongest fault": "strongest_fault"}
+RECORD_COLUMNS |= {"%": "probability", "line": "line", "Hz": "found_hz", "times noise": "snr", "alarm": "alarm"}
 ALARMS_MEAN = "%: probability of that fault. alarm: yes, a fault is named; check, something strong is unexplained."
-CAGE = "cage"
-MOST_CAUTIONS, LONGEST_FILE = 2, 40
-MOST_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the first alarm
+CAGE_PART = "cage"
+MAX_CAUTIONS, LONGEST_FILE = 2, 40
+MAX_TREND_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the first alarm
 SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
-def request_of(options: argparse.Namespace) -> RecordRequest:
+def request_from_options(options: argparse.Namespace) -> RecordRequest:
     """Request for any file, as the options state."""
     alike = ("bearing", "auto_band", "one_band", "healthy", "healthy_scale")
     return RecordRequest(
@@ -51,7 +51,7 @@ def request_of(options: argparse.Namespace) -> RecordRequest:
     )
 
 
-def analyse(options: argparse.Namespace) -> int:
+def run_analyse_command(options: argparse.Namespace) -> int:
     """Analyse one file and print its answer, or many and print a table; exit code 3 if some could not be read."""
     if options.write_machine:
         check_suffix(Path(options.write_machine), "TOML", (".toml",))
@@ -64,18 +64,18 @@ def analyse(options: argparse.Namespace) -> int:
     return code
 
 
-def features(options: argparse.Namespace) -> int:
+def run_features_command(options: argparse.Namespace) -> int:
     """Write a table of features with a row per record; exit code 3 if some could not be read."""
-    from srbval.campaign.run import CASES, TABLE  # takes a while to load
+    from srbval.campaign.run import CAMPAIGN_JSON, CASES_FOLDER  # takes a while to load
 
     path = Path(options.output)
     check_suffix(path, "CSV, Parquet or Feather", (".csv", ".parquet", ".feather"))
     kind = path.suffix.lower().removeprefix(".") or "csv"
     if kind != "csv" and find_spec("pyarrow") is None:
         raise MissingLibraryError(f"{path}, unlike a .csv file,", "pyarrow")
-    sources = [Path(one) / CASES if (Path(one) / TABLE).is_file() else one for one in options.files]
+    sources = [Path(one) / CASES_FOLDER if (Path(one) / CAMPAIGN_JSON).is_file() else one for one in options.files]
     with ProgressDisplay() as progress:
-        table = records.record_features(sources, request_of(options), jobs=options.jobs, progress=progress)
+        table = records.record_features(sources, request_from_options(options), jobs=options.jobs, progress=progress)
     with atomic_write(path) as part:
         getattr(table, f"to_{kind}")(part, **({"index": False} if kind == "csv" else {}))
     rows = table.astype(object).where(table.notna(), None).to_dict("records")
@@ -84,7 +84,7 @@ def features(options: argparse.Namespace) -> int:
         print(f"srbval: not read: {row['file']}: {row['reason']}", file=sys.stderr)
     text = f"{len(rows)} records, {len(failed)} of them not read; {len(table.columns)} columns: {path}"
     code, status = (DataError.exit_code, "incomplete") if failed else (0, "")
-    return answer(options, {"features": rows, "file": path}, text, code=code, status=status)
+    return print_document(options, {"features": rows, "file": path}, text, code=code, status=status)
 
 
 def _run_one(options: argparse.Namespace) -> int:
@@ -92,20 +92,20 @@ def _run_one(options: argparse.Namespace) -> int:
         from srbval.report.reports import check_plot, write_plot  # needs the report's room
 
         check_plot(Path(options.plot))
-    reading = records.read_record(replace(request_of(options), file=options.files[0]))
+    reading = records.read_record(replace(request_from_options(options), file=options.files[0]))
     for caution in reading.cautions:
         print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
         write_plot(reading, Path(options.plot), command=own_command())
     zone, severity = _severity(options, features_of(reading.analysis))
     part = options.defect  # whose lines are printed; `line` is the start of their names
-    line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
+    line = "" if part is None else "FTF" if part == CAGE_PART else Fault(part).line or ""
     document = to_json(reading) | {"zone": zone}
     for rows in ("lines", "families"):
         document[rows] = [one for one in document[rows] if one["name"].startswith(line)]
     tables = {"lines": document["lines"], "features": document["feature_table"]}
     whole = options.all or part is not None
-    return answer(options, document, lambda: _show(reading, line, severity, whole=whole), tables=tables)
+    return print_document(options, document, lambda: _show(reading, line, severity, whole=whole), tables=tables)
 
 
 def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple[str | None, str]:
@@ -130,10 +130,10 @@ def _run_many(options: argparse.Namespace) -> int:
     except DataError:
         if not options.one_machine:
             raise
-        requests = records.requests_for(options.files, request_of(options))
+        requests = records.requests_for(options.files, request_from_options(options))
         one = records.diagnose_pooled(requests)  # each record is too short by itself
         found = {"machine": one, "records": [], "summary": [], "failed": [], "left_out": []}
-        return answer(options, found, str(one["sentence"]))
+        return print_document(options, found, str(one["sentence"]))
     machine = {"machine": records.machine_of(documents)} if options.one_machine else {}
     rows = [records.summary_of(document) for document in documents]
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
@@ -154,17 +154,17 @@ def _run_many(options: argparse.Namespace) -> int:
                 | {"file": f"{name} {channel}", "probability": None if share is None else round(100 * share)}
                 | {"snr": None if row["snr"] is None else f"{row['snr']:,.0f}"}
             )
-        print(f"{text_rows(shown, RECORDS)}\n\n{ALARMS_MEAN}")
+        print(f"{text_rows(shown, RECORD_COLUMNS)}\n\n{ALARMS_MEAN}")
 
     code = report_failed(failed, other)
     document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
     tables = {"records": rows, "failed": failed}
-    return answer(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
+    return print_document(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
-    requests = records.requests_for(options.files, request_of(options))
+    requests = records.requests_for(options.files, request_from_options(options))
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
     return documents, *records.separate_other_files(failed, options.files, documents)
@@ -208,9 +208,9 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
         family, part = [y.detected for y in result.lines if y.name == x.name], Fault.of_line(x.name)
         where, depth = uncertain(x.found_hz, x.ci95_hz), f"{100 * (x.depth or 0.0):.0f}"
         harmonics = f"{sum(family)} of {len(family)}"
-        found.append((x.name, part.label if part else CAGE, where, f"{x.snr:,.0f}", depth, harmonics))
+        found.append((x.name, part.label if part else CAGE_PART, where, f"{x.snr:,.0f}", depth, harmonics))
     if found:
-        print_table(DETECTED, found)
+        print_table(DETECTED_LINE_COLUMNS, found)
     missed: dict[str, list[str]] = {}
     for x in firsts:
         if x.not_detected:
@@ -219,9 +219,9 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     print_wrapped(f"{'not found' if found else 'no line found'}: {said}" if said else "all lines that were searched")
     if declared := verdict.beside(recording.state):
         print(declared)
-    for caution in recording.cautions[:MOST_CAUTIONS]:
+    for caution in recording.cautions[:MAX_CAUTIONS]:
         print(f"caution: {caution}")
-    more = len(recording.cautions) - MOST_CAUTIONS
+    more = len(recording.cautions) - MAX_CAUTIONS
     print(f"{f'{more} more cautions, ' if more > 0 else ''}every line, features, reasons: --all, --export FILE, --json")
 
 
@@ -247,7 +247,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
         identity = None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}"
         detected = "yes" if x.detected else str(x.not_detected)
         rows.append((name, f"{x.kinematic_hz:.3f}", found, deviation, *odds, identity, detected))
-    print_table(COLUMNS, rows)
+    print_table(LINE_COLUMNS, rows)
     print(f"\n{text_rows(records.feature_table(features_of(result)))}\n")
     print_wrapped(*verdict.reasons)
     if declared := verdict.beside(recording.state):
@@ -255,17 +255,17 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
     print_wrapped(*(f"  - {note}" for note in recording.notes))
 
 
-def trend(options: argparse.Namespace) -> int:
+def run_trend_command(options: argparse.Namespace) -> int:
     """Read all records and print the trend; exit code 3 if some could not be read."""
-    from srbval.campaign.run import TABLE, read_table, result_path  # takes a while to load
+    from srbval.campaign.run import CAMPAIGN_JSON, read_campaign_table, result_path  # takes a while to load
 
     if options.plot:
         check_suffix(Path(options.plot), "HTML", (".html",))
     zone_boundaries(options.machine_class)  # reports an unknown class before anything is read
     cases: dict[str, datetime | float] = {}
-    if len(options.files) == 1 and (Path(options.files[0]) / TABLE).is_file():
+    if len(options.files) == 1 and (Path(options.files[0]) / CAMPAIGN_JSON).is_file():
         folder = Path(options.files[0])
-        cases = {str(result_path(folder, case.key)): float(case.index) for case in read_table(folder).cases}
+        cases = {str(result_path(folder, case.key)): float(case.index) for case in read_campaign_table(folder).cases}
         options.files = list(cases)
     options.one_band = True  # levels are compared
     documents, failed, other = read_many(options)
@@ -282,7 +282,7 @@ def trend(options: argparse.Namespace) -> int:
     code = report_failed(failed, other)
     document: dict[str, Any] = {"trend": found, "failed": failed, "left_out": other}
     status, tables = "incomplete" if failed else "", {"trend": found.rows()}
-    return answer(options, document, lambda: _print_trend(found), code=code, status=status, tables=tables)
+    return print_document(options, document, lambda: _print_trend(found), code=code, status=status, tables=tables)
 
 
 def _print_trend(trend: Trend) -> None:
@@ -292,7 +292,7 @@ def _print_trend(trend: Trend) -> None:
         names = [name for name in one.reference if name != RMS]
         head = (f"{one.channel or ''} time".strip(), f"RMS {one.unit}", "mm/s", *(f"{name} dB" for name in names))
         last = len(one.points) - 1
-        kept = {*range(0, last + 1, math.ceil((last + 1) / MOST_ROWS)), last, one.first_alarm}
+        kept = {*range(0, last + 1, math.ceil((last + 1) / MAX_TREND_ROWS)), last, one.first_alarm}
         print()
         print_table(head, [_point_row(one, point, names) for n, point in enumerate(one.points) if n in kept])
     for why in dict.fromkeys(one.velocity_missing for one in trend.channels if one.velocity_missing):

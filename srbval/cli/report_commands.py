@@ -8,24 +8,34 @@ from pathlib import Path
 from typing import Any
 
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import answer, own_command
+from srbval.cli.output import own_command, print_document
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, ProgressDisplay, stage
 from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
 
 MAIN_FOLDER, VALIDATION_FOLDER = "srbval-report", "srbval-validation"
-LONGEST_NAME = 100  # characters of a file's name in its folder's, which file systems limit
+MAX_NAME_LENGTH = 100  # characters of a file's name in its folder's, which file systems limit
 OUT_OF_TOLERANCE, INCOMPLETE, RUN_FAILED = 1, 3, 4  # exit codes
-SHOWN = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "error", "uncertainty", "verdict")
+COMPARISON_COLUMNS = (
+    "pair",
+    "quantity",
+    "unit",
+    "kinematic",
+    "simulated",
+    "measured",
+    "error",
+    "uncertainty",
+    "verdict",
+)
 
 
-def report(options: argparse.Namespace) -> int:
+def run_report_command(options: argparse.Namespace) -> int:
     """Gather, analyse, compare, write; prints the finding and where the files are.
 
     Exit code 1 where a tolerance is missed, 3 where some of the recordings could not be read or analysed.
     """
-    first, more = [Path(file).stem[:LONGEST_NAME] for file in options.files[:1]], len(options.files) - 1
+    first, more = [Path(file).stem[:MAX_NAME_LENGTH] for file in options.files[:1]], len(options.files) - 1
     usual = "-".join([MAIN_FOLDER, *first, *([f"and-{more}-more"] if more > 0 else ())])
     folder = Path(usual if options.output is None else options.output)
     settings = recording_settings(options)
@@ -35,7 +45,7 @@ def report(options: argparse.Namespace) -> int:
         )
     started = time.perf_counter()
     with ProgressDisplay() as progress:
-        files, found = (_own if options.files else _main)(options, folder, progress)
+        files, found = (_report_recordings if options.files else _report_model)(options, folder, progress)
     summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
     told = [] if options.files else [found["headline"]["text"]]
     failed = found.get("failed", ())
@@ -43,10 +53,12 @@ def report(options: argparse.Namespace) -> int:
     document = summary | {"wall_s": time.perf_counter() - started} | found
     for one in failed:
         print(f"srbval: not in the report: {one['file']}: {one['reason']}", file=sys.stderr)
-    return answer(options, document, "\n".join([*told, *summary.values()]), code=code)
+    return print_document(options, document, "\n".join([*told, *summary.values()]), code=code)
 
 
-def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
+def _report_model(
+    options: argparse.Namespace, folder: Path, progress: Progress
+) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.report.reports import make_report
         from srbval.report.sections.answer import finding_sentence
@@ -67,16 +79,18 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
     }
 
 
-def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
+def _report_recordings(
+    options: argparse.Namespace, folder: Path, progress: Progress
+) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
-        from srbval.cli.record_commands import request_of
+        from srbval.cli.record_commands import request_from_options
         from srbval.report.reports import report_sources
     written: dict[str, Any] = {"formats": tuple(options.formats), "command": own_command(), "progress": progress}
-    report, files = report_sources(options.files, folder, request_of(options), jobs=options.jobs, **written)
+    report, files = report_sources(options.files, folder, request_from_options(options), jobs=options.jobs, **written)
     return files, to_json(report.data)
 
 
-def validate(options: argparse.Namespace) -> int:
+def run_validate_command(options: argparse.Namespace) -> int:
     """Compare, write the report, print the table; exit code 1 if a tolerance is missed, 3 if a pair failed, 4 a run."""
     with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
@@ -100,7 +114,7 @@ def validate(options: argparse.Namespace) -> int:
 
     def show() -> None:
         print(result.headline)
-        print(text_rows(result.table[list(SHOWN)].to_dict("records")))
+        print(text_rows(result.table[list(COMPARISON_COLUMNS)].to_dict("records")))
         for number, text in problems:
             print(f"pair {number}: {text}")
         for one in result.failed:
@@ -108,7 +122,7 @@ def validate(options: argparse.Namespace) -> int:
         print("\n".join(written.values()))
 
     document = result.to_dict() | {"report": written}
-    return answer(options, document, show, code=code, tables={"table": document["table"]})
+    return print_document(options, document, show, code=code, tables={"table": document["table"]})
 
 
 def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
-from srbval.cli.arguments import AUTO as AUTO_STEP
-from srbval.cli.output import answer, print_table
+from srbval.cli.arguments import AUTO_STEP
+from srbval.cli.output import print_document, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of, models_of
 from srbval.models.run import RunSummary, works
@@ -27,18 +27,27 @@ if TYPE_CHECKING:
     from srbval.plan.plan import Plan
 
 # Attributes of a run that are printed under their own names.
-OF_RUN = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz", "drive_power_w"]
-OF_RUN += ["roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s"]
-OF_RUN += ["stored_utc", "reason", "not_validated"]
-IN_OIL = ["power_w", "film_um", "lambda_min", "slip_pct"]  # the same, of a scene with oil
-LINES = ("bpfo", "bpfi", "bsf", "ftf")
-BEARINGS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, LINES), "models up to", "title")
-IN_WORDS = ["reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s"]
-IN_WORDS += ["roller_load_share"]
-UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
+RUN_QUANTITIES = [
+    "seconds",
+    "wall_s",
+    "compile_s",
+    "wall_per_simulated_s",
+    "cage_ratio",
+    "bpfo_hz",
+    "bpfi_hz",
+    "drive_power_w",
+]
+RUN_QUANTITIES += ["roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s"]
+RUN_QUANTITIES += ["stored_utc", "reason", "not_validated"]
+OIL_QUANTITIES = ["power_w", "film_um", "lambda_min", "slip_pct"]  # the same, of a scene with oil
+FAULT_LINES = ("bpfo", "bpfi", "bsf", "ftf")
+BEARINGS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, FAULT_LINES), "models up to", "title")
+NOT_TABULATED = ["reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s"]
+NOT_TABULATED += ["roller_load_share"]
+UNIT_BY_SUFFIX = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
 
-def scene_of(options: argparse.Namespace) -> Scene:
+def scene_from_options(options: argparse.Namespace) -> Scene:
     """The named scene, or the paper's, with the changes of the options; raises the errors of reading it."""
 
     def si(name: str, unit: float) -> float | None:
@@ -58,17 +67,17 @@ def scene_of(options: argparse.Namespace) -> Scene:
         "load": {"radial_n": si("radial_kn", 1e3), "axial_n": si("axial_kn", 1e3)},
         "solver": {"name": options.solver, "step_s": None if options.dt == AUTO_STEP else options.dt},
     }
-    given = _given(changes)
+    given = _without_none(changes)
     return load_scene(options.scene, given) if options.scene else paper_scene(**given)
 
 
-def _given(table: dict[str, Any]) -> dict[str, Any]:
+def _without_none(table: dict[str, Any]) -> dict[str, Any]:
     """The table without values that are None, and without tables that are empty then."""
-    filled = {k: _given(v) if isinstance(v, dict) else v for k, v in table.items()}
+    filled = {k: _without_none(v) if isinstance(v, dict) else v for k, v in table.items()}
     return {k: v for k, v in filled.items() if v is not None and v != {}}
 
 
-def run_scene(options: argparse.Namespace) -> int:
+def run_simulate_command(options: argparse.Namespace) -> int:
     """Simulate and print the result; a failed run ends with exit code 4 and writes no file.
 
     An inaccurate run (its step leaves an error above the tolerances) is written and printed with its status, and ends
@@ -77,7 +86,7 @@ def run_scene(options: argparse.Namespace) -> int:
     output = Path(options.output) if options.output else None
     if output is not None:
         check_suffix(output, *HDF5)
-    scene, planned = _planned(scene_of(options), options)
+    scene, planned = _choose_model(scene_from_options(options), options)
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     scene, step = _with_step(scene, options)
@@ -86,7 +95,7 @@ def run_scene(options: argparse.Namespace) -> int:
     if not result.status.usable:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
     scene = result.scene
-    level, named = level_of(scene.model), OF_RUN + IN_OIL * (scene.oil is not None)
+    level, named = level_of(scene.model), RUN_QUANTITIES + OIL_QUANTITIES * (scene.oil is not None)
     summary = {
         "model": scene.model,
         "solver": level.own_solver or scene.solver.name,
@@ -98,19 +107,19 @@ def run_scene(options: argparse.Namespace) -> int:
     }
 
     def show() -> None:
-        shown = to_json({name: value for name, value in summary.items() if name not in IN_WORDS})
+        shown = to_json({name: value for name, value in summary.items() if name not in NOT_TABULATED})
         rows = []
         for name, value in shown.items():
             for key, one in (value if isinstance(value, dict) else {"": value}).items():
                 if one is not None and not key.endswith("scatter_pct"):
-                    rows.append(_row(f"{name} {key}".strip(), one))
+                    rows.append(_format_quantity(f"{name} {key}".strip(), one))
         print_table(("quantity", "value", "unit"), rows)
-        print(f"\n{_carried(result)}not validated: {'; '.join(result.not_validated)}")
+        print(f"\n{_describe_load_share(result)}not validated: {'; '.join(result.not_validated)}")
         known = not math.isnan(result.cage_ratio)  # a model from outside need not have a cage
         lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if known else ""
         print(f"{result.status}: {result.reason}{lines}{f', written to {output}' if output else ''}.")
 
-    answer(options, summary | planned, show, status=result.status.value)
+    print_document(options, summary | planned, show, status=result.status.value)
     if not works(result.status):
         kept = "printed" if output is None else f"printed and written to {output}"
         print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
@@ -118,7 +127,7 @@ def run_scene(options: argparse.Namespace) -> int:
     return 0
 
 
-def _carried(run: RunSummary) -> str:
+def _describe_load_share(run: RunSummary) -> str:
     """A line about the rollers' part of the load, its usual value and what carries the rest; empty if not known."""
     if math.isnan(run.roller_load_share):
         return ""
@@ -127,17 +136,17 @@ def _carried(run: RunSummary) -> str:
     return f"the rollers carry {run.roller_load_share:.1%} of the radial load ({usual}), {rest}\n"
 
 
-def _row(name: str, value: Any) -> tuple[str, str, str]:
+def _format_quantity(name: str, value: Any) -> tuple[str, str, str]:
     """A row of the printed table: name in words, value, and the unit at the end of the name."""
     words, unit = name.replace("bpfo", "BPFO").replace("bpfi", "BPFI").replace("numerics", "error of the step,"), ""
     for part in name.split():
-        end = next((end for end in UNITS if part.endswith(end)), "")
-        words, unit = words.replace(end, "", 1) if end else words, UNITS.get(end, unit)
+        end = next((end for end in UNIT_BY_SUFFIX if part.endswith(end)), "")
+        words, unit = words.replace(end, "", 1) if end else words, UNIT_BY_SUFFIX.get(end, unit)
     words = words.replace("_", " ")
     return words, f"{value:.5g}" if isinstance(value, float) else str(value), unit
 
 
-def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
+def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
     """The scene, with the planner's model if its model is ``auto``, and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
@@ -166,11 +175,11 @@ def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
     return replace(scene, solver=replace(scene.solver, step_s=step_s)), Step.CHECKED
 
 
-def choose_model(options: argparse.Namespace) -> int:
+def run_plan_command(options: argparse.Namespace) -> int:
     """Plan and print; exit code 1 if no model is known to keep the tolerance."""
     from srbval.plan.questions import MEANING
 
-    plan = _plan_of(scene_of(options), options)
+    plan = _plan_of(scene_from_options(options), options)
 
     def show() -> None:
         asked = MEANING[plan.question]
@@ -193,7 +202,7 @@ def choose_model(options: argparse.Namespace) -> int:
         for reason in plan.outside:
             print(f"outside what was measured: {reason}", file=sys.stderr)
 
-    return answer(options, to_json(plan), show, code=0 if plan.met else 1)
+    return print_document(options, to_json(plan), show, code=0 if plan.met else 1)
 
 
 def _three_digits(value: float | None) -> float | None:
@@ -206,7 +215,7 @@ def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
     return make_plan(scene, question=options.question, tolerance_pct=options.tolerance)
 
 
-def kinematics(options: argparse.Namespace) -> int:
+def run_kinematics_command(options: argparse.Namespace) -> int:
     """Print the kinematic frequencies and orders."""
     if options.name and options.bearing:
         raise ConfigurationError(f"two bearings are given, {options.name} and {options.bearing}: leave one out.")
@@ -215,15 +224,15 @@ def kinematics(options: argparse.Namespace) -> int:
 
     def show() -> None:
         print(f"{bearing.title} at {options.rpm:g} rpm, outer ring at rest, no slip\n")
-        rows = [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in LINES]
+        rows = [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in FAULT_LINES]
         print_table(("line", "Hz", "order"), [("shaft", frequencies.shaft_hz, 1.0), *rows])
 
     document = vars(frequencies) | {"orders": bearing.orders, "bearing": bearing.name}
     document |= {"rolling_elements": bearing.rolling_elements, "rpm": options.rpm, "source": bearing.source}
-    return answer(options, document, show)
+    return print_document(options, document, show)
 
 
-def known(options: argparse.Namespace) -> int:
+def run_bearing_command(options: argparse.Namespace) -> int:
     """List the bearings that match every word of the search; an empty list is an answer."""
     found = find_bearings(options.search or "")
 
@@ -239,7 +248,7 @@ def known(options: argparse.Namespace) -> int:
 
     names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")
     bearings = [{name: getattr(one, name) for name in names} | {"models": models_of(one)} for one in found]
-    return answer(options, {"count": len(found), "bearings": bearings}, show)
+    return print_document(options, {"count": len(found), "bearings": bearings}, show)
 
 
 def _bearing_row(bearing: Bearing) -> tuple[object, ...]:
@@ -248,5 +257,5 @@ def _bearing_row(bearing: Bearing) -> tuple[object, ...]:
         sizes = geometry.roller_diameter_m * 1e3, 2e3 * geometry.pitch_radius_m, math.degrees(geometry.tilt_rad)
     elif (own := bearing.elements) is not None:
         sizes = own.element_diameter_m * 1e3, own.pitch_diameter_m * 1e3, math.degrees(own.contact_angle_rad)
-    orders = (getattr(bearing.orders, name) for name in LINES)
+    orders = (getattr(bearing.orders, name) for name in FAULT_LINES)
     return (bearing.name, bearing.rolling_elements, *sizes, *orders, models_of(bearing)[-1], bearing.title)

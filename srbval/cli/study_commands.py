@@ -9,7 +9,7 @@ from typing import Any
 
 from srbval.check.check import CheckResult, differences, fingerprint, reference_path, run_check, write_reference
 from srbval.cli.arguments import Parser
-from srbval.cli.output import answer, own_command, print_table
+from srbval.cli.output import own_command, print_document, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, ProgressDisplay, prefixed, stage
 from srbval.progress.tables import text_rows
@@ -23,17 +23,17 @@ from srbval.studies.harness import StudyResult, load_study, make_result, study_n
 from srbval.studies.outside import bench, draw_study, stability
 from srbval.studies.scale import measure_scale
 
-SHOWN = 20  # quantities out of tolerance that are printed; --json has all
-HOLDS = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
+MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --json has all
+VALIDITY_BY_KIND = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
 UNSOUND = 1
-OUTSIDE: dict[str, dict[str, Any]] = {
+OUTSIDE_MODEL_OPTIONS: dict[str, dict[str, Any]] = {
     "--model": {"metavar": "M", "help": "a model from outside: FILE.py:NAME, package.module:NAME or FILE.fmu"},
     "--model-command": {"metavar": "TEXT", "type": "command", "help": 'a program: "./mysim {scene_json} {out_csv}"'},
 }
-VERBS = {"bench": "speed_accuracy", "stability": "stability"}
+STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
 
 
-def check(options: argparse.Namespace) -> int:
+def run_check_command(options: argparse.Namespace) -> int:
     """Check, and with ``--update`` replace the reference; exit code 1 if anything is out of tolerance or stale."""
     old = reference_fingerprint()
     with ProgressDisplay() as progress:
@@ -47,10 +47,10 @@ def check(options: argparse.Namespace) -> int:
         left = "replaced" if replaced else "left as it was; give --yes to replace it"
         text = f"{reference_path()}: {left if changed else 'nothing differs'}; {len(changed)} quantities differ"
         document |= {"reference": reference_path(), "replaced": replaced, "differences": changed}
-        return answer(options, document, text, code=0 if replaced or not changed else 1)
+        return print_document(options, document, text, code=0 if replaced or not changed else 1)
     drifted = not all(one.ok for one in result.checks)
     status = "drifted" if drifted else "stale" if result.stale else "ok"
-    return answer(options, document, lambda: _show_check(result), status=status, code=0 if result.ok else 1)
+    return print_document(options, document, lambda: _show_check(result), status=status, code=0 if result.ok else 1)
 
 
 def _show_check(result: CheckResult) -> None:
@@ -58,13 +58,13 @@ def _show_check(result: CheckResult) -> None:
     sizes, off = (Counter(one.name.partition(":")[0] for one in some) for some in (result.checks, wrong))
     rows = [(part, size, off[part]) for part, size in sizes.items()]
     print_table(("part of the program", "quantities", "out of tolerance"), rows)
-    for one in wrong[:SHOWN]:
+    for one in wrong[:MAX_PRINTED_QUANTITIES]:
         if one.words:
             print(f"{one.name}: {one.words[1]}, the reference is {one.words[0]}")
         else:
             print(f"{one.name}: {one.value:.9g} is not within {one.low:.9g} to {one.high:.9g}")
-    if len(wrong) > SHOWN:
-        print(f"and {len(wrong) - SHOWN} more; --json lists all")
+    if len(wrong) > MAX_PRINTED_QUANTITIES:
+        print(f"and {len(wrong) - MAX_PRINTED_QUANTITIES} more; --json lists all")
     for stale in result.stale:
         file, why = stale["file"], stale["why"]
         print(f"stale: reports/{file}: {why}. Compute it again: srbval evidence {file.removesuffix('.json')}")
@@ -72,7 +72,7 @@ def _show_check(result: CheckResult) -> None:
         print("Every quantity is within its tolerance, and no stored evidence is stale.")
 
 
-def evidence(options: argparse.Namespace) -> int:
+def run_evidence_command(options: argparse.Namespace) -> int:
     """List or compute; exit code 1 if evidence is stale at the end, or a study's own test fails."""
     with ProgressDisplay() as progress:
         if options.list:
@@ -84,13 +84,15 @@ def evidence(options: argparse.Namespace) -> int:
     stale = [one for one in states if one["kind"] is ResultKind.EVIDENCE and not one["fresh"]]
     code = 1 if stale or not all(one["sound"] for one in states) else 0
     status = "stale" if stale else "ok" if code == 0 else "unsound"
-    return answer(options, {"results": to_json(states)}, lambda: _show_results(states), status=status, code=code)
+    return print_document(
+        options, {"results": to_json(states)}, lambda: _show_results(states), status=status, code=code
+    )
 
 
 def _show_results(states: Sequence[State]) -> None:
     rows = []
     for one in states:
-        holds = HOLDS.get(one["kind"]) or ("yes" if one["fresh"] else "no")
+        holds = VALIDITY_BY_KIND.get(one["kind"]) or ("yes" if one["fresh"] else "no")
         made, machine, why = (one[name] or "" for name in ("made_utc", "machine", "why"))
         rows.append((one["name"], one["kind"].value, holds, made, one["minutes"], machine, why))
     print_table(("result", "kind", "holds", "computed", "minutes", "machine", "why not"), rows)
@@ -99,10 +101,10 @@ def _show_results(states: Sequence[State]) -> None:
         print(f"evidence took {sum(minutes):.1f} minutes in all")
 
 
-def study(options: argparse.Namespace) -> int:
+def run_study_command(options: argparse.Namespace) -> int:
     """List the studies or run one (``bench`` and ``stability`` are two); exit code 1 if its own test fails."""
-    if options.command in VERBS:
-        return _run_study(VERBS[options.command], f"srbval {options.command}", options)
+    if options.command in STUDY_BY_COMMAND:
+        return _run_study(STUDY_BY_COMMAND[options.command], f"srbval {options.command}", options)
     if options.action == "run":
         if options.name is None:
             raise ConfigurationError("name a study, for example: srbval study run naming. See: srbval study list")
@@ -113,7 +115,7 @@ def study(options: argparse.Namespace) -> int:
         about: dict[str, object] = {"name": state["name"], "question": one.question, "kind": one.kind.value}
         rows.append(about | {"minutes": one.minutes, "made_utc": state["made_utc"], "stale": state["why"]})
     shown = {name: name for name in ("question", "kind", "minutes", "stale")}
-    return answer(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
+    return print_document(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
 
 
 def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
@@ -121,12 +123,12 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     parser = Parser(prog=command, description=asked.question, epilog=f"example: {command} --jobs 2")
     asked.add_options(parser.add_argument_group("study"))
     picture = f"srbval-{command.rpartition(' ')[2]}.svg"
-    if name in VERBS.values():
+    if name in STUDY_BY_COMMAND.values():
         group = parser.add_argument_group("model")
-        for option, settings in OUTSIDE.items():
+        for option, settings in OUTSIDE_MODEL_OPTIONS.items():
             group.add_argument(option, dest="model", **settings)
         parser.add_argument("--plot", metavar="OUT.svg", help=f"the picture (default: {picture})")
-    if name == VERBS["bench"]:
+    if name == STUDY_BY_COMMAND["bench"]:
         parser.add_argument("--scale", action="store_true", help="cost against size instead: about half an hour")
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
     told = "store it here (default: a complete result is stored for the report)"
@@ -139,19 +141,19 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     with ProgressDisplay() as shown, stored_results(fresh=given.fresh):
         progress = prefixed(shown, name.replace("_", " ").capitalize())
         scale = getattr(given, "scale", False)
-        if scale or getattr(given, "model", None) or (name == VERBS["bench"] and given.quick):
+        if scale or getattr(given, "model", None) or (name == STUDY_BY_COMMAND["bench"] and given.quick):
             found, stored = _run_outside(name, given, progress, shown.message)
         else:
             shown.message(f"about {asked.minutes:g} minutes on two cores for all, and half a minute once to compile")
             found, stored = make_result(name, given, progress, command=own_command())
-        if name in VERBS.values() and not scale:
+        if name in STUDY_BY_COMMAND.values() and not scale:
             with stage(progress, "Draw"):
                 panel(draw_study)(name, stored)(plot.parent, plot.stem)
             stored |= {"plot": plot}
     if "file" in stored:
         print(f"stored: {stored['file']}", file=sys.stderr)
     text = f"{found.text}\n\nDrawn in {plot}" if "plot" in stored else found.text
-    return answer(given, stored, text, code=0 if found.sound else UNSOUND)
+    return print_document(given, stored, text, code=0 if found.sound else UNSOUND)
 
 
 def _run_outside(
@@ -162,7 +164,7 @@ def _run_outside(
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):
         found = measure_scale(quick=given.quick, progress=progress)
-    elif name == VERBS["bench"]:
+    elif name == STUDY_BY_COMMAND["bench"]:
         found = bench(given.model, message=message, **asked)
     else:
         found = stability(given.model, jobs=given.jobs, **asked)

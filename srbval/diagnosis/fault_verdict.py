@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.bridges import Shown
+from srbval.bridges import NotebookObject
 from srbval.diagnosis.baseline import (
     NO_HEALTHY,
     RISEN_RATIO,
@@ -58,7 +58,7 @@ DETECTABLE_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Diagnosis(Shown):
+class Diagnosis(NotebookObject):
     """Most probable state of a record and the evidence for it.
 
     `state` is a class, or "undecided" if no class is probable enough; `probabilities` contains all classes.

@@ -153,7 +153,7 @@ def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
     """Return the picture `file` that a command with ``--plot`` or Python draws beside the shipped recordings."""
     import matplotlib
 
-    from srbval.cli import main
+    from srbval.cli import run_command_line
 
     matplotlib.use("agg")
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
@@ -162,7 +162,7 @@ def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
             with matplotlib.rc_context():
                 exec(code, {})
         for command in code.splitlines() if kind == "sh" else ():
-            assert main(shlex.split(command)[1:]) == 0, command
+            assert run_command_line(shlex.split(command)[1:]) == 0, command
         return PICTURE.format(alt, base64.b64encode(Path(file).read_bytes()).decode())
 
 
@@ -213,7 +213,7 @@ def scene_keys() -> str:
 
 
 def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
-    from srbval.storage.tables import UNITS, without_unit
+    from srbval.storage.tables import UNIT_FACTORS, without_unit
 
     rows: list[tuple[str, ...]] = []
     below: list[tuple[Any, str, Any]] = []
@@ -224,7 +224,7 @@ def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
         key = without_unit(field)
         value = values.get(key, values.get(field.name, ""))
         below += [(parts[0], field.name, value)] if parts else []
-        units = f"{dimension}: {', '.join(unit for unit in UNITS[dimension] if unit)}" if dimension else ""
+        units = f"{dimension}: {', '.join(unit for unit in UNIT_FACTORS[dimension] if unit)}" if dimension else ""
         words = units or (f"table [{field.name}](#{field.name})" if parts else _type_in_words(takes))
         rows.append((f"`{key}`", cell(words), f"`{value}`" if value != "" and not parts else ""))
     title = f"## {name}\n\n" if name else ""

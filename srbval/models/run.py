@@ -14,7 +14,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
-from srbval.bridges import Shown, offered, require_xarray
+from srbval.bridges import NotebookObject, load_public, require_xarray
 from srbval.errors import NumericsError, SrbvalError
 from srbval.models import outputs as col
 from srbval.models.outputs import Outputs
@@ -181,7 +181,7 @@ def _part(columns: int | slice, meaning: str) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Run(RunSummary, Outputs, Shown):
+class Run(RunSummary, Outputs, NotebookObject):
     """A simulated run in memory: all of its outputs in one piece, [n] of them."""
 
     acceleration_m_s2 = _part(col.ACCELERATION, "Of the outer ring, [n, 3]: change of velocity over the interval.")
@@ -207,7 +207,7 @@ class Run(RunSummary, Outputs, Shown):
         """The data set that xarray reads in the run's file: units, names and attributes are the same."""
         engine = require_xarray()
         with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
-            offered("write_run")(self, path := Path(folder) / "run.h5")
+            load_public("write_run")(self, path := Path(folder) / "run.h5")
             data: xarray.Dataset = engine.load_dataset(path, engine="h5netcdf")
             return data
 

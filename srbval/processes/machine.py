@@ -43,7 +43,7 @@ def one_thread() -> Iterator[None]:
     The limit is the process's: if several threads are within, the last one to leave restores the former limit.
     """
     with _lock:
-        _limits.append(_loaded().limit(limits=1))
+        _limits.append(_thread_controller().limit(limits=1))
     try:
         yield
     finally:
@@ -54,7 +54,7 @@ def one_thread() -> Iterator[None]:
 
 
 @functools.cache
-def _loaded() -> Any:
+def _thread_controller() -> Any:
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()  # takes 8 ms to find them, and then 10 us a limit
@@ -67,7 +67,7 @@ def is_single_threaded() -> bool:
     return False
 
 
-def limit(name: str, most: int) -> None:
+def limit_resource(name: str, most: int) -> None:
     """Set one of the limits in the module `resource`, such as ``RLIMIT_CPU``; does nothing where there is none."""
     with contextlib.suppress(ImportError, AttributeError, ValueError, OSError):
         import resource
@@ -80,7 +80,7 @@ def limit_memory(most_bytes: float) -> None:
     """Let this process take so much memory beside what it has now; known on Linux only."""
     with contextlib.suppress(OSError, IndexError):
         held_kb = int(Path("/proc/self/status").read_text("ascii").split("VmData:")[1].split()[0])
-        limit("RLIMIT_DATA", held_kb * 1024 + round(most_bytes))
+        limit_resource("RLIMIT_DATA", held_kb * 1024 + round(most_bytes))
 
 
 def this_machine() -> dict[str, Any]:

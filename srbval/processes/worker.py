@@ -25,13 +25,13 @@ from srbval.processes.machine import is_single_threaded
 from srbval.storage.installation import child_environment
 
 GRACE_S = 5.0  # after the limit, for the parent to kill the child before that ends itself
-END_S = 10.0  # for a killed process to end; one that waits for a dead disk does not
+TERMINATION_S = 10.0  # for a killed process to end; one that waits for a dead disk does not
 SIGNAL_S = 0.5  # the longest time for which a wait ignores a signal
 
 Result = TypeVar("Result")
 
 
-def result_of(future: Future[Result]) -> Result:
+def wait_for_result(future: Future[Result]) -> Result:
     """Wait for a future and return its result; a signal interrupts the wait within `SIGNAL_S` [s].
 
     `Future.result` ignores a signal that arrives just before it starts to wait, until the future is done.
@@ -151,7 +151,7 @@ class WorkerProcess:
             process.stdin.flush()
             return pickle.load(process.stdout)
         except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: closed meanwhile
-            how = _death(process)
+            how = _describe_death(process)
             self.kill()  # with its group
             self.close()
             raise (OverLimitError if over.is_set() else DiedError)(how) from None
@@ -181,17 +181,17 @@ class WorkerProcess:
                 if stream is not None:
                     stream.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(END_S)
+            process.wait(TERMINATION_S)
 
     __del__ = close
 
 
-def _death(process: subprocess.Popen[bytes]) -> str:
+def _describe_death(process: subprocess.Popen[bytes]) -> str:
     """Describe the end of the process; waits for it."""
     try:
-        code = process.wait(END_S)
+        code = process.wait(TERMINATION_S)
     except subprocess.TimeoutExpired:
-        return f"it stopped answering and did not end within {END_S:g} s"
+        return f"it stopped answering and did not end within {TERMINATION_S:g} s"
     names = {one.value: one.name for one in signal.Signals}
     return f"signal {names[-code]}" if -code in names else f"exit code {code}"
 
@@ -207,7 +207,7 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
         answers = os.fdopen(os.dup(1), "wb")
         os.dup2(2, 1)  # what a library prints must not get between the answers
         requests: queue.Queue[tuple[Any, float | None]] = queue.Queue()
-        threading.Thread(target=_read, args=(os.fdopen(os.dup(0), "rb"), requests), daemon=True).start()
+        threading.Thread(target=_receive_requests, args=(os.fdopen(os.dup(0), "rb"), requests), daemon=True).start()
         answer = load()
         with Path(os.devnull).open("w") as nowhere:
             while True:
@@ -236,7 +236,7 @@ def end_with_input() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
-def _read(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
+def _receive_requests(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
     """Pass requests on; when the input ends, the parent is gone: end at once."""
     try:
         while True:

@@ -15,7 +15,7 @@ from typing import Self, TextIO
 
 DRAWN_EVERY_S = 0.3  # the longest time between two states of a line on a terminal, which is written over
 LINE_AFTER_S, LATER = 3.0, 3.0  # a log's first line of a running task, and the next when it has lasted so many times
-MOST_LINES = 8  # of a running task in a log: one at each of as many steps of a known extent
+MAX_LOG_LINES = 8  # of a running task in a log: one at each of as many steps of a known extent
 
 Progress = Callable[[str, float | None], None]
 """Called with the name of a task and the fraction of it that is done, 0 to 1.
@@ -102,9 +102,9 @@ class ProgressDisplay:
         if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:
             return
         if fraction is None:
-            is_far = count < MOST_LINES and elapsed > self._every_s * LATER**count * 0.8
+            is_far = count < MAX_LOG_LINES and elapsed > self._every_s * LATER**count * 0.8
         else:
-            is_far = fraction * (MOST_LINES + 1) > count + 1
+            is_far = fraction * (MAX_LOG_LINES + 1) > count + 1
         if not (self._terminal or is_far):
             return
         self._running[task] = fraction, started_at, now, count + 1

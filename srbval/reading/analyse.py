@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, Fault, load_bearing
-from srbval.bridges import Shown
+from srbval.bridges import NotebookObject
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import one_thread
 from srbval.reading.lines import RACE_LINES, Line, clearness, describe_lines, detected_fault_lines, sidak_corrected
@@ -37,7 +37,7 @@ class ShortRecordError(DataError):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Analysis(SpeedSearch, Shown):
+class Analysis(SpeedSearch, NotebookObject):
     """Lines of one recording; false-alarm probabilities are corrected for all trials.
 
     `processed` contains the arrays for figures, `search` describes the search, `windows` contains its windows [Hz] by

@@ -12,7 +12,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
-from srbval.bridges import Shown, offered, require_xarray
+from srbval.bridges import NotebookObject, load_public, require_xarray
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.times import is_time
 from srbval.storage.json_files import to_json
@@ -95,7 +95,7 @@ class SourceFacts:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Recording(SourceFacts, Shown):
+class Recording(SourceFacts, NotebookObject):
     """Vibration of one bearing: `channels`, float64 or if long float32, each [n], all at one rate.
 
     `channel` names the one to analyse; a simulated run has two radial `axes` instead, to be rotated onto the sensor's
@@ -176,7 +176,9 @@ class Recording(SourceFacts, Shown):
     @classmethod
     def from_array(cls, samples: Any, *, fs_hz: float, **asked: Any) -> Recording:
         """Recording of samples [n], or [n, channels], at one rate [Hz]; `asked`: see `recording_from_columns`."""
-        recording: Recording = offered("recording_from_columns")({"signal": np.asarray(samples)}, fs_hz=fs_hz, **asked)
+        recording: Recording = load_public("recording_from_columns")(
+            {"signal": np.asarray(samples)}, fs_hz=fs_hz, **asked
+        )
         return recording
 
     @classmethod
@@ -191,7 +193,7 @@ class Recording(SourceFacts, Shown):
             name = str(table.index.name)
             table = table.rename_axis(index=name if is_time(name) else "time").reset_index()
         columns = {str(name): column.to_numpy() for name, column in table.items()}
-        recording: Recording = offered("recording_from_columns")(columns, **asked)
+        recording: Recording = load_public("recording_from_columns")(columns, **asked)
         return recording
 
     @classmethod
@@ -209,7 +211,9 @@ class Recording(SourceFacts, Shown):
         columns = {titles[name]: variable.to_numpy() for name, variable in whole.variables.items()}
         units = {titles[name]: str(v.attrs["units"]) for name, v in whole.variables.items() if "units" in v.attrs}
         facts = {name: x.item() if isinstance(x, np.number) else x for name, x in whole.attrs.items()}
-        recording: Recording = offered("recording_from_columns")(columns, column_units=units, attributes=facts, **asked)
+        recording: Recording = load_public("recording_from_columns")(
+            columns, column_units=units, attributes=facts, **asked
+        )
         return recording
 
     def facts(self) -> dict[str, Any]:

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
-from srbval.errors import ConfigurationError, UnknownNameError, nearest
+from srbval.errors import ConfigurationError, UnknownNameError, closest_word
 from srbval.scene.parts import LoadPath
 from srbval.scene.scene import MAX_DEFECTS, Scene
-from srbval.storage.tables import SI_SUFFIX, build, nested, read_toml
+from srbval.storage.tables import SI_SUFFIX, build, nest_value, read_toml
 
 PAPER_SCENE = "paper"
 BUNDLED = (PAPER_SCENE, "rig", "rig-oil")  # the scenes that come with the package, each a file beside this one
@@ -76,7 +76,7 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
     if name in bundled:
         return bundled_table(bundled[name])
     if not Path(name).suffix and name == Path(name).name:
-        close = nearest(name, bundled)
+        close = closest_word(name, bundled)
         meant = f"; did you mean {close!r}? Known" if close else ". Known"
         raise UnknownNameError(
             f"{what} {name!r} is not known{meant}: {', '.join(bundled)}. For a file write {name}.toml or ./{name}."
@@ -221,7 +221,7 @@ class RigInput:
 
     def changes(self, value: float) -> dict[str, Any]:
         """Changes that give a scene this value, for `load_scene`."""
-        return nested(self.key, f"{value!r} {self.unit}" if self.unit else value)
+        return nest_value(self.key, f"{value!r} {self.unit}" if self.unit else value)
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.fft  # scipy.signal takes half a second to load: the report needs none of it
 
 from srbval.arrays import ComplexArray, FloatArray
-from srbval.bridges import Shown, require_xarray
+from srbval.bridges import NotebookObject, require_xarray
 from srbval.errors import ConfigurationError, DataError
 from srbval.signal.envelope import END_S, analytic_signal, drop_ends, end_s
 
@@ -27,7 +27,7 @@ SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Spectrum(Shown):
+class Spectrum(NotebookObject):
     """Amplitude over frequency, both [m]; `resolution_hz` is one over the record's duration, the bins may be closer."""
 
     frequency_hz: FloatArray

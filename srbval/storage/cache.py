@@ -13,7 +13,7 @@ from pathlib import Path
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.files import UNFINISHED
 
-KERNELS, RESULTS, SCENE_RESULTS = "kernels", "results", "scene-results"  # kinds of content
+KERNELS, STUDY_RESULTS, SCENE_RESULTS = "kernels", "results", "scene-results"  # kinds of content
 KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
 # Names of the files that this program and its compiler write there; whatever else lies there is not ours to delete.
 KERNEL_FILES = re.compile(

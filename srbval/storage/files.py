@@ -11,9 +11,9 @@ from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
 
-SUFFIX = ".srbval-part"
-UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(SUFFIX))  # the name of the file that was to be written
-MOST_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more than that as TOML would take seconds
+PART_SUFFIX = ".srbval-part"
+UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(PART_SUFFIX))  # the name of the file that was to be written
+MAX_FILE_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more than that as TOML would take seconds
 
 
 def check_suffix(path: Path, content: str, suffixes: tuple[str, ...]) -> None:
@@ -39,7 +39,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
             raise DataError(f"{path}: a device, a pipe or a folder, which no file can replace. Choose another name.")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=SUFFIX, dir=path.parent)
+            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=PART_SUFFIX, dir=path.parent)
         except ValueError as error:  # a zero byte or half a character
             raise DataError(f"{path}: no file can have such a name ({error}).") from None
         os.close(handle)
@@ -65,7 +65,7 @@ def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
 
     Nothing else: neither files of other names nor folders nor links. Call it where no other process writes.
     """
-    for path in folder.glob(f".*{SUFFIX}"):
+    for path in folder.glob(f".*{PART_SUFFIX}"):
         match = UNFINISHED.fullmatch(path.name)
         if match is not None and belongs(match[1]) and path.is_file() and not path.is_symlink():
             path.unlink(missing_ok=True)
@@ -80,7 +80,7 @@ def file_sha256(path: Path) -> str:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
-def read_limited(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+def read_limited(path: Path, most_bytes: int = MAX_FILE_BYTES) -> bytes:
     """Content of a regular file of at most `most_bytes`; `DataError` for a pipe, a folder or anything else."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):

@@ -17,14 +17,16 @@ from srbval.errors import DataError
 from srbval.storage.files import atomic_write, check_suffix
 
 CHECKSUM = "srbval_checksum"  # attribute of the HDF5 files that have one
-MARK = b"\nsrbval summary %07d sha256 "  # after the summary, with its length [bytes]; then the digest and a line end
+SUMMARY_FOOTER = (
+    b"\nsrbval summary %07d sha256 "  # after the summary, with its length [bytes]; then the digest and a line end
+)
 END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
-END_BYTES = len(MARK % 0) + 65
+END_BYTES = len(SUMMARY_FOOTER % 0) + 65
 BLOCK_BYTES = 2**20
-SCHEMA_VERSION = 1
+HDF5_SCHEMA_VERSION = 1
 HDF5 = "HDF5", (".h5", ".hdf5", ".nc")  # with names that it may have
 ATTRIBUTES: dict[str, Any] = {
-    "schema_version": SCHEMA_VERSION,
+    "schema_version": HDF5_SCHEMA_VERSION,
     CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
 }
 CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets
@@ -85,7 +87,7 @@ def append_checksum(path: Path, summary: bytes = b"") -> None:
     """Append `summary` and the checksum of all before it to a file that is being written."""
     with path.open("r+b") as stream:
         digest = hashlib.file_digest(stream, "sha256")
-        last = summary + MARK % len(summary)
+        last = summary + SUMMARY_FOOTER % len(summary)
         digest.update(last)
         stream.seek(0, os.SEEK_END)
         stream.write(last + digest.hexdigest().encode() + b"\n")

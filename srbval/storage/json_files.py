@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError, SrbvalError
-from srbval.storage.files import MOST_BYTES, atomic_write, file_sha256, read_limited
+from srbval.storage.files import MAX_FILE_BYTES, atomic_write, file_sha256, read_limited
 
 
 def to_json(value: Any) -> Any:
@@ -94,7 +94,7 @@ def write_json(path: Path, value: Any, text: Callable[[Any], str] = json_text) -
         part.write_bytes(content)
 
 
-def read_json(path: Path, most_bytes: int = MOST_BYTES) -> Any:
+def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
     """The value of a JSON file of at most `most_bytes`; `DataError` for a file that cannot be read or is none."""
     content = read_limited(path, most_bytes)
     try:

@@ -25,8 +25,8 @@ FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE
 PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", of what is imported when it is first used
 _NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
 SHOWING = ("page", "figure")
-TOLD = ("question", "minutes")  # keys of a study's TOML file that are told to its reader and change no number
-_NAMES = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
+DISPLAY_KEYS = ("question", "minutes")  # keys of a study's TOML file that are told to its reader and change no number
+_IDENTIFIER_FIELDS = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
@@ -48,7 +48,7 @@ def code_sha256(folder: Path, package: Path = PACKAGE) -> str:
 
     Docstrings, comments, formatting, the order of statements, names that begin with an underscore, and the place of
     what is imported do not count; nor do the modules in `SHOWING`, which show a result and do not compute it, and the
-    keys in `TOLD`.
+    keys in `DISPLAY_KEYS`.
     """
     statements = [
         one
@@ -123,7 +123,7 @@ def _statements(source: Path, package: Path) -> list[bytes]:
         content = source.read_bytes()
         if source.suffix == ".toml":
             told = tomllib.loads(content.decode())
-            content = repr({key: value for key, value in told.items() if key not in TOLD}).encode()
+            content = repr({key: value for key, value in told.items() if key not in DISPLAY_KEYS}).encode()
         return [hashlib.sha256(content).digest()]
     text, found = source.read_text(encoding="utf-8"), []
     lines = text.split("\n")
@@ -155,7 +155,12 @@ def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
                 words.append(f"end of {name}")
         elif isinstance(value, str) and value.startswith(inner):  # a module that may move
             words.append(value.partition(":")[2])
-        elif name in _NAMES and isinstance(value, str) and value.startswith("_") and not value.startswith("__"):
+        elif (
+            name in _IDENTIFIER_FIELDS
+            and isinstance(value, str)
+            and value.startswith("_")
+            and not value.startswith("__")
+        ):
             words.append("_")
         elif value is not None:
             words.append(repr(value))

@@ -18,32 +18,35 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError
-from srbval.storage.cache import RESULTS, cache_folder
+from srbval.storage.cache import STUDY_RESULTS, cache_folder
 from srbval.storage.installation import package_folder, shipped_folder
 from srbval.storage.json_files import read_json
 from srbval.storage.sources import code_sha256
 
-Value = float | str
-Part = Mapping[str, Value]
-Fingerprint = Mapping[str, Part]
+FingerprintValue = float | str
+PartFingerprint = Mapping[str, FingerprintValue]
+Fingerprint = Mapping[str, PartFingerprint]
 
-SCHEMA_VERSION = 3
-MOST_BYTES = 2**26  # the longest there are have some megabytes
+RESULT_SCHEMA_VERSION = 3
+MAX_RESULT_BYTES = 2**26  # the longest there are have some megabytes
 REPORTS = "reports"  # folder of the results that come with the program
 REFERENCE, REFERENCE_ORIGIN = "fingerprint.json", {"schema_version": 1, "kind": "fingerprint"}
 DIRTY = "-dirty"  # end of the revision of a changed working tree
 # Rounding that differs between processors and versions of libraries reaches 1e-8 in the probes; a change of 1e-6 is a
 # thousandth of what any published number states.
-RELATIVE = 1e-6
+RELATIVE_TOLERANCE = 1e-6
 # Least difference that matters, by the unit that ends a name; smaller values are rounding of a theoretical zero.
-LEAST = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
+MIN_DIFFERENCE = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
 
 
 def tolerance(name: str, value: float) -> float:
     """Largest difference from `value` at which a number of this name counts as equal; 0 if it is not finite."""
     if not math.isfinite(value):
         return 0.0
-    return max(RELATIVE * abs(value), next((least for unit, least in LEAST.items() if name.endswith(f"_{unit}")), 0.0))
+    return max(
+        RELATIVE_TOLERANCE * abs(value),
+        next((least for unit, least in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +66,7 @@ class CheckedQuantity:
     words: tuple[str, str] | None = None
 
 
-def compared(now: Part, known: Part) -> list[CheckedQuantity]:
+def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
     """Every number and word of a part against its reference, those that only one of them has at the end, which fail.
 
     NaN agrees with NaN, a word with the same word.
@@ -80,7 +83,7 @@ def compared(now: Part, known: Part) -> list[CheckedQuantity]:
     return found
 
 
-def fingerprint_of(table: Any) -> dict[str, dict[str, Value]]:
+def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
     """The fingerprint in a JSON document, in which null stands for NaN; `ValueError` if it is none."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
         raise ValueError("no fingerprint: not a table of tables")
@@ -94,7 +97,7 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, Value]]:
 def reference_fingerprint() -> Fingerprint:
     """The fingerprint that comes with the program, with which `srbval check` compares it; empty if there is none."""
     try:
-        content = read_json(shipped_folder(REPORTS) / REFERENCE, MOST_BYTES)
+        content = read_json(shipped_folder(REPORTS) / REFERENCE, MAX_RESULT_BYTES)
         known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())
         return fingerprint_of(content["parts"]) if known else {}
     except (DataError, LookupError, TypeError, ValueError):
@@ -156,7 +159,7 @@ class StoredResult:
         except ValueError:
             return "it does not state the fingerprint of the program that computed it"
         for part, numbers in then.items():
-            if names := [one.name for one in compared(now.get(part, {}), numbers) if not one.ok]:
+            if names := [one.name for one in compare_part(now.get(part, {}), numbers) if not one.ok]:
                 more = f" and {len(names) - 1} more" if len(names) > 1 else ""
                 return f"the program's part {part} behaves differently: {names[0]}{more}"
         return None
@@ -164,7 +167,7 @@ class StoredResult:
 
 def newest_result(name: str) -> StoredResult | None:
     """The newest result of this name in the user's cache, the repository or the installed package."""
-    folders = (cache_folder(RESULTS), shipped_folder(REPORTS))
+    folders = (cache_folder(STUDY_RESULTS), shipped_folder(REPORTS))
     found = [result for folder in folders if (result := read_result(folder / f"{name}.json")) is not None]
     return max(found, key=lambda result: result.made_utc, default=None)
 
@@ -172,10 +175,10 @@ def newest_result(name: str) -> StoredResult | None:
 def read_result(path: Path) -> StoredResult | None:
     """A result file; None if there is none, or none that this version can read."""
     try:
-        content = read_json(path, MOST_BYTES)
+        content = read_json(path, MAX_RESULT_BYTES)
     except DataError:
         return None
     fits = isinstance(content, dict) and content.get("kind") == path.stem
-    fits = fits and content.get("schema_version") in (2, SCHEMA_VERSION)
+    fits = fits and content.get("schema_version") in (2, RESULT_SCHEMA_VERSION)
     fits = fits and isinstance(content.get("made_utc"), str) and isinstance(content.get("machine", {}), dict)
     return StoredResult(path=path, content=content) if fits else None

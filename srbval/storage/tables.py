@@ -23,10 +23,10 @@ from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.storage.files import read_limited
 
 T = TypeVar("T")
-Number = Callable[[object, str], float]  # reads the value at a place of a table as a number
+NumberReader = Callable[[object, str], float]  # reads the value at a place of a table as a number
 
 _UNITS = tomllib.loads((files("srbval.storage") / "units.toml").read_text(encoding="utf-8"))
-UNITS: dict[str, dict[str, float]] = {name: table["units"] for name, table in _UNITS.items()}
+UNIT_FACTORS: dict[str, dict[str, float]] = {name: table["units"] for name, table in _UNITS.items()}
 SI_SUFFIX: dict[str, str] = {name: table["suffix"] for name, table in _UNITS.items() if "suffix" in table}
 RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _UNITS.items() if "range" in table}
 LONGEST_TEXT = 200  # characters of a number with its unit
@@ -41,9 +41,9 @@ LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONG
 def parse_quantity(value: object, dimension: str, where: str) -> float:
     """Read `value` (a number in SI, or a string with a unit) as a finite float in SI, or raise `ConfigurationError`.
 
-    `dimension` is a key of `UNITS`; `where` names the place for the error message.
+    `dimension` is a key of `UNIT_FACTORS`; `where` names the place for the error message.
     """
-    units, said = UNITS[dimension], f"{where}: {shown(value)}"
+    units, said = UNIT_FACTORS[dimension], f"{where}: {quote_value(value)}"
     if isinstance(value, str):
         found = number_and_unit(value)
         if found is None:
@@ -71,7 +71,7 @@ def number_and_unit(text: str) -> tuple[float, str] | None:
     return number / divisor if divisor else math.inf, match[3]
 
 
-def shown(value: object) -> str:
+def quote_value(value: object) -> str:
     """The value as an error quotes it, whatever it is."""
     try:
         return repr(value)
@@ -105,10 +105,10 @@ class Limited:
         for field in dataclasses.fields(typing.cast(Any, self)):
             if field.metadata and (value := getattr(self, field.name)) is not None:
                 for number in value if isinstance(value, tuple) else (value,):
-                    _check(self, field, number)
+                    _check_limits(self, field, number)
 
 
-def _check(owner: object, field: dataclasses.Field[Any], number: float) -> None:
+def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -> None:
     if "dimension" in field.metadata:
         low, high = RANGES[field.metadata["dimension"]]
         if number and not low <= abs(number) <= high:  # NaN neither
@@ -146,19 +146,19 @@ def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{path}: not a valid TOML file: {why}.") from None
 
 
-def flattened(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flatten_table(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Values of nested tables by dotted key."""
     for key, value in table.items():
         if isinstance(value, Mapping):
-            yield from flattened(value, f"{prefix}{key}.")
+            yield from flatten_table(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
 
 
-def nested(key: str, value: Any) -> dict[str, Any]:
+def nest_value(key: str, value: Any) -> dict[str, Any]:
     """The nested tables in which a value has this dotted key."""
     first, dot, rest = key.partition(".")
-    return {first: nested(rest, value) if dot else value}
+    return {first: nest_value(rest, value) if dot else value}
 
 
 def build(cls: type[T], table: object, where: str) -> T:
@@ -168,8 +168,8 @@ def build(cls: type[T], table: object, where: str) -> T:
     file is NaN where a float alone is expected, so that what `to_json` wrote is read again.
     """
     if not isinstance(table, Mapping):
-        raise ConfigurationError(f"{where}: expected a table, found {shown(table)}.")
-    hints, fields, spelling = _declared(cls)  # type: ignore[arg-type]
+        raise ConfigurationError(f"{where}: expected a table, found {quote_value(table)}.")
+    hints, fields, spelling = _keys_of_fields(cls)  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for key, raw in table.items():
         if key not in spelling:
@@ -177,7 +177,7 @@ def build(cls: type[T], table: object, where: str) -> T:
         name = spelling[key]
         if name in values:
             raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
-        values[name] = _value(raw, hints[name], f"{where}.{key}", partial(_number, fields[name], key))
+        values[name] = _read_value(raw, hints[name], f"{where}.{key}", partial(_read_number, fields[name], key))
     required = (n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING)
     missing = [n for n in required if n not in values]
     if missing:
@@ -186,7 +186,7 @@ def build(cls: type[T], table: object, where: str) -> T:
 
 
 @cache
-def _declared(cls: type) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
+def _keys_of_fields(cls: type) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
     """Types and fields of a dataclass by name, and the field names by their keys in a table."""
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
     spelling = {name: name for name in fields} | {without_unit(field): name for name, field in fields.items()}
@@ -198,20 +198,23 @@ def without_unit(field: dataclasses.Field[Any]) -> str:
     return field.name.removesuffix(SI_SUFFIX.get(field.metadata.get("dimension", ""), ""))
 
 
-def _value(raw: object, hint: Any, where: str, number: Number) -> Any:
+def _read_value(raw: object, hint: Any, where: str, number: NumberReader) -> Any:
     kind, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
     if kind in (types.UnionType, typing.Union):
-        return _either(raw, inner, where, number)
+        return _read_union(raw, inner, where, number)
     if kind is float:
         return math.nan if raw is None else number(raw, where)
     if kind is tuple:
         if not isinstance(raw, list) or (inner[1:] != (...,) and len(raw) != len(inner)):
-            raise ConfigurationError(f"{where}: expected a list, found {shown(raw)}.")
+            raise ConfigurationError(f"{where}: expected a list, found {quote_value(raw)}.")
         hints = [inner[0]] * len(raw) if inner[1:] == (...,) else inner
         items = enumerate(zip(raw, hints, strict=True))
-        return tuple(_value(item, one, f"{where}[{i}]", number) for i, (item, one) in items)
+        return tuple(_read_value(item, one, f"{where}[{i}]", number) for i, (item, one) in items)
     if kind in (dict, Mapping) and isinstance(raw, dict) and inner:
-        return {_value(k, inner[0], where, number): _value(v, inner[1], f"{where}.{k}", number) for k, v in raw.items()}
+        return {
+            _read_value(k, inner[0], where, number): _read_value(v, inner[1], f"{where}.{k}", number)
+            for k, v in raw.items()
+        }
     if dataclasses.is_dataclass(kind):
         return build(typing.cast(Any, kind), raw, where)
     if isinstance(kind, type) and issubclass(kind, enum.Enum):
@@ -219,37 +222,37 @@ def _value(raw: object, hint: Any, where: str, number: Number) -> Any:
             return kind(raw)
         except ValueError:
             known = [str(member.value) for member in kind]
-            raise UnknownNameError.of(f"{where}: {shown(raw)} is not known", shown(raw), known) from None
+            raise UnknownNameError.of(f"{where}: {quote_value(raw)} is not known", quote_value(raw), known) from None
     if kind is Path and isinstance(raw, str):
         return Path(raw)
     if kind is not Any and (not isinstance(raw, kind) or (isinstance(raw, bool) and kind is not bool)):
-        raise ConfigurationError(f"{where}: expected {kind.__name__}, found {shown(raw)}.")
+        raise ConfigurationError(f"{where}: expected {kind.__name__}, found {quote_value(raw)}.")
     return raw
 
 
-def _either(raw: object, hints: tuple[Any, ...], where: str, number: Number) -> Any:
+def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberReader) -> Any:
     """Of the type that it has already, or else of the first that fits; the error of the last."""
     if raw is None and types.NoneType in hints:
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
     for hint in others:
         try:
-            return _value(raw, hint, where, number)
+            return _read_value(raw, hint, where, number)
         except ConfigurationError:
             continue
-    return _value(raw, last, where, number)
+    return _read_value(raw, last, where, number)
 
 
-def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:
+def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:
     """A number of a configuration: in SI under the field's own name, else with its unit."""
     dimension = field.metadata.get("dimension")
     if dimension and key == field.name and isinstance(raw, str):
         raise ConfigurationError(
-            f"{where}: a number in SI is expected; for {shown(raw)} write {without_unit(field)!r}."
+            f"{where}: a number in SI is expected; for {quote_value(raw)} write {without_unit(field)!r}."
         )
     if dimension and key != field.name and not isinstance(raw, str):
         raise ConfigurationError(
-            f"{where}: {shown(raw)} has no unit; write text with a unit, or the SI number as {field.name!r}."
+            f"{where}: {quote_value(raw)} has no unit; write text with a unit, or the SI number as {field.name!r}."
         )
     return parse_quantity(raw, dimension or "one", where)
 
@@ -267,7 +270,7 @@ def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     definitions: dict[str, Any] = {}
 
     def of_table(kind: Any) -> dict[str, Any]:
-        own, fields, spelling = _declared(kind)
+        own, fields, spelling = _keys_of_fields(kind)
         keys = {
             key: of_value(hints.get((kind, name), own[name]), _number_schema(fields[name], key))
             for key, name in spelling.items()
@@ -305,6 +308,6 @@ def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
     stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
     if dimension and key == field.name:
         return {"type": "number"} | stated
-    units = "|".join(map(re.escape, UNITS[dimension or "one"]))
+    units = "|".join(map(re.escape, UNIT_FACTORS[dimension or "one"]))
     text = {"pattern": rf"^\s*[-+]?{_DIGITS}(?:\s*/\s*{_DIGITS})?\s*(?:{units})\s*$"}
     return {"type": "string"} | text if dimension else {"type": ["number", "string"]} | stated | text

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, cast
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
-from srbval.storage.cache import RESULTS, cache_folder
+from srbval.storage.cache import STUDY_RESULTS, cache_folder
 from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import rows_text, to_json, write_json
 from srbval.storage.sources import code_sha256
-from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, Fingerprint, ResultKind
+from srbval.storage.stored_result import DIRTY, REPORTS, RESULT_SCHEMA_VERSION, Fingerprint, ResultKind
 from srbval.storage.tables import build, read_toml
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
@@ -144,7 +144,7 @@ def make_result(
     started = time.perf_counter()
     found = study.run(options, progress)
     content = {
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": RESULT_SCHEMA_VERSION,
         "kind": study.name,
         "evidence_kind": study.kind.value,
         "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -160,6 +160,6 @@ def make_result(
         behaviour = fingerprint(*study.parts, progress=progress) if study.parts else {}
     content["code_sha256"] = code_sha256(FOLDER / study.name)
     content["fingerprint"] = {part: dict(behaviour[part]) for part in study.parts}
-    path = path or cache_folder(RESULTS) / f"{study.name}.json"
+    path = path or cache_folder(STUDY_RESULTS) / f"{study.name}.json"
     write_json(path, content, rows_text)
     return found, content | {"file": path}

@@ -24,7 +24,7 @@ from srbval.processes.machine import load_average, this_machine
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.installation import child_environment, git_revision
-from srbval.storage.stored_result import SCHEMA_VERSION
+from srbval.storage.stored_result import RESULT_SCHEMA_VERSION
 from srbval.studies.harness import StudyResult
 from srbval.sweep.sweep import records
 
@@ -80,7 +80,12 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
             rows.append({"series": series, "size": size} | _measured(command.format(size), Path(folder)))
     steps = pd.DataFrame(rows).groupby("series")[["cpu_s", "size"]].diff()
     rows = records(pd.DataFrame(rows).assign(cpu_per_unit_s=steps["cpu_s"] / steps["size"]))
-    content = {"schema_version": SCHEMA_VERSION, "kind": "scale", "command": "srbval bench --scale", "rows": rows}
+    content = {
+        "schema_version": RESULT_SCHEMA_VERSION,
+        "kind": "scale",
+        "command": "srbval bench --scale",
+        "rows": rows,
+    }
     content |= {"made_utc": datetime.now(UTC).isoformat(timespec="seconds"), "git_revision": git_revision()}
     content |= {"computed_once": "times on one machine", "machine": this_machine() | {"load_before": load}}
     text = _text(content)

@@ -12,7 +12,7 @@ from srbval.models.run import Run, RunStatus, works
 from srbval.models.simulate import Step, compile_for, simulate
 from srbval.models.solvers import METHODS
 from srbval.processes.machine import usable_cores
-from srbval.processes.worker import result_of
+from srbval.processes.worker import wait_for_result
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
@@ -96,7 +96,7 @@ def side_by_side(
     with ThreadPoolExecutor(max_workers=jobs or usable_cores()) as pool:
         try:
             futures = {key: pool.submit(started, key) for key in sorted(cost, key=lambda key: -cost[key])}
-            results = {key: result_of(futures[key]) for key in scenes}
+            results = {key: wait_for_result(futures[key]) for key in scenes}
         except BaseException:
             stop.set()
             with models_ended():

@@ -14,9 +14,9 @@ from srbval.scene import Scene, load_scene
 from srbval.storage.tables import read_toml
 
 OUTPUT_RATE_HZ = 20480.0  # sampling rate of the rig, section 3.2
-WHOLE_HZ = 256.0  # durations are multiples of 1/256 s, and so of every output interval in use
+DURATION_GRID_HZ = 256.0  # durations are multiples of 1/256 s, and so of every output interval in use
 FITS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}, "rig": {}}
-SCENES = tuple(f"{fit}-{state}" for fit in FITS for state in (Fault.HEALTHY, *RACE_DEFECTS))
+BENCH_SCENES = tuple(f"{fit}-{state}" for fit in FITS for state in (Fault.HEALTHY, *RACE_DEFECTS))
 # Solver, step, cost and limits that the paper states; `wall_s` of computing give `simulated_s`.
 PAPER = SimpleNamespace(**read_toml(Path(__file__).with_name("paper_integration.toml")))
 
@@ -46,7 +46,8 @@ def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: f
     """The scene with a duration of so many roller passages of the outer race, `settle` of them before it."""
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
-        math.ceil(s * WHOLE_HZ - 1e-9) / WHOLE_HZ for s in (max(least_s, passages * passage_s), settle * passage_s)
+        math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ
+        for s in (max(least_s, passages * passage_s), settle * passage_s)
     )
     return replace(scene, duration_s=seconds, settle_s=settle_s)
 
@@ -60,7 +61,7 @@ def output_rate_hz(step_s: float) -> float:
 
 
 def check_names(scenes: Iterable[str], solvers: Iterable[str]) -> None:
-    """Raise `ConfigurationError` for a name that is no scene of `SCENES` or no solver."""
-    for what, names, known in (("scene", scenes, SCENES), ("solver", solvers, SOLVERS)):
+    """Raise `ConfigurationError` for a name that is no scene of `BENCH_SCENES` or no solver."""
+    for what, names, known in (("scene", scenes, BENCH_SCENES), ("solver", solvers, SOLVERS)):
         for name in names:
             check_known(what, name, known)

@@ -14,13 +14,13 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from srbval.bearing import Bearing, Fault
-from srbval.bridges import Shown, offered
+from srbval.bridges import NotebookObject, load_public
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
 from srbval.comparison.table6 import sum_rule
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.processes.machine import usable_cores
-from srbval.processes.worker import result_of
+from srbval.processes.worker import wait_for_result
 from srbval.progress import Progress, silent
 from srbval.recordings.registry import RecordSource
 from srbval.storage.stored_result import newest_result
@@ -50,7 +50,7 @@ class PairReading:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Validation(Shown):
+class Validation(NotebookObject):
     """Result of a case: `table` has a row for each pair and quantity, `pairs` one for each pair.
 
     `comparisons` are rows with all their parts, `sums` those of both race lines, `failed` pairs that were not compared.
@@ -137,7 +137,7 @@ class Validation(Shown):
     def to_html(self) -> str:
         """The whole report as one page; reads the signals again."""
         with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
-            _, files = offered("report_case")(self.case, Path(folder), formats=("html",))
+            _, files = load_public("report_case")(self.case, Path(folder), formats=("html",))
             text: str = files["html"].read_text(encoding="utf-8")
             return text
 
@@ -206,9 +206,9 @@ def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: i
         for item in items:
             waiting.append(pool.submit(function, item))
             if len(waiting) >= jobs:
-                yield result_of(waiting.popleft())
+                yield wait_for_result(waiting.popleft())
         while waiting:
-            yield result_of(waiting.popleft())
+            yield wait_for_result(waiting.popleft())
 
 
 def _compared(number: int, pair: CasePair, case: Case, effects: Effects, progress: Progress) -> PairReading:

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from srbval.campaign.results import CaseResult, CaseTask
-from srbval.campaign.run import RESULTS, run_campaign, verify_campaign
+from srbval.campaign.run import RESULTS_CSV, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign
 from srbval.campaign.worker import ATTEMPTS, prepare, run_case
 from srbval.storage.tables import build
@@ -71,7 +71,7 @@ def resume(folder: Path, **changes: Any) -> dict[str, Any]:
 
 def content(folder: Path) -> dict[str, str]:
     """Digest of every result, and of the table of results, by name."""
-    files = [*(folder / "cases").glob("*.h5"), folder / RESULTS]
+    files = [*(folder / "cases").glob("*.h5"), folder / RESULTS_CSV]
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 

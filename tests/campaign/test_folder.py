@@ -16,9 +16,9 @@ import pytest
 import xarray
 
 import srbval
-from srbval.campaign.results import TIMED_OUT, CaseResult, read_result, write_result
-from srbval.campaign.run import RESULTS, TABLE, campaign_status, folder_lock, result_path
-from srbval.cli import main
+from srbval.campaign.results import TIMED_OUT, CaseResult, read_case_result, write_result
+from srbval.campaign.run import CAMPAIGN_JSON, RESULTS_CSV, campaign_status, folder_lock, result_path
+from srbval.cli import run_command_line
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.campaigns import content, damaged_names, good_results, resume, run_small, small
 
@@ -28,7 +28,7 @@ FLIPS = int(os.environ.get("SRBVAL_FLIPS", "30"))
 def flip(path: Path, chance: random.Random) -> None:
     raw = bytearray(path.read_bytes())
     # the first bytes of the table of cases state whose folder it is
-    raw[chance.randrange(100 if path.name == TABLE else 0, len(raw))] ^= 1 << chance.randrange(8)
+    raw[chance.randrange(100 if path.name == CAMPAIGN_JSON else 0, len(raw))] ^= 1 << chance.randrange(8)
     path.write_bytes(raw)
 
 
@@ -49,7 +49,7 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
 
 
 def test_every_flipped_bit_is_found(folder: Path) -> None:
-    chance, files = random.Random(FLIPS), [folder / TABLE, *sorted(folder.glob("cases/*.h5"))]
+    chance, files = random.Random(FLIPS), [folder / CAMPAIGN_JSON, *sorted(folder.glob("cases/*.h5"))]
     for path in chance.choices(files, k=FLIPS):
         before = path.read_bytes()
         flip(path, chance)
@@ -62,13 +62,13 @@ def test_damaged_results_are_named_and_run_again(whole: Path, folder: Path, caps
     for damage in DAMAGES.values():
         first.unlink()
         damage(Path(shutil.copy(whole / "cases" / first.name, first)))
-        assert main(["campaign", "verify", str(folder), "--json"]) == 3
+        assert run_command_line(["campaign", "verify", str(folder), "--json"]) == 3
         found = json.loads(capsys.readouterr().out)
         assert (found["ok"], found["status"]) == (False, "damaged")
         assert [one["file"] for one in found["damaged"]] == [str(first)]
         assert campaign_status(folder)["done"] == 5
         assert (srbval.load_campaign(folder).to_xarray()["status"] == "missing").sum() == 1
-    for path in (folder / TABLE, *others):
+    for path in (folder / CAMPAIGN_JSON, *others):
         flip(path, random.Random(1))
     again = resume(folder)
     assert (again["done"], again["ran"]) == (6, 3)
@@ -90,7 +90,7 @@ def test_a_folder_or_pipe_in_a_results_place_stays(in_its_place: Callable[[Path]
 def test_results_that_are_gone_and_results_to_try_again(whole: Path, folder: Path) -> None:
     gone, late, _ = good_results(folder)
     gone.unlink()
-    (folder / RESULTS).unlink()
+    (folder / RESULTS_CSV).unlink()
     write_result(late, CaseResult(key=late.stem, status=TIMED_OUT, reason="too long"))
     status = campaign_status(folder)
     assert (status["done"], sorted(entry["status"] for entry in status["failed"])[-1]) == (5, "timed-out")
@@ -102,11 +102,11 @@ def test_status_counts_inaccurate_cases_and_the_table_has_a_row_for_each(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     changed = good_results(folder)[0]
-    write_result(changed, replace(read_result(changed), status="inaccurate", reason="the step is too long"))
-    assert main(["campaign", "status", str(folder)]) == 0
+    write_result(changed, replace(read_case_result(changed), status="inaccurate", reason="the step is too long"))
+    assert run_command_line(["campaign", "status", str(folder)]) == 0
     text = capsys.readouterr().out
     assert all(f"1 {how}" in text for how in ("inaccurate", "load-lost", "x inaccurate: the step is too long (case "))
-    table = pandas.read_csv(folder / RESULTS)
+    table = pandas.read_csv(folder / RESULTS_CSV)
     assert list(table["case"]) == list(range(6))
     assert (table["status"] == "inaccurate").sum() == 1
     assert list(table["bpfo_hz"].notna()) == [True] * 3 + [False] * 3
@@ -116,27 +116,27 @@ def test_verify_reads_all_and_writes_nothing(folder: Path, capsys: pytest.Captur
     """Also results of an earlier form of the campaign, which stay."""
     resume(folder, seed=7)
     before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
-    assert main(["campaign", "verify", str(folder), "--json"]) == 0
+    assert run_command_line(["campaign", "verify", str(folder), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["ok"], found["damaged"]) == (True, [])
     assert found["results"] == len(list((folder / "cases").glob("*.h5"))) > 6
     assert {path: path.stat().st_mtime_ns for path in before} == before
-    assert main(["campaign", "verify", str(folder.parent / "none")]) == 3
+    assert run_command_line(["campaign", "verify", str(folder.parent / "none")]) == 3
 
 
 def test_a_damaged_table_of_cases(whole: Path, folder: Path) -> None:
-    raw = (folder / TABLE).read_bytes()
-    (folder / TABLE).write_bytes(raw[: len(raw) // 2])
-    assert damaged_names(folder) == {TABLE}
+    raw = (folder / CAMPAIGN_JSON).read_bytes()
+    (folder / CAMPAIGN_JSON).write_bytes(raw[: len(raw) // 2])
+    assert damaged_names(folder) == {CAMPAIGN_JSON}
     with pytest.raises(DataError, match=r"damaged .*results are kept"):
         campaign_status(folder)
-    with pytest.raises(ConfigurationError, match="is not of campaign 'other'"):
+    with pytest.raises(ConfigurationError, match="belongs to another campaign than 'other'"):
         resume(folder, name="other")
     assert resume(folder)["ran"] == 0
     assert content(folder) == content(whole)
 
 
-@pytest.mark.parametrize("name", [TABLE, RESULTS])
+@pytest.mark.parametrize("name", [CAMPAIGN_JSON, RESULTS_CSV])
 def test_a_folder_with_anothers_files_is_left_alone(name: str, tmp_path: Path) -> None:
     """As after ``-o .`` in a folder with a table of that name."""
     (tmp_path / name).write_text('{"name": "small", "theirs": 1}\n')
@@ -209,7 +209,7 @@ def test_a_campaign_is_one_data_set(whole: Path, tmp_path: Path) -> None:
 
 def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     def ask(*arguments: str) -> tuple[int, dict[str, object]]:
-        code = main(["campaign", *arguments, "--json"])
+        code = run_command_line(["campaign", *arguments, "--json"])
         return code, json.loads(capsys.readouterr().out)
 
     file = tmp_path / "two.toml"

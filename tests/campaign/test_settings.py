@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.cases import plan_cases, scene_of
+from srbval.campaign.cases import plan_cases, scene_of_point
 from srbval.campaign.run import load_campaign
 from srbval.campaign.settings import Campaign, presets
-from srbval.cli import main
+from srbval.cli import run_command_line
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import build
 from tests.campaign.campaigns import small
@@ -90,7 +90,7 @@ def test_a_typo_ends_before_anything_runs(
     (tmp_path / "c.toml").write_text(
         "\n".join(['name = "c"', f'[[axes]]\nkind = "grid"\nvalues = {{ duration = ["1 s", "2 s"], {table} }}', *more])
     )
-    assert main(["campaign", "run", str(tmp_path / "c.toml"), "-o", str(tmp_path / "c")]) == 2
+    assert run_command_line(["campaign", "run", str(tmp_path / "c.toml"), "-o", str(tmp_path / "c")]) == 2
     assert re.search(message, capsys.readouterr().err)
     assert [path.name for path in tmp_path.iterdir()] == ["c.toml"]
 
@@ -108,7 +108,7 @@ def test_names_of_results_follow_the_content() -> None:
 def test_a_scene_file_lies_below_the_scene(tmp_path: Path) -> None:
     (tmp_path / "base.toml").write_text('duration = "1 s"\n[load]\nradial = "50 kN"\n')
     (tmp_path / "c.toml").write_text('name = "c"\nscene_file = "base.toml"\n[scene.load]\naxial = "2 kN"\n')
-    scene = scene_of(load_campaign(str(tmp_path / "c.toml")), {})
+    scene = scene_of_point(load_campaign(str(tmp_path / "c.toml")), {})
     assert (scene.duration_s, scene.load.radial_n, scene.load.axial_n) == (1.0, 50e3, 2e3)
 
 
@@ -116,7 +116,7 @@ def test_a_scene_file_lies_below_the_scene(tmp_path: Path) -> None:
 def test_presets_are_table_5_at_one_load(name: str) -> None:
     campaign = load_campaign(name)
     cases = plan_cases(campaign)
-    scenes = [scene_of(campaign, case.point) for case in cases]
+    scenes = [scene_of_point(campaign, case.point) for case in cases]
     assert name in presets()
     assert len({case.key for case in cases}) == len(cases) == 40
     assert len({s.shaft_speed_rad_s for s in scenes}) == 10

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import srbval.cli
-from srbval.cli import ENDING, INTERNAL, main
+from srbval.cli import ENDING, INTERNAL, run_command_line
 from srbval.errors import NumericsError, SrbvalError
 from srbval.storage.installation import child_environment, package_folder, shipped_folder
 from tests.marked import marked, until
@@ -61,7 +61,7 @@ def test_any_error_is_one_line(error, code, as_json, capfd, monkeypatch, tmp_pat
 
     monkeypatch.setattr("srbval.cli.scene_commands.load_bearing", fail)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    assert main(["kinematics", *(["--json"] if as_json else [])]) == code
+    assert run_command_line(["kinematics", *(["--json"] if as_json else [])]) == code
     said = capfd.readouterr()
     line = one_line(said.err)
     if as_json:
@@ -230,9 +230,9 @@ def test_the_exit_code_is_its_own_wherever_the_signal_comes(number, tmp_path):
     """In code compiled from text, as a dataclass's: run with ``-m``, Python would remember it and die of SIGINT."""
     (tmp_path / "interrupted.py").write_text(
         "import signal, sys, srbval.cli, srbval.cli.scene_commands as command\n"
-        f"command.kinematics = lambda _: exec('signal.raise_signal({int(number)})')\n"
+        f"command.run_kinematics_command = lambda _: exec('signal.raise_signal({int(number)})')\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "sys.exit(srbval.cli.main(['kinematics']))\n"
+        "sys.exit(srbval.cli.run_command_line(['kinematics']))\n"
     )
     command = [sys.executable, "-m", "interrupted"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=ENDS_S, cwd=tmp_path)

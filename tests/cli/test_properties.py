@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.cli import arguments, main, output
+from srbval.cli import arguments, output, run_command_line
 from srbval.diagnosis.records import _read_channels
 from srbval.errors import NumericsError, SrbvalError
 from srbval.models.hierarchy import LEVELS
@@ -216,9 +216,9 @@ def _one_register(_own_home, said, monkeypatch):
 def answer_twice(text: Said, options: argparse.Namespace, document: Any, show: Any, **more: Any) -> int:
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        output.answer(argparse.Namespace(json=False, export=None), document, show, **more)
+        output.print_document(argparse.Namespace(json=False, export=None), document, show, **more)
     text[:] = printed.getvalue().splitlines()
-    return output.answer(options, document, show, **more)
+    return output.print_document(options, document, show, **more)
 
 
 def write_files() -> None:
@@ -248,9 +248,12 @@ def write_files() -> None:
     for name in ("a", "b"):
         np.save(f"records/{name}.npy", rng.normal(size=2000))
     Path("records/labels.csv").write_text("file,state,rpm\na.npy,healthy,1500\n")
-    assert main(["data", "add", "records"]) == 0
+    assert run_command_line(["data", "add", "records"]) == 0
     Path("records/b.npy").write_bytes(Path("records/a.npy").read_bytes())  # is now another one
-    assert main(["simulate", "--model", "kinematic", "--seconds", "1", "--defect", "outer", "-o", "run.h5"]) == 0
+    assert (
+        run_command_line(["simulate", "--model", "kinematic", "--seconds", "1", "--defect", "outer", "-o", "run.h5"])
+        == 0
+    )
     run_small(small(), Path("done"))
     shutil.copytree("done", "damaged")
     next(Path("damaged").rglob("*.h5")).write_bytes(b"no result")
@@ -261,7 +264,7 @@ def answered(line: Sequence[str], said: Said) -> tuple[int, dict[str, Any], list
     said.clear()
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        code = main([*line, "--json"])
+        code = run_command_line([*line, "--json"])
     shown = [word[:100] for word in line]
     assert "Traceback" not in err.getvalue(), shown
     document = json.loads(out.getvalue(), parse_constant=lambda c: pytest.fail(f"{c} in JSON of {shown}"))

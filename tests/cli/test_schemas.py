@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from srbval.cli import main
+from srbval.cli import run_command_line
 from srbval.storage.installation import package_folder, shipped_folder
 
 PACKAGE = package_folder()
@@ -41,7 +41,7 @@ def misspelt(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 def test_shipped_schemas_are_the_generated_ones(tmp_path: Path) -> None:
     """To make them again after a change of a dataclass: srbval doctor --schemas srbval/schemas."""
-    assert main(["doctor", "--schemas", str(tmp_path)]) == 0
+    assert run_command_line(["doctor", "--schemas", str(tmp_path)]) == 0
     assert {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in tmp_path.iterdir()} == SHIPPED
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import srbval
-from srbval.cli import main
+from srbval.cli import run_command_line
 from srbval.storage.installation import shipped_folder
 
 EXCERPTS = shipped_folder("data_manifest") / "rig_excerpts"
@@ -26,7 +26,7 @@ def test_a_row_per_record_of_a_folder(ending: str, tmp_path: Path, capsys: pytes
     shutil.copy(FAULTY, folder)
     (folder / "broken.h5").write_bytes(b"no HDF5")
     (folder / "notes.md").write_text("of the rig")
-    assert main(["features", str(folder), "-o", str(file), "--json"]) == 3
+    assert run_command_line(["features", str(folder), "-o", str(file), "--json"]) == 3
     document = json.loads(capsys.readouterr().out)
     table = {"csv": pd.read_csv, "parquet": pd.read_parquet, "feather": pd.read_feather}[ending](file)
     good, broken = document["features"]
@@ -62,5 +62,5 @@ def test_tables_that_cannot_be_written(
     name: str, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("srbval.cli.record_commands.find_spec", lambda _: None)
-    assert main(["features", str(FAULTY), "-o", name]) == 2
+    assert run_command_line(["features", str(FAULTY), "-o", name]) == 2
     assert said in capsys.readouterr().err

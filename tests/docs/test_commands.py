@@ -14,7 +14,7 @@ import pytest
 import srbval
 from srbval import fault_frequencies, load_bearing, load_campaign, load_scene
 from srbval.campaign.cases import plan_cases
-from srbval.cli import main
+from srbval.cli import run_command_line
 from srbval.cli.arguments import parser
 from srbval.storage.installation import shipped_folder
 from tests.campaign.campaigns import cluster
@@ -105,7 +105,7 @@ def files(tmp_path, monkeypatch, request):
 def run(command: str, folder: Path) -> None:
     words = shlex.split(command.replace(ABSOLUTE, f"{folder}{ABSOLUTE}"))
     assert words[0] == "srbval", f"{command}: neither run nor left out with its reason"
-    assert main(words[1:]) == 0, command
+    assert run_command_line(words[1:]) == 0, command
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -67,7 +67,8 @@ def test_commands_need_nothing_of_posix(tmp_path):
     (tmp_path / "sitecustomize.py").write_text(WITHOUT, encoding="utf-8")
     (tmp_path / "c.toml").write_text(CAMPAIGN, encoding="utf-8")
     (tmp_path / "record.csv").write_text("".join(f"{n * n % 7919}\n" for n in range(20_000)), encoding="utf-8")
-    code = "import sys, shlex; from srbval.cli import main; print([main(shlex.split(c)) for c in sys.argv[1:]])"
+    code = "import sys, shlex; from srbval.cli import run_command_line as run; "
+    code += "print([run(shlex.split(c)) for c in sys.argv[1:]])"
     paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(
         [sys.executable, "-c", code, *COMMANDS],

@@ -174,7 +174,7 @@ def test_a_signal_that_does_not_wake_the_main_thread_ends_its_wait():
         signalled = pool.submit(lambda: (done.wait(1.0), signal.pthread_kill(threading.get_ident(), signal.SIGUSR1)))
         try:
             with pytest.raises(InterruptedError):
-                worker.result_of(asleep := pool.submit(done.wait, 20.0))
+                worker.wait_for_result(asleep := pool.submit(done.wait, 20.0))
             assert signalled.result()
             assert not asleep.done()
         finally:

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.campaign.run import CampaignTable, folder_lock, write_table
+from srbval.campaign.run import CampaignTable, folder_lock, write_campaign_table
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording, registry
@@ -217,7 +217,7 @@ def test_what_srbval_wrote_itself_is_no_recording(folder):
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
     with folder_lock(folder / "below" / "runs"):
-        write_table(folder / "below" / "runs", CampaignTable(campaign=small(), version="", cases=()))
+        write_campaign_table(folder / "below" / "runs", CampaignTable(campaign=small(), version="", cases=()))
     for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "s.h5", folder / name)

@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 import pytest
 
-from srbval.cli import main
+from srbval.cli import run_command_line
 from tests.reading.test_shaft_speed import FS_HZ, record
 
 from .conftest import Made
@@ -100,13 +100,15 @@ def document(request, tmp_path, monkeypatch):
         settings = [f"--set={side}.fs_hz={FS_HZ:g}" for side in ("simulated", "measured")]
         settings += ["--set=measured.rpm=1500", "--set=measured.unit=m/s2", "--set=uncertainty.cage_pct=0.1"]
         files = ["--simulated", "sim_outer.npy", "--measured", "rig_outer.npy", "--rpm", "1500", "--no-pdf", "-o", ".."]
-        assert main(["validate", *files, "--bearing", "skf-6205", "--set=simulated.unit=m/s2", *settings]) == 0
+        assert (
+            run_command_line(["validate", *files, "--bearing", "skf-6205", "--set=simulated.unit=m/s2", *settings]) == 0
+        )
         return tmp_path / "report.html"
     for day in range(8):
         np.save(f"day{day:02}.npy", record(shaft_hz=25.0, seed=day, fault=day > 6).channels["x"])
     Path("broken.npy").write_bytes(b"")
     output = ["--plot", "../trend.html"] if request.param == "trend" else ["--no-pdf", "-o", ".."]
-    assert main([*OWN[request.param], *GIVEN, *output]) == (0 if request.param == "file" else 3)
+    assert run_command_line([*OWN[request.param], *GIVEN, *output]) == (0 if request.param == "file" else 3)
     return tmp_path / ("trend.html" if request.param == "trend" else "report.html")
 
 

@@ -136,7 +136,7 @@ def test_problems_of_the_data_are_named_and_counted(with_rig):
     assert item == f"**{literal(HOSTILE)}**: missing; {literal(HOSTILE)}"
 
 
-AGAIN = "import sys; from srbval.cli import main; sys.exit(main(sys.argv[1:]) not in (0, 1))"
+AGAIN = "import sys; from srbval.cli import run_command_line; sys.exit(run_command_line(sys.argv[1:]) not in (0, 1))"
 
 
 @pytest.mark.long_form

@@ -12,7 +12,7 @@ from srbval.storage import stored_result
 from srbval.storage.installation import package_folder
 from srbval.storage.json_files import write_json
 from srbval.storage.sources import code_sha256, content_version, sources_of
-from srbval.storage.stored_result import ResultKind, StoredResult, compared, fingerprint_of, newest_result
+from srbval.storage.stored_result import ResultKind, StoredResult, compare_part, fingerprint_of, newest_result
 
 SOURCES = {
     "__init__.py": "from made.unrelated import nothing",
@@ -180,7 +180,7 @@ def test_values_agree_within_their_tolerance():
         ("a", math.inf, math.inf, True),
         ("a: status", "ok", "skidding", False),
     ):
-        assert [found.ok for found in compared({name: one}, {name: other})] == [agree], (name, one, other)
-    found = compared({"b": 2.1, "c": 3.0}, {"a": 1.0, "b": 2.0})
+        assert [found.ok for found in compare_part({name: one}, {name: other})] == [agree], (name, one, other)
+    found = compare_part({"b": 2.1, "c": 3.0}, {"a": 1.0, "b": 2.0})
     assert [(one.name, one.ok) for one in found] == [("b", False), ("c", False), ("a", False)]
     assert fingerprint_of({"a": {"b": None}})["a"]["b"] != 0

@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from srbval.check.check import PARTS
+from srbval.check.check import PROBES
 from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
@@ -17,7 +17,7 @@ def test_every_study_states_its_question_and_has_options_that_parse(name):
     study = load_study(name)
     assert study.question.endswith("?") or "?" in study.question
     assert study.minutes > 0
-    assert set(study.parts) <= set(PARTS)
+    assert set(study.parts) <= set(PROBES)
     assert study.parts or study.kind is not ResultKind.EVIDENCE, "no change of behaviour would make it stale"
     parser = Parser(prog=name)
     study.add_options(parser)

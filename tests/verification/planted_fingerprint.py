@@ -39,16 +39,16 @@ def scenes(stage: str) -> Iterator[tuple[str, Any]]:
     from srbval.check import check as probes
 
     races = (Fault.HEALTHY, *RACE_DEFECTS)
-    yield from probes._of_scenes("full", "paper", fits=("play", "printed"))
-    yield from probes._of_scenes("slices", "rig")
-    yield from probes._of_scenes("slices", "rig-oil", states=(Fault.HEALTHY,))
-    yield from probes._of_scenes("line", "paper", fits=("printed",), states=races)
+    yield from probes._probe_scenes("full", "paper", fits=("play", "printed"))
+    yield from probes._probe_scenes("slices", "rig")
+    yield from probes._probe_scenes("slices", "rig-oil", states=(Fault.HEALTHY,))
+    yield from probes._probe_scenes("line", "paper", fits=("printed",), states=races)
     if stage == PROBE:
-        for solver in probes.SOLVERS:
+        for solver in probes.PROBED_SOLVERS:
             changes = {"solver": {"name": solver, "step_s": probes.SOLVER_STEP_S}}
             yield from (
                 (f"{solver} {name}", scene)
-                for name, scene in probes._of_scenes(
+                for name, scene in probes._probe_scenes(
                     "full", "paper", fits=("printed",), states=(Fault.OUTER,), changes=changes
                 )
             )
@@ -79,7 +79,7 @@ def continued(file: Path) -> Iterator[tuple[str, str, Any]]:
 
 def child(error: dict[str, str] | None, folder: Path) -> str:
     """What the planted error does in this process; without an error, the outputs are stored."""
-    from srbval.storage.stored_result import RELATIVE
+    from srbval.storage.stored_result import RELATIVE_TOLERANCE
 
     if error is None:
         (folder / "known").write_bytes(pickle.dumps([out for *_, out in continued(folder / "states")]))
@@ -89,7 +89,7 @@ def child(error: dict[str, str] | None, folder: Path) -> str:
     scale = np.max([np.abs(out).max(axis=0) for out in known], axis=0)
     try:
         for right, (stage, name, out) in zip(known, continued(folder / "states"), strict=True):
-            if not np.all(np.abs(out - right) <= RELATIVE * np.maximum(np.abs(right), 1e-6 * scale)):
+            if not np.all(np.abs(out - right) <= RELATIVE_TOLERANCE * np.maximum(np.abs(right), 1e-6 * scale)):
                 return f"{CHANGED if stage == PROBE else BLIND}: {name}"
     except Exception as failure:  # whatever a planted error raises is a change of behaviour
         return f"{CHANGED}: {type(failure).__name__}"

@@ -27,7 +27,7 @@ from srbval.models.outside.names import COMMAND, FMU, entry_points
 from srbval.models.outside.signals import UnusableSignalsError, recorded, signals_of
 from srbval.models.run import RunStatus
 from srbval.models.run_file import scene_dict
-from srbval.processes.machine import limit, limit_memory
+from srbval.processes.machine import limit_memory, limit_resource
 from srbval.processes.worker import serve_calls
 from srbval.scene import Scene
 
@@ -53,7 +53,7 @@ def answer(request: tuple[Scene, float]) -> Answer | SrbvalError:
     A wrong name or file is an error, which is returned; whatever the model itself raises is a status.
     """
     scene, memory = request
-    limit("RLIMIT_CORE", 0)  # a crash leaves no memory dump
+    limit_resource("RLIMIT_CORE", 0)  # a crash leaves no memory dump
     limit_memory(memory)
     try:
         return run_model(load_model(scene.model), scene)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from srbval.errors import DataError
-from srbval.processes.machine import limit, limit_memory
+from srbval.processes.machine import limit_memory, limit_resource
 from srbval.processes.worker import serve_calls
 from srbval.recordings.raw import RawFile, first_line
 from srbval.storage.installation import pip_command
@@ -20,7 +20,7 @@ def prepare_worker() -> Callable[[Request], RawFile | DataError]:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
-    limit("RLIMIT_CORE", 0)
+    limit_resource("RLIMIT_CORE", 0)
     return _load_within_limits
 
 
@@ -36,7 +36,7 @@ def _load_within_limits(request: Request) -> RawFile | DataError:
                 f"{path}: reading it needs the library {name}, which cannot be imported ({first_line(error)}). "
                 f"Install it: {pip_command(name)}"
             )
-    limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
+    limit_resource("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
     limit_memory(memory)
     try:
         if folder is not None:
