@@ -15,7 +15,7 @@ _HOMES: dict[str, tuple[str, str]] = {}
 
 
 def _homes() -> dict[str, tuple[str, str]]:
-    """Module and original name of each public name, read once from the stub that type checkers use."""
+    """Map each public name to its module and its name there, as the stub ``__init__.pyi`` imports it; read once."""
     if not _HOMES:
         import ast
         from pathlib import Path
@@ -43,7 +43,7 @@ def __getattr__(name: str) -> object:
 
 
 class _Package(type(sys)):  # type: ignore[misc]  # the class of modules
-    """The package, of which `plan` and `report` are functions although two of its rooms are called so."""
+    """Module class of `srbval`: `plan` and `report` stay functions although two sub-packages have the same names."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name not in ("plan", "report"):

@@ -1,4 +1,4 @@
-"""The program: ``srbval`` and ``python -m srbval``."""
+"""Entry point of the program: ``srbval`` and ``python -m srbval``."""
 
 import _signal  # type: ignore[import-not-found]  # `signal` takes some milliseconds to import
 import sys
@@ -10,7 +10,7 @@ if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
 
 
 def main() -> int:
-    """Run the command that the program was started with; returns its exit code."""
+    """Run the command on the command line and return its exit code."""
     from srbval import cli
 
     return cli.run_command_line()

@@ -1,4 +1,4 @@
-"""Types of the arrays that functions take and return; their docstrings state shapes and units."""
+"""Types of NumPy arrays; the docstring of each function states shape and unit."""
 
 import numpy as np
 from numpy.typing import NDArray

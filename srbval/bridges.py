@@ -1,7 +1,7 @@
-"""Bridges from the package's objects to notebooks, pandas and xarray.
+"""Links from the package's objects to notebooks, pandas and xarray.
 
-An object of an early room is drawn by the report and made from arrays by the recordings. For that it calls a function
-that `srbval` offers (`load_public`), as pandas calls its plotting backend: no room has to know a later one.
+The report draws objects such as runs and recordings, and imports their modules. To be drawn without a circular import,
+an object looks up the drawing function among the public names of `srbval` when it is needed (`load_public`).
 """
 
 import functools
@@ -15,7 +15,7 @@ from srbval.errors import SrbvalError
 
 @functools.cache
 def with_keyword_errors(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """The `function` that the package offers under a name; its errors ask for keywords where they name options."""
+    """Wrap a public function so that its error messages name Python keywords instead of command-line options."""
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
@@ -31,12 +31,12 @@ def with_keyword_errors(name: str, function: Callable[..., Any]) -> Callable[...
 
 
 def load_public(name: str) -> Any:
-    """The function or class that `srbval` offers under this name, loaded at its first use."""
+    """Import the public function or class `name` of `srbval`."""
     return getattr(importlib.import_module("srbval"), name)
 
 
 def require_xarray() -> Any:
-    """Import xarray, or raise an error with the command that installs it."""
+    """Import xarray and return it; if it is missing, raise an error that contains the install command."""
     from srbval.storage.installation import MissingLibraryError
 
     try:
@@ -47,15 +47,15 @@ def require_xarray() -> Any:
 
 
 class NotebookObject:
-    """Object that a notebook shows as a headline over a table, and that draws itself onto matplotlib axes."""
+    """Base class of objects that a notebook displays as a headline with a table, and that `plot` draws."""
 
     def summary_table(self) -> tuple[str, Mapping[str, Any] | Sequence[Mapping[str, Any]]]:
-        """Headline, and facts by name or rows of a table; here the representation and all numbers and texts."""
+        """Headline, and table as values by name or one mapping per row; by default all numbers and texts."""
         facts = {name: x for name, x in vars(self).items() if isinstance(x, str | float | int) and x == x}
         return repr(self).strip("<>"), facts
 
     def plot(self, ax: Any = None, **options: Any) -> Any:
-        """Draw onto the matplotlib axes `ax`, by default onto new ones, and return them; see `srbval.plot`."""
+        """Draw the object on matplotlib axes (default: new ones) and return them; `options` as in `srbval.plot`."""
         return load_public("plot")(self, ax, **options)
 
     def _repr_html_(self) -> str:

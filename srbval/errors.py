@@ -1,4 +1,4 @@
-"""Errors that a user can act on; the text names the value, the limit and the remedy.
+"""Errors that a user can correct; each message states the value, the limit and the remedy.
 
 Every expected failure raises one of these errors. The command line prints the text and exits with `exit_code`. Any
 other exception is a bug.
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class OpenQuestion(NamedTuple):
-    """Missing information, the option that supplies it with its choices, and an example of the option."""
+    """Missing information about a recording, the option that supplies it, and an example of that option."""
 
     missing: str
     option: str
@@ -20,10 +20,10 @@ class OpenQuestion(NamedTuple):
 
 
 class SrbvalError(Exception):
-    """Base of all expected failures; the command line returns `exit_code`.
+    """Base class of all expected failures; the command line prints the message and returns `exit_code`.
 
-    The text may quote a file, so control characters are escaped and its length is limited. If information is missing,
-    `questions` lists everything that `subject` (a file or a recording) does not state.
+    The message may quote a file, so control characters are escaped and its length is limited. If a file or recording,
+    the `subject`, does not state something necessary, `questions` lists everything that is missing.
     """
 
     exit_code = 1
@@ -41,19 +41,19 @@ class SrbvalError(Exception):
 
 
 class ConfigurationError(SrbvalError):
-    """Wrong use: an unknown key, an impossible value, a band above Nyquist (exit code 2)."""
+    """Wrong use, such as an unknown key, an impossible value or a band above Nyquist (exit code 2)."""
 
     exit_code = 2
 
 
 class UnknownNameError(ConfigurationError):
-    """Unknown key, unit or other word; `known` contains the known words if the text does not list them."""
+    """Unknown key, unit or other word; `known` contains the known words unless the message lists them already."""
 
     known: Collection[str] = ()
 
     @classmethod
     def of(cls, text: str, name: str, known: Collection[str]) -> "UnknownNameError":
-        """Create an error whose text is `text` and a suggestion: the closest known word, otherwise all of them."""
+        """Create the error with the message `text` and the known word closest to `name`, or else all known words."""
         close = closest_word(name, known)
         error = cls(f"{text}{did_you_mean(name, known)}{'' if close else '.'}")
         error.known = known if close else ()
@@ -61,29 +61,29 @@ class UnknownNameError(ConfigurationError):
 
 
 class DataError(SrbvalError):
-    """Data missing, unreadable, ambiguous or changed (exit code 3)."""
+    """Data that is missing, unreadable, ambiguous or changed (exit code 3)."""
 
     exit_code = 3
 
 
 class NoRecordingError(DataError):
-    """File that is no recording, such as a licence or a report; an unreadable recording is a plain `DataError`."""
+    """File that is not a recording, such as a licence. An unreadable recording raises `DataError` itself."""
 
 
 class NumericsError(SrbvalError):
-    """The simulation failed: the status and its advice are the message (exit code 4)."""
+    """Failed simulation; the message contains its status and advice (exit code 4)."""
 
     exit_code = 4
 
 
 def closest_word(word: str, known: Collection[str]) -> str | None:
-    """Find the known word closest to `word`; None if none is similar."""
+    """Return the known word most similar to `word`, or None if no word is similar."""
     import difflib
 
     return next(iter(difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)), None)
 
 
 def did_you_mean(word: str, known: Collection[str]) -> str:
-    """Suggestion at the end of an error message: the closest known word, otherwise all of them."""
+    """Suggestion for the end of an error message: the known word closest to `word`, otherwise all known words."""
     close = closest_word(word, known)
     return f"; did you mean {close!r}?" if close else f"; known: {', '.join(sorted(known))}"

@@ -1,4 +1,4 @@
-"""The command line: `srbval COMMAND`. Thin; everything it does is callable from Python."""
+"""Command line, `srbval COMMAND`: parses the arguments, runs the command and converts errors to exit codes."""
 
 import contextlib
 import importlib
@@ -24,11 +24,15 @@ LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal that ends the command; with `-m`, Python may die of a plain `KeyboardInterrupt` that was caught."""
+    """Signal that ends the command; with `-m`, a plain `KeyboardInterrupt` ends Python even if it is caught."""
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code: 0 done, 1 out of tolerance, 2 use, 3 data, 4 numerics, 70 a bug."""
+    """Run one command and return its exit code.
+
+    Exit codes: 0 success, 1 out of tolerance, 2 wrong use, 3 bad data, 4 failed simulation, 70 internal error, 128 + n
+    ended by signal n.
+    """
     given = list(sys.argv[1:] if arguments is None else arguments)
     as_json = any(len(word) > 2 and "--json".startswith(word) for word in given)
     for name in LIBRARY_THREADS:
@@ -78,7 +82,7 @@ def _run(given: list[str]) -> int:
 
 
 def _failure(error: BaseException, *, resumed: bool) -> tuple[str, int]:
-    """Message and exit code of an error; `resumed`: the command continues its work if it is given again."""
+    """Message and exit code of an error; if `resumed`, the message adds that the same command continues the work."""
     if isinstance(error, KeyboardInterrupt):
         number = error.args[0] if error.args else signal.SIGINT
         by = "" if number == signal.SIGINT else f" by {number.name}"
@@ -90,7 +94,7 @@ def _failure(error: BaseException, *, resumed: bool) -> tuple[str, int]:
 
 
 def internal_error(error: BaseException) -> str:
-    """Message of an unexpected error; its traceback goes to a file."""
+    """Write the traceback of an unexpected error to a file and return a message that names the file."""
     where = "the command"
     with contextlib.suppress(OSError):
         handle, where = tempfile.mkstemp(prefix="srbval-error-", suffix=".txt")
@@ -102,7 +106,7 @@ def internal_error(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Ctrl-C, SIGTERM and SIGHUP end the command once, unless they are ignored (`nohup`)."""
+    """Context in which Ctrl-C, SIGTERM and SIGHUP raise `Interrupted` once; ignored signals (`nohup`) stay ignored."""
     main_thread = threading.current_thread() is threading.main_thread()
     usual = (signal.SIG_DFL, signal.default_int_handler)
     found = {n: signal.getsignal(n) for n in ENDING if main_thread and signal.getsignal(n) in usual}
@@ -122,7 +126,7 @@ def _ended_by_signals() -> Iterator[None]:
         raise raised[0]
 
     def again(lost: Any) -> None:
-        """Send a signal once more if Python could only ignore its exception, as in a destructor."""
+        """Send the signal again if Python had to ignore its exception, for example in a destructor."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             return before(lost)
         handle(end)
@@ -154,7 +158,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def _reader_gone() -> bool:
-    """True if nobody reads standard output any more; any other broken pipe is an error."""
+    """True if the reader of standard output has closed the pipe."""
     try:
         look = select.poll()
         look.register(sys.stdout, 0)
@@ -164,7 +168,7 @@ def _reader_gone() -> bool:
 
 
 def _prepare_streams() -> None:
-    """Replace closed streams by the null device; escape characters that a stream cannot encode."""
+    """Replace closed standard streams by the null device; escape characters that a stream cannot encode."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             os.dup2(os.open(os.devnull, os.O_RDWR), number)
@@ -174,7 +178,7 @@ def _prepare_streams() -> None:
 
 
 def _flush() -> None:
-    """Drop what can no longer be written, so that the interpreter does not complain when it ends."""
+    """Flush standard output and error; a stream that fails is redirected to the null device."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

@@ -1,4 +1,4 @@
-"""The argument parser, made of ``commands.toml``, which names every command and option."""
+"""Argument parser, built from ``commands.toml``, which lists every command and option."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # 
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that reports wrong use as an ordinary `ConfigurationError` (exit code 2).
+    """Argument parser that raises `ConfigurationError` (exit code 2) instead of exiting.
 
-    For an unknown command, option or choice the message suggests the closest known one.
+    The message suggests the closest known command, option or choice. If `takes_rest`, unknown arguments are not an
+    error: they are stored in `rest`, and the command parses them.
     """
 
     def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
@@ -33,13 +34,13 @@ class Parser(argparse.ArgumentParser):
             self.register("type", name, type_)
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of exiting."""
+        """Raise `ConfigurationError` with the `message`, a suggestion and a reference to ``--help``."""
         choice = INVALID_CHOICE.search(message)
         hint = _resembling(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
         raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse unknown words with the command's own options as suggestions, or leave them to the command."""
+        """Parse `args`; unknown arguments are stored in `rest` if the parser `takes_rest`, otherwise an error."""
         found, unknown = super().parse_known_args(args, namespace)
         if self.takes_rest:
             found.rest, unknown = unknown, []
@@ -50,7 +51,7 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def add_command(self, commands: Any, name: str, table: CommandTable, groups: CommandTable) -> None:
-        """Add a command or an action below this parser, with its own actions; each takes ``--json``, ``--export``."""
+        """Add a command defined by `table`, with its actions, its option `groups`, ``--json`` and ``--export``."""
         example = f"example: {table['example']}" if "example" in table else None
         about = {"help": table["help"], "description": table["help"], "epilog": example}
         added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))
@@ -79,7 +80,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def parser() -> Parser:
-    """The parser of the whole program."""
+    """Build the parser of the whole program."""
     purpose = "Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings."
     top = Parser(prog="srbval", description=purpose)
     top.add_argument("--version", action="version", version=f"srbval {__version__}")
@@ -91,7 +92,7 @@ def parser() -> Parser:
 
 
 def take_machine(options: argparse.Namespace) -> None:
-    """Set what the machine's file states and the command line does not."""
+    """Set the options that the machine file contains and the command line does not."""
     from srbval.cli.machine_file import BELONGS_TO, machine_options  # loads what is heavy
 
     given = {name for name, value in vars(options).items() if value}
@@ -108,7 +109,7 @@ def _resembling(word: str, known: Sequence[str]) -> str:
 
 
 def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
-    """A type of argument: a number from `low` to `high`."""
+    """Argument type for a number of type `kind` from `low` to `high`."""
 
     def number_from(text: str) -> float:
         try:
@@ -127,7 +128,7 @@ def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
 
 
 def _step(text: str) -> float | str:
-    """A solver's step, as scene files have it or in seconds without a unit, or ``auto``."""
+    """Read a solver step: ``auto``, seconds, or a number with a unit such as ``16us``."""
     if text == AUTO_STEP:
         return AUTO_STEP
     step_s = parse_quantity(text if text[-1:].isalpha() else f"{text} s", "time", "--dt")
@@ -140,7 +141,7 @@ MOST_DB = 200.0
 
 
 def _inline(kind: str) -> Callable[[str], str]:
-    """Argument type of a bearing given by its numbers; returns the text that `load_bearing` accepts."""
+    """Argument type for a bearing defined by numbers; returns the text that `load_bearing` reads."""
 
     def bearing_of(text: str) -> str:
         from srbval.bearing import load_bearing
@@ -153,7 +154,7 @@ def _inline(kind: str) -> Callable[[str], str]:
 
 
 def _setting(text: str) -> tuple[str, Any]:
-    """Key and value of ``KEY=VALUE``: a value as TOML has it; any other text is a text."""
+    """Split ``KEY=VALUE`` and read the value as TOML; a value that is not TOML stays text."""
     key, mark, value = (part.strip() for part in text.partition("="))
     if not mark:
         raise argparse.ArgumentTypeError(f"{text!r}: write KEY=VALUE")
@@ -164,7 +165,7 @@ def _setting(text: str) -> tuple[str, Any]:
 
 
 def _tolerance(text: str) -> float:
-    """Per cent, or a ratio of amplitudes in dB."""
+    """Read a tolerance in per cent, or in dB, which is converted to per cent."""
     if not text.endswith("dB"):
         return _between(float, -LARGEST, LARGEST)(text)
     from srbval.plan.questions import pct_of  # takes a while to load
@@ -173,7 +174,7 @@ def _tolerance(text: str) -> float:
 
 
 def _record(name: str) -> str:
-    """A file; a recording that comes with the program is found by its name alone, in any folder."""
+    """Return the path of a file; a bare name that is not found here may name a recording shipped with srbval."""
     if Path(name).exists() or Path(name).name != name:
         return name
     from srbval.recordings.registry import find_shipped  # loads what is heavy

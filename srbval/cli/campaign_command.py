@@ -1,4 +1,4 @@
-"""``srbval campaign``: run many cases, show their progress, verify their results."""
+"""Commands ``srbval campaign run``, ``status`` and ``verify``."""
 
 import argparse
 from collections import defaultdict
@@ -22,7 +22,7 @@ SHOWN_FAILURES, LONGEST_REASON = 10, 1200
 
 
 def run_campaign_command(options: argparse.Namespace) -> int:
-    """Run the cases; exit code 1 if some failed or are inaccurate, each of which has its reason."""
+    """Run the cases of a campaign and print the result; exit code 1 if some failed or are inaccurate."""
     campaign = campaign_of(options.campaign)
     scene = merge(campaign.scene, {"model": options.model}) if options.model else None
     given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit, "scene": scene}
@@ -65,7 +65,7 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
 
 
 def run_status_command(options: argparse.Namespace) -> int:
-    """Show the progress of a campaign and rewrite its results table."""
+    """Print the progress of a campaign and rewrite its results table."""
     found = campaign_status(Path(options.folder))
     running = "running" if found["running"] else "not running"
     table = found["table"] or "cannot be written here"
@@ -74,7 +74,7 @@ def run_status_command(options: argparse.Namespace) -> int:
 
 
 def run_verify_command(options: argparse.Namespace) -> int:
-    """Check all files of a campaign; exit code 3 if some are damaged."""
+    """Check all files of a campaign against their checksums; exit code 3 if some are damaged."""
     found = verify_campaign(Path(options.folder))
     lines = [f"{found['results']} results and the table of cases read, {len(found['damaged'])} damaged"]
     lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
@@ -84,13 +84,13 @@ def run_verify_command(options: argparse.Namespace) -> int:
 
 
 def _count_statuses(found: Mapping[str, Any]) -> str:
-    """Number of cases by status, in words."""
+    """Text with the number of finished, failed and all cases, and the number per status."""
     statuses = ", ".join(f"{count} {status}" for status, count in found["statuses"].items()) or "none"
     return f"{found['done']} of {found['cases']} cases have a result: {statuses}; {len(found['failed'])} failed"
 
 
 def _reasons(found: Mapping[str, Any]) -> Iterator[str]:
-    """Failures and inaccurate cases by reason, the most frequent first."""
+    """Yield one line per reason of failure or inaccuracy, with its cases, the most frequent reason first."""
     reasons = defaultdict[str, list[int]](list)
     for entry in found["failed"] + found["inaccurate"]:
         reasons[f"{entry['status']}: {printable(entry['reason'], LONGEST_REASON)}"].append(entry["case"])

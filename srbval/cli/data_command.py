@@ -1,4 +1,4 @@
-"""``srbval data``: register, list, verify, remove and download recordings."""
+"""Command ``srbval data``: register, list, verify, remove and download recordings."""
 
 import argparse
 import dataclasses
@@ -37,7 +37,7 @@ REGISTER_COLUMNS = (
 
 
 def run_data_command(options: argparse.Namespace) -> int:
-    """Run one of the actions; `verify` ends with 1 if a file is changed, missing or truncated."""
+    """Run one action of ``srbval data``; `verify` returns exit code 1 if a file is changed, missing or truncated."""
     result = _act(options)
     coverage = list(_coverage(result.recordings))
     document = {
@@ -57,7 +57,7 @@ def run_data_command(options: argparse.Namespace) -> int:
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
-    """Settings from the options that state something of a record."""
+    """Build `RecordingSettings` from the options that describe a recording."""
     known = {field.name for field in dataclasses.fields(RecordingSettings)}
     known -= {"band_hz", "auto_band"}  # of a command's own analysis; only `data add` keeps them
     given = {ALIASES.get(name, name): value for name, value in vars(options).items()}
@@ -86,7 +86,7 @@ def _act(options: argparse.Namespace) -> RegisterListing:
 
 
 def _coverage(recordings: Sequence[RegisteredRecording]) -> Iterator[dict[str, Any]]:
-    """Operating points of each data set present (for the rig: the paper's Table 5), with their usable files."""
+    """Yield the operating points of each registered data set (rig: the paper's Table 5) with their usable files."""
     for known in known_datasets():
         own = [entry for entry in recordings if entry.dataset == known.name]
         usable = [entry for entry in own if entry.status is FileStatus.OK]
@@ -123,7 +123,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
-    """Print why files are not ok or not fully described, grouped by reason, with the remedy."""
+    """Print the reasons and cautions of files, grouped by text, and the command that supplies missing information."""
     by_reason = defaultdict[str, list[str]](list)
     for recording in recordings:
         for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):

@@ -1,4 +1,4 @@
-"""``srbval doctor``, ``docs`` and ``completion``: the installation, its documentation, and its words in a shell."""
+"""Commands ``srbval doctor``, ``docs`` and ``completion``: installation, documentation, shell completion."""
 
 import argparse
 import json
@@ -28,7 +28,7 @@ PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING") 
 
 
 def run_doctor_command(options: argparse.Namespace) -> int:
-    """Check the installation; clear the cache, compile all kernels if asked; exit code 0 if sound, 1 with problems."""
+    """Check the installation; on request compile all kernels or clear the cache. Exit code 1 for problems."""
     cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
     warmed = warm() if options.warm else {}
     found = doctor()
@@ -59,7 +59,7 @@ def run_doctor_command(options: argparse.Namespace) -> int:
 
 
 def schemas() -> dict[str, dict[str, Any]]:
-    """JSON Schemas of scene, case, campaign and machine files, by name, as `srbval/schemas` contains them."""
+    """Build the JSON Schemas of scene, case, campaign and machine files, by name; `srbval/schemas` contains copies."""
     from srbval.bearing import Fault
     from srbval.campaign.settings import Campaign
     from srbval.cli.machine_file import Machine
@@ -76,7 +76,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 
 
 def warm() -> dict[str, Any]:
-    """Compile all kernels that the cache lacks: their names (`compiled`) and the time it took (`seconds`)."""
+    """Compile all kernels that the cache lacks; returns their names (`compiled`) and the time taken (`seconds`)."""
     from srbval.models.jit import missing_kernels
     from srbval.models.precompile import scenes_of_all_kernels
     from srbval.models.simulate import compile_for
@@ -90,7 +90,7 @@ def warm() -> dict[str, Any]:
 
 
 def doctor() -> dict[str, Any]:
-    """State of this installation: sound (`ok`), its `problems`, `facts` and the use of its `cache`."""
+    """Check this installation; returns `ok`, a list of `problems`, `facts` (versions, folders) and the `cache` use."""
     facts: dict[str, Any] = {"srbval": __version__, "python": platform.python_version()}
     facts |= {"machine": platform.machine(), "cores": usable_cores()}
     facts |= {name: _version(name) for name in REQUIRED}
@@ -120,7 +120,7 @@ def _version(name: str) -> str | None:
 
 
 def run_docs_command(options: argparse.Namespace) -> int:
-    """Build the documentation, print where the first page is, and open it where asked."""
+    """Build the documentation, print the path of its first page and, with ``--open``, open it in the browser."""
     with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
         page = build_docs(Path(options.output))
     print_document(options, {"page": str(page)}, str(page))
@@ -130,9 +130,9 @@ def run_docs_command(options: argparse.Namespace) -> int:
 
 
 def build_docs(folder: Path) -> Path:
-    """Build the pages, which need no network, into `folder` from what ships with the program; returns the first one.
+    """Build the documentation in `folder` with Sphinx, without network, and return its first page.
 
-    Raises `ConfigurationError` without Sphinx, `DataError` if the folder cannot be written.
+    Raises `ConfigurationError` if Sphinx is not installed, `DataError` if the folder cannot be written.
     """
     try:
         import myst_parser  # noqa: F401
@@ -153,7 +153,7 @@ def build_docs(folder: Path) -> Path:
 
 
 def run_completion_command(options: argparse.Namespace) -> int:
-    """Print the script that completes commands and options in the shell named, by the library shtab."""
+    """Print the script that completes commands and options in a shell; the library shtab generates it."""
     try:
         import shtab
     except ImportError:
@@ -167,7 +167,7 @@ def run_completion_command(options: argparse.Namespace) -> int:
 
 
 def actions_of(of: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """All arguments of a parser and of the commands below it."""
+    """Yield all arguments of a parser and of the commands below it."""
     for action in of._actions:
         yield action
         if isinstance(action, argparse._SubParsersAction):

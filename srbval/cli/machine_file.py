@@ -1,8 +1,8 @@
-"""A machine's file: settings that all records of one machine share, used by every command.
+"""Machine file: settings shared by all records of one machine.
 
-A TOML file with a `title` and any of these: `bearing` (a known name, a file, or a table as in a bearing's own file),
-`[set_point]`, `[sensor]`, `[baseline]` and `[limits]` with the fields of the classes below. Paths are relative to its
-folder. Each value replaces an option of the command line that is not given.
+A TOML file with a `title` and any of these: `bearing` (a known name, a file, or a table as in a bearing file),
+`[set_point]`, `[sensor]`, `[baseline]` and `[limits]`, whose keys are the fields of the classes below. Paths are
+relative to the folder of the file. A setting applies unless the command line contains its option.
 """
 
 import json
@@ -31,14 +31,14 @@ BELONGS_TO = {  # option whose presence on the command line discards the machine
 
 
 def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
-    """Declare a field that stands for an option with another `name`, whose number is in `unit`."""
+    """Declare a field that sets the option `name`, whose number is in `unit`."""
     of_quantity = {"dimension": dimension} if dimension else {}
     return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SetPoint(Limited):
-    """Speed and load of the machine; a speed without a tolerance counts as measured."""
+    """Speed [rad/s] and loads [N] of the machine; a speed without a tolerance counts as measured."""
 
     speed_rad_s: float | None = _option("rpm", "rpm", "speed", above=0)
     speed_tolerance_pct: float | None = _option("rpm_tolerance", above=0, most=10)
@@ -48,7 +48,7 @@ class SetPoint(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor(Limited):
-    """Channel, rate and unit of the samples, of a simulation too; see `RecordingSettings`."""
+    """Channel, sampling rate and unit of the samples, measured or simulated; see `RecordingSettings`."""
 
     channel: str | None = None
     rate_hz: float | None = _option("fs", "Hz", "frequency", above=0)
@@ -67,7 +67,7 @@ class Sensor(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineRecords(Limited):
-    """The healthy record for comparison and its scale; for a trend, the number of first records that are healthy."""
+    """Healthy record for comparison and its scale; `records` is the number of healthy first records of a trend."""
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)
@@ -76,9 +76,9 @@ class BaselineRecords(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class MachineLimits(Limited):
-    """Limits of the search for lines, and of the severity of a velocity.
+    """Limits of the line search and of the vibration severity.
 
-    `zones_m_s` are the RMS velocities at which zones B, C and D begin, in place of those of a `machine_class`.
+    `zones_m_s` are the RMS velocities [m/s] at which zones B, C and D begin; they replace those of `machine_class`.
     """
 
     band_hz: tuple[float, float] | None = _option("band", "Hz", "frequency", above=0)
@@ -97,7 +97,7 @@ class MachineLimits(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """Content of a machine's file."""
+    """Content of a machine file."""
 
     title: str
     bearing: str | Mapping[str, Any] | None = None
@@ -108,10 +108,10 @@ class Machine:
 
 
 def machine_options(path: str | Path) -> dict[str, Any]:
-    """Options that a machine's file states, by their names in the parsed command line.
+    """Read a machine file and return its settings as options, by their names in the parsed command line.
 
-    Raises `ConfigurationError`, with the file's name, for an unknown key or a value beyond its limits, of a wrong type
-    or unit; `DataError` if it cannot be read.
+    Raises `ConfigurationError`, which names the file, for an unknown key or a value of a wrong type, unit or size;
+    `DataError` if the file cannot be read.
     """
     file = Path(path)
     try:
@@ -135,7 +135,7 @@ def machine_options(path: str | Path) -> dict[str, Any]:
 
 
 def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
-    """Text of a machine's file in `folder` that states the options given."""
+    """Text of a machine file in `folder` that contains the given `options`."""
     stated = {"title": title} | {name: value for name, value in options.items() if value not in (None, False)}
     for name in ("bearing", "healthy"):
         if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
@@ -150,7 +150,7 @@ def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
 
 
 def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
-    """Table, field, option and its unit for every statement of a machine's file but the bearing."""
+    """Yield table, field, option name and unit of every key of a machine file except `bearing`."""
     for table in fields(Machine):
         if isinstance(table.default_factory, type):
             for one in fields(table.default_factory):

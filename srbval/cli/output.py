@@ -1,4 +1,4 @@
-"""Output of the commands: data on standard output, messages on standard error."""
+"""Output of the commands: results on standard output, messages on standard error."""
 
 import argparse
 import json
@@ -30,10 +30,11 @@ def print_document(
     code: int = 0,
     tables: Mapping[str, Any] | None = None,
 ) -> int:
-    """Answer a command: print the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
+    """Print the result of a command and return the exit code `code`.
 
-    Returns the exit code, `code`; without a `status` the document has the one of the code in `STATUS`. With
-    ``--export`` the `tables` (lists of rows by name, by default all lists of rows in the document) go to a file.
+    With ``--json`` the `document` (mapping or dataclass) is printed. Otherwise `show` is printed if it is a text, or
+    called. The `status` in the JSON document is by default `STATUS[code]`. With ``--export`` the `tables` (lists of
+    rows by name, by default all lists of rows in the document) are written to a file.
     """
     if options.export:
         write_tables(Path(options.export), to_json(document) if tables is None else to_json(tables))
@@ -47,14 +48,14 @@ def print_document(
 
 
 def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
-    """Print one JSON document with `schema_version` and `status`; NaN and infinities become null."""
+    """Print a JSON document with `schema_version` and `status`; NaN and infinity become null."""
     whole = {"schema_version": OUTPUT_SCHEMA_VERSION, "status": status} | dict(document)
     ascii_only = not str(sys.stdout.encoding).lower().startswith("utf")  # an escape of Python's is none of JSON's
     print(json_text(whole, ascii_only=ascii_only), end="")
 
 
 def export_file(text: str) -> str:
-    """The name of a file for tables, as an argument: CSV, or Excel if its library is installed."""
+    """Check and return the file name of ``--export``: CSV, or Excel if its library is installed."""
     check_suffix(Path(text), "CSV or Excel", (".csv", ".xlsx"))
     if text.endswith(".xlsx") and find_spec("openpyxl") is None:
         raise MissingLibraryError("an Excel file", "openpyxl")
@@ -62,10 +63,11 @@ def export_file(text: str) -> str:
 
 
 def write_tables(path: Path, document: Mapping[str, Any]) -> None:
-    """Write all lists of rows, or the values if there are none: one sheet each, or one CSV file each.
+    """Write every list of rows in `document`: one Excel sheet each, or one CSV file each.
 
-    The first CSV file has the name of `path`, the others that with the table's name added. Rows within rows become
-    columns with a dot in their names; of a damaged file name, what no text file can hold becomes a question mark.
+    If there is no list of rows, the values of the document become one row. The first CSV file is `path`; the other file
+    names end with the name of their table. Nested values become columns with dotted names. Characters of a damaged file
+    name that cannot be encoded become question marks.
     """
     import pandas as pd
 
@@ -90,13 +92,13 @@ def write_tables(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all."""
+    """Write a text file completely or not at all."""
     with atomic_write(path) as part:
         part.write_text(text, encoding="utf-8")
 
 
 def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
-    """The open questions of an error, a line each, and the given command with an example of each."""
+    """List the open questions of an error, and the given command completed with an example of each missing option."""
     example = " ".join([shlex.join(["srbval", *given]), *(question.example for question in error.questions)])
     more = "Or state them once: srbval data add FILE|DIR OPTIONS, or a machine's file, --machine FILE.toml"
     if given[:1] == ["analyse"]:
@@ -107,17 +109,17 @@ def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Print aligned columns; numbers to the right."""
+    """Print rows in aligned columns; numbers are aligned to the right."""
     print(text_table(columns, rows))
 
 
 def print_wrapped(*texts: str) -> None:
-    """Print sentences, each beginning a line of its own, at most `WIDTH` characters wide."""
+    """Print each text from the start of a line, wrapped to `WIDTH` characters."""
     for text in texts:
         print(textwrap.fill(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 
 
 def own_command() -> str:
-    """The command that runs, as others may repeat it: a file named by its whole path is named by its own name."""
+    """Return the running command for repetition elsewhere; absolute paths are reduced to file names."""
     given = [Path(word).name if Path(word).is_absolute() else word for word in sys.argv[1:]]
     return shlex.join(["srbval", *given])

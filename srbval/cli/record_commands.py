@@ -1,4 +1,4 @@
-"""``srbval analyse`` and ``trend``: recordings and simulated runs through the signal pipeline, the answer first."""
+"""Commands ``srbval analyse``, ``trend`` and ``features``: verdicts, trends and features of recordings and runs."""
 
 import argparse
 import math
@@ -41,7 +41,7 @@ SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
 def request_from_options(options: argparse.Namespace) -> RecordRequest:
-    """Request for any file, as the options state."""
+    """Build the request that reads a file, without its name, from the options."""
     alike = ("bearing", "auto_band", "one_band", "healthy", "healthy_scale")
     return RecordRequest(
         **{name: value for name in alike if (value := getattr(options, name, None)) is not None},
@@ -52,7 +52,7 @@ def request_from_options(options: argparse.Namespace) -> RecordRequest:
 
 
 def run_analyse_command(options: argparse.Namespace) -> int:
-    """Analyse one file and print its answer, or many and print a table; exit code 3 if some could not be read."""
+    """Analyse one file and print its verdict, or several and print a table; exit code 3 if some could not be read."""
     if options.write_machine:
         check_suffix(Path(options.write_machine), "TOML", (".toml",))
     zone_boundaries(options.machine_class)  # reports an unknown class before anything is read
@@ -65,7 +65,7 @@ def run_analyse_command(options: argparse.Namespace) -> int:
 
 
 def run_features_command(options: argparse.Namespace) -> int:
-    """Write a table of features with a row per record; exit code 3 if some could not be read."""
+    """Write a table of features, one row per record; exit code 3 if some records could not be read."""
     from srbval.campaign.run import CAMPAIGN_JSON, CASES_FOLDER  # takes a while to load
 
     path = Path(options.output)
@@ -109,7 +109,7 @@ def _run_one(options: argparse.Namespace) -> int:
 
 
 def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple[str | None, str]:
-    """Zone of the velocity by the limits of the options or the machine's file, and a sentence about it."""
+    """Zone of the RMS velocity (None if no limits are given or no velocity is known) and a sentence about it."""
     boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
     zone = zone_of(features["velocity_rms_mm_s"], boundaries)
     if not boundaries:
@@ -163,7 +163,7 @@ def _run_many(options: argparse.Namespace) -> int:
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
-    """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
+    """Read all files, including those in folders; returns documents, failed files, and names of other files."""
     requests = records.requests_for(options.files, request_from_options(options))
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
@@ -171,7 +171,7 @@ def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[F
 
 
 def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
-    """Print the files that could not be read, and why, to standard error; returns the exit code."""
+    """Print the unreadable files with their reasons to standard error and return the exit code."""
     for one in failed:
         print(f"srbval: not read: {one.file}: {str(one.error).removeprefix(f'{one.file}: ')}", file=sys.stderr)
     if other:
@@ -180,7 +180,7 @@ def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
 
 
 def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) -> None:
-    """Print the answer, the lines detected and the cautions; with `whole` everything."""
+    """Print the verdict, detected lines and cautions; if `whole`, print all lines whose names begin with `wanted`."""
     result, verdict = reading.analysis, reading.verdict
     recording, speed = result.recording, result.speed
     file = printable(recording.file or recording.name, LONGEST_LINE)
@@ -256,7 +256,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
 
 
 def run_trend_command(options: argparse.Namespace) -> int:
-    """Read all records and print the trend; exit code 3 if some could not be read."""
+    """Read the records of one machine and print the trend; exit code 3 if some could not be read."""
     from srbval.campaign.run import CAMPAIGN_JSON, read_campaign_table, result_path  # takes a while to load
 
     if options.plot:

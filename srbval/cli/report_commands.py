@@ -1,4 +1,4 @@
-"""``srbval report``: the main job, or a report on recordings; ``validate``: simulated against measured signals."""
+"""Commands ``srbval report`` and ``srbval validate``."""
 
 import argparse
 import sys
@@ -31,9 +31,9 @@ COMPARISON_COLUMNS = (
 
 
 def run_report_command(options: argparse.Namespace) -> int:
-    """Gather, analyse, compare, write; prints the finding and where the files are.
+    """Write a report on recordings or, without files, on the model against paper and rig; print the file names.
 
-    Exit code 1 where a tolerance is missed, 3 where some of the recordings could not be read or analysed.
+    Exit code 1 if a tolerance is missed, 3 if some recordings could not be read or analysed.
     """
     first, more = [Path(file).stem[:MAX_NAME_LENGTH] for file in options.files[:1]], len(options.files) - 1
     usual = "-".join([MAIN_FOLDER, *first, *([f"and-{more}-more"] if more > 0 else ())])
@@ -91,7 +91,10 @@ def _report_recordings(
 
 
 def run_validate_command(options: argparse.Namespace) -> int:
-    """Compare, write the report, print the table; exit code 1 if a tolerance is missed, 3 if a pair failed, 4 a run."""
+    """Compare simulated with measured signals, write the report and print the table.
+
+    Exit code 1 if a tolerance is missed, 3 if a pair failed, 4 if a run failed.
+    """
     with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
             from srbval.report.reports import report_case
@@ -126,7 +129,7 @@ def run_validate_command(options: argparse.Namespace) -> int:
 
 
 def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
-    """Values that replace those of the case, by dotted key."""
+    """Yield the case settings that the options replace, by dotted key."""
     short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # named as keys of a case
     yield from ((key, value) for key, value in short if value is not None)
     yield from options.set or ()

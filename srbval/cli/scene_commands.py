@@ -1,4 +1,4 @@
-"""``srbval simulate``, ``plan``, ``kinematics`` and ``bearing``: what is run, by which model, on which bearing."""
+"""Commands ``srbval simulate``, ``plan``, ``kinematics`` and ``bearing``."""
 
 import argparse
 import math
@@ -48,7 +48,7 @@ UNIT_BY_SUFFIX = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": 
 
 
 def scene_from_options(options: argparse.Namespace) -> Scene:
-    """The named scene, or the paper's, with the changes of the options; raises the errors of reading it."""
+    """Load the named scene (default: the paper's) and apply the options; raises the errors of `load_scene`."""
 
     def si(name: str, unit: float) -> float | None:
         value = getattr(options, name)
@@ -72,16 +72,16 @@ def scene_from_options(options: argparse.Namespace) -> Scene:
 
 
 def _without_none(table: dict[str, Any]) -> dict[str, Any]:
-    """The table without values that are None, and without tables that are empty then."""
+    """Copy nested tables without None and without tables that become empty."""
     filled = {k: _without_none(v) if isinstance(v, dict) else v for k, v in table.items()}
     return {k: v for k, v in filled.items() if v is not None and v != {}}
 
 
 def run_simulate_command(options: argparse.Namespace) -> int:
-    """Simulate and print the result; a failed run ends with exit code 4 and writes no file.
+    """Simulate a scene, print the result and write the signals if ``-o`` names a file.
 
-    An inaccurate run (its step leaves an error above the tolerances) is written and printed with its status, and ends
-    with exit code 4 too.
+    A failed run raises `NumericsError` (exit code 4) and writes no file. An inaccurate run, whose time step causes an
+    error above the tolerances, is printed and written; it returns exit code 4, too.
     """
     output = Path(options.output) if options.output else None
     if output is not None:
@@ -128,7 +128,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """A line about the rollers' part of the load, its usual value and what carries the rest; empty if not known."""
+    """Sentence about the share of the radial load on the rollers and its usual value; empty if the share is unknown."""
     if math.isnan(run.roller_load_share):
         return ""
     rest = "the spring of the housing the rest" if run.scene.load.path is LoadPath.HOUSING else "nothing else any"
@@ -137,7 +137,7 @@ def _describe_load_share(run: RunSummary) -> str:
 
 
 def _format_quantity(name: str, value: Any) -> tuple[str, str, str]:
-    """A row of the printed table: name in words, value, and the unit at the end of the name."""
+    """Row of the printed table: name in words, value as text, and the unit that the end of the name defines."""
     words, unit = name.replace("bpfo", "BPFO").replace("bpfi", "BPFI").replace("numerics", "error of the step,"), ""
     for part in name.split():
         end = next((end for end in UNIT_BY_SUFFIX if part.endswith(end)), "")
@@ -147,7 +147,7 @@ def _format_quantity(name: str, value: Any) -> tuple[str, str, str]:
 
 
 def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
-    """The scene, with the planner's model if its model is ``auto``, and the plan for the JSON."""
+    """Replace the model ``auto`` of a scene by the planner's choice; returns the scene and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
     plan = _plan_of(scene, options)
@@ -159,10 +159,10 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
 
 
 def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
-    """The scene, and how its step is found: chosen, unless an option or the scene's file states it.
+    """Scene to run, and whether its time step is chosen (`AUTO`) or only its error is estimated (`CHECKED`).
 
-    Explicit solvers take the paper's step, or the scene's if that is shorter: their friction chatters at finer steps
-    too.
+    A step in the options or the scene file is kept. Explicit solvers use the paper's step, or the scene's if it is
+    shorter, because friction chatters at finer steps too.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
@@ -176,7 +176,7 @@ def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
 
 
 def run_plan_command(options: argparse.Namespace) -> int:
-    """Plan and print; exit code 1 if no model is known to keep the tolerance."""
+    """Choose the simplest model for a question and print all candidates; exit code 1 if none keeps the tolerance."""
     from srbval.plan.questions import MEANING
 
     plan = _plan_of(scene_from_options(options), options)
@@ -216,7 +216,7 @@ def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
 
 
 def run_kinematics_command(options: argparse.Namespace) -> int:
-    """Print the kinematic frequencies and orders."""
+    """Print the fault frequencies of a bearing and their orders of the shaft speed."""
     if options.name and options.bearing:
         raise ConfigurationError(f"two bearings are given, {options.name} and {options.bearing}: leave one out.")
     bearing = load_bearing(options.name or options.bearing or DEFAULT_BEARING)
@@ -233,7 +233,7 @@ def run_kinematics_command(options: argparse.Namespace) -> int:
 
 
 def run_bearing_command(options: argparse.Namespace) -> int:
-    """List the bearings that match every word of the search; an empty list is an answer."""
+    """List the bearings that match every word of the search; the list may be empty."""
     found = find_bearings(options.search or "")
 
     def show() -> None:

@@ -1,4 +1,4 @@
-"""``srbval check``, ``evidence`` and ``study``: the program's behaviour, the stored results, and their computation."""
+"""Commands ``srbval check``, ``evidence``, ``study``, ``bench`` and ``stability``."""
 
 import argparse
 import sys
@@ -34,7 +34,10 @@ STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
 
 
 def run_check_command(options: argparse.Namespace) -> int:
-    """Check, and with ``--update`` replace the reference; exit code 1 if anything is out of tolerance or stale."""
+    """Compare the program's fingerprint with the reference; ``--update --yes`` replaces the reference.
+
+    Exit code 1 if a quantity is out of tolerance or evidence is stale, or if an update was not confirmed.
+    """
     old = reference_fingerprint()
     with ProgressDisplay() as progress:
         result = run_check(progress=prefixed(progress, "Check"))
@@ -73,7 +76,7 @@ def _show_check(result: CheckResult) -> None:
 
 
 def run_evidence_command(options: argparse.Namespace) -> int:
-    """List or compute; exit code 1 if evidence is stale at the end, or a study's own test fails."""
+    """List or recompute the stored results; exit code 1 if evidence stays stale or a study fails its own test."""
     with ProgressDisplay() as progress:
         if options.list:
             known = result_states(fingerprint(progress=progress))
@@ -102,7 +105,7 @@ def _show_results(states: Sequence[State]) -> None:
 
 
 def run_study_command(options: argparse.Namespace) -> int:
-    """List the studies or run one (``bench`` and ``stability`` are two); exit code 1 if its own test fails."""
+    """List the studies or run one, such as ``bench`` or ``stability``; exit code 1 if it fails its own test."""
     if options.command in STUDY_BY_COMMAND:
         return _run_study(STUDY_BY_COMMAND[options.command], f"srbval {options.command}", options)
     if options.action == "run":
@@ -159,7 +162,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
 def _run_outside(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study of a model from outside, the quick chart or the costs by size; stored only in a named file."""
+    """Run a study with an outside model, the quick chart or the cost against size; write it only to ``--output``."""
     given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):
