@@ -1,1 +1,1 @@
-"""Campaigns: many cases from one file, on a laptop or a cluster, each result kept as soon as it is there."""
+"""Campaigns: many simulations defined in one file, run on this machine or a cluster; each result is stored at once."""

@@ -1,4 +1,4 @@
-"""From a campaign to its table of cases: scenes checked, models chosen, results named, costs estimated."""
+"""Cases of a campaign: check the scenes, choose the models, name the results and estimate the cost."""
 
 import json
 from collections import Counter
@@ -28,11 +28,11 @@ GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CampaignCase:
-    """A row of the table of cases.
+    """One case of a campaign.
 
-    `key` names the result; `point` lists the changes of the base scene by dotted key; `expected_s` is the wall time on
-    the machine that the models were measured on, None if unknown, and `planned_s` the same or else a rough guess;
-    `refused` is the reason why no scene could be made of the point.
+    `key` names the result file; `point` contains the changes of the base scene by dotted key. `expected_s` is the wall
+    time [s] on the machine on which the models were measured, None if unknown; `planned_s` is the same or, if unknown,
+    a rough guess. `refused` is the reason if the point gives no valid scene.
     """
 
     index: int
@@ -46,17 +46,18 @@ class CampaignCase:
 
 
 def plan_cases(campaign: Campaign) -> list[CampaignCase]:
-    """All cases. A point of which no scene can be made is a case too, with the reason.
+    """List all cases; a point that gives no valid scene is a case with the reason in `refused`.
 
-    Raises `ConfigurationError` if axes contradict each other or contain an unknown key, unit or other word, and
-    the errors of `make_plan`.
+    Raises `ConfigurationError` if axes contradict each other or contain an unknown key, unit or other word, and the
+    errors of `make_plan`.
     """
     return [_plan_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 
 def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """The scene of a point, its model still as the campaign states it; raises all that reading a scene raises, and
-    `UnknownNameError` for an unknown model or solver.
+    """Build the scene of a point; its model may still be ``auto``.
+
+    Raises the errors of reading a scene, and `UnknownNameError` for an unknown model or solver.
     """
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
@@ -68,9 +69,9 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Sums over a plan; cases of the same content count once in time and disk.
+    """Sum the planned cases; cases with the same content count once in time and disk space.
 
-    `expected_s` is wall time on one core of the machine that the models were measured on, None if unknown.
+    `expected_s` is wall time [s] on one core of the machine on which the models were measured, None if unknown.
     """
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
@@ -110,7 +111,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
 
 
 def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Wall time [s] by the measured models' or else a guess from the number of right-hand sides; None for a guess."""
+    """Planned and expected wall time [s] of a scene: both measured, or a guess and None if no measurement fits."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s

@@ -1,6 +1,6 @@
-"""Engines: worker processes of this machine, or a Dask cluster, made here or running already.
+"""Engines that run cases: worker processes of this machine, or a Dask cluster.
 
-Each of them calls `run_isolated` for every case.
+Every engine calls `run_isolated` for each case.
 """
 
 import contextlib
@@ -75,15 +75,16 @@ def run_tasks(
 
 @dataclass
 class LocalProcesses:
-    """Runs cases in `jobs` processes of this machine."""
+    """Engine that runs cases in `jobs` processes of this machine."""
 
     jobs: int
     name: str = LOCAL
 
     def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        """Results as they come, one per task; a thread waits for each process. Closing the generator ends all.
+        """Yield one result per task when its case has ended; closing the generator ends all processes.
 
-        Tasks are made as they are asked for, so that ten thousand scenes need not be in memory.
+        A thread waits for each process. Tasks are read when they are needed, so ten thousand scenes need not be in
+        memory.
         """
         processes = [case_process() for _ in range(self.jobs)]
         free = list(processes)
@@ -104,12 +105,12 @@ class LocalProcesses:
 
 @dataclass
 class DaskEngine:
-    """Runs cases on a Dask cluster, one at a time in each thread of its workers.
+    """Engine that runs cases on a Dask cluster, one case at a time in each thread of a worker.
 
-    `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object (scaled or
-    adapted by its owner), or a function that returns a context manager of one. `wait_s` [s] limits the time without any
-    worker; after that `run` raises `DataError`. If the workers state a resource ``memory`` [bytes], those of one worker
-    run no more cases at a time than fit into it.
+    `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object, or a function
+    that returns a context manager of a cluster. If there is no worker for `wait_s` [s], `run` raises `DataError`. If
+    the workers declare a resource ``memory`` [bytes], a worker runs only as many cases at a time as fit into its
+    memory.
     """
 
     cluster: Any
@@ -117,7 +118,7 @@ class DaskEngine:
     wait_s: float = WAIT_S
 
     def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        """Results as they come. Dask gives the cases of a lost worker to others."""
+        """Yield each result when its case has ended; Dask moves the cases of a lost worker to other workers."""
         from distributed import KilledWorker
 
         with self._client() as client:
@@ -135,7 +136,7 @@ class DaskEngine:
 
     @contextlib.contextmanager
     def _client(self) -> Iterator[Any]:
-        """Dask's client; every error of the cluster becomes one `DataError`, and Dask logs nothing on the terminal."""
+        """Context with the Dask client; an error of the cluster becomes a `DataError`, and Dask logs nothing."""
         from distributed import Client
 
         before = logging.root.manager.disable
@@ -156,7 +157,7 @@ class DaskEngine:
             logging.disable(before)
 
     def _wait_for_worker(self, client: Any) -> None:
-        """Return if there is a worker, or as soon as there is one; `DataError` if none comes."""
+        """Wait until the cluster has a worker; raise `DataError` after `wait_s`."""
         try:
             client.wait_for_workers(1, timeout=self.wait_s)
         except TimeoutError:
@@ -172,12 +173,12 @@ Engine = LocalProcesses | DaskEngine
 
 @contextlib.contextmanager
 def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
-    """Cluster of a class of Dask's, made with `options`, of `workers` workers; each is a job if the class submits jobs.
+    """Start a Dask cluster of class `kind` with `workers` workers, and end it on exit.
 
-    A job has one core unless an option states its `cores`, which are as many cases at a time. Queue, account, time and
-    all else that no option states come from Dask's own configuration, ``~/.config/dask/jobqueue.yaml``, as
-    dask-jobqueue documents. With `adapt`, Dask starts and ends workers as there is work, `workers` at most. No
-    dashboard is served unless configuration or options state its address.
+    If the class submits batch jobs, each worker is a job with one core; the option `cores` gives it more cores and as
+    many cases at a time. Queue, account and time limit come from the options or from Dask's configuration,
+    ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With `adapt`, Dask starts and ends workers as needed,
+    at most `workers`. No dashboard is served unless options or configuration contain its address.
     """
     import dask
     from dask.utils import parse_bytes
@@ -207,7 +208,7 @@ def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt:
 
 
 async def _scale(cluster: Any, workers: int) -> None:
-    """Ask for workers and wait for that: it raises the errors of a batch system, which Dask would only log."""
+    """Request `workers` workers and wait for the reply: errors of a batch system are raised, not only logged."""
     cluster.scale(workers)
     await cluster
 
@@ -222,13 +223,14 @@ def choose_engine(
     wait_s: float | None = None,
     adapt: bool = False,
 ) -> Engine:
-    """The engine of that name.
+    """Create the engine ``local`` or ``dask``.
 
-    ``local`` are `jobs` worker processes of this machine. ``dask`` is the cluster of a `scheduler` (its address, a
-    `Client` or a cluster), or else one made for the campaign, of `jobs` workers, with `adapt` at most that many: of a
-    `cluster_class`, such as ``dask_jobqueue.PBSCluster``, with its `cluster_options`, or a ``LocalCluster``. Without a
-    name it is ``dask`` if any of these is given. `jobs` is by default one per usable core; `wait_s` limits the time
-    without any worker of a cluster [s], by default two minutes, an hour for a `cluster_class`.
+    ``local`` runs cases in `jobs` processes of this machine. ``dask`` uses the cluster of a `scheduler` (its address, a
+    `Client` or a cluster object). Without a `scheduler` it starts a cluster of `jobs` workers of a `cluster_class`,
+    such as ``dask_jobqueue.PBSCluster``, with `cluster_options`, or else a ``LocalCluster``. With `adapt` the number of
+    workers follows the work, at most `jobs`. Without a `name` the engine is ``dask`` if a cluster option is given, else
+    ``local``. `jobs` is by default one per usable core. `wait_s` limits the time without any worker [s], by default two
+    minutes, or an hour for a `cluster_class`.
 
     Raises `ConfigurationError` for an unknown name, options that do not fit it, or missing packages.
     """
@@ -257,7 +259,7 @@ def choose_engine(
 
 
 def _dask_class(path: str) -> type:
-    """The class of clusters with that dotted name; `ConfigurationError` if it cannot be imported or is none."""
+    """Import the Dask cluster class with the dotted name `path`; raises `ConfigurationError` if it is no such class."""
     module, _, name = path.rpartition(".")
     try:
         with without_ctrl_c():

@@ -1,8 +1,8 @@
-"""The numbers of a case, a value and a unit by name; the result of a case and its file.
+"""Result of a case: its status, its reason, its numbers with units, and its file.
 
-A result is one HDF5 file, readable by xarray and named by its content; the same case gives the same bytes wherever it
-is run. A result with signals is also a run file, which every command that reads runs accepts. Status, reason and
-numbers are a line of JSON behind the HDF5 part, beside the checksum of the file, so HDF5 is not needed to read them.
+A result is one HDF5 file, readable by xarray and named by its content; the same case gives the same bytes on every
+machine. A result with signals is also a run file, which every command accepts that reads runs. Status, reason and
+numbers are also stored as a line of JSON after the HDF5 part, so that they can be read without HDF5.
 """
 
 import enum
@@ -30,7 +30,7 @@ SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_sha
 
 
 class Output(enum.StrEnum):
-    """Content of a result: numbers, or with the last two also signals."""
+    """Content of a result: numbers (the first two) or numbers and signals (the last two)."""
 
     SUMMARY = "summary"
     STATISTICS = "statistics"
@@ -39,7 +39,7 @@ class Output(enum.StrEnum):
 
 
 def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
-    """The wanted numbers of a run that ended well; numbers that it does not have (NaN, a short record) are left out."""
+    """Compute the numbers that `outputs` request: value and unit by name; NaN and missing numbers are omitted."""
     readers = {Output.SUMMARY: _summary, Output.STATISTICS: _statistics}
     rows = itertools.chain.from_iterable(read(run) for output, read in readers.items() if output in outputs)
     return {name: (value, unit) for name, value, unit in rows if value is not None and math.isfinite(value)}
@@ -50,7 +50,7 @@ def _summary(run: Run) -> Iterator[NamedQuantity]:
 
 
 def _statistics(run: Run) -> Iterator[NamedQuantity]:
-    """Numbers of the outer ring's vertical acceleration without its mean, largest penetration, mean position."""
+    """Yield numbers of the ring's vertical acceleration, the largest penetration and the mean ring position."""
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis
@@ -75,9 +75,10 @@ SIGNALS = frozenset((Output.ACCELERATION, Output.SIGNALS))
 
 @dataclass(frozen=True, kw_only=True)
 class CaseTask:
-    """All that a worker needs to run a case; `limit_s` limits the wall time, None for no limit.
+    """Everything that a worker needs to run a case.
 
-    `version` is that of the code that must run it, see `version()`; `memory_bytes` its process is expected to need.
+    `version` is the hash of the code that must run it, see `version()`. `limit_s` limits the wall time [s], None for no
+    limit. `memory_bytes` is the memory that its process is expected to need.
     """
 
     key: str
@@ -91,7 +92,7 @@ class CaseTask:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """Result of a case: its numbers, and how it ended, the status of its run or one of the three above."""
+    """Result of a case: its numbers, and the status of its run, or ``refused``, ``crashed`` or ``timed-out``."""
 
     key: str
     status: str
@@ -100,22 +101,22 @@ class CaseResult:
 
     @property
     def usable(self) -> bool:
-        """True if the result may be read as the vibration of the scene's bearing."""
+        """True if the result describes the vibration of the scene's bearing, so that its numbers may be used."""
         return self.status in USABLE
 
     @property
     def final(self) -> bool:
-        """True if another try would end the same; the next run of the campaign tries the other cases again."""
+        """True if another attempt would end in the same way; otherwise the campaign's next run repeats the case."""
         return self.status not in (CRASHED, TIMED_OUT)
 
 
 def version() -> str:
-    """Version of all code that runs a case and measures it."""
+    """Hash of all source code that runs and measures a case."""
     return content_version(COMPUTED_BY)
 
 
 def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs: Collection[Output] = ()) -> None:
-    """Write a result, and signals of its run if the `outputs` ask for them; whole or not at all.
+    """Write a result, with signals of its `run` if `outputs` request them, completely or not at all.
 
     Raises `DataError` if it cannot be written.
     """
@@ -135,7 +136,7 @@ def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs
 
 
 def read_case_result(path: Path) -> CaseResult:
-    """Read a result without its signals; `DataError` if it is not as it was written, or cannot be read."""
+    """Read a result without its signals; raises `DataError` if the file is damaged or cannot be read."""
     try:
         summary = checked_summary(path) if path.is_file() else b""
         if not summary:
@@ -149,7 +150,7 @@ def read_case_result(path: Path) -> CaseResult:
 
 
 def read_intact_result(path: Path) -> CaseResult | None:
-    """The result in a file as `read_case_result` reads it, None if it is missing or damaged."""
+    """Read a result without its signals; returns None if the file is missing or damaged."""
     try:
         return read_case_result(path)
     except DataError:

@@ -1,8 +1,7 @@
-"""Run a campaign in its folder: its table of cases, one result file per case, and the results as CSV.
+"""Campaign folder: the table of cases, one result file per case, and all results as CSV.
 
-`srbval-campaign.json` contains the campaign and its cases; it follows from the campaign file, and every run writes it.
-Every case that has a result is skipped, an engine runs the others. Only the result files record the progress, so a
-killed campaign loses nothing that had ended.
+`srbval-campaign.json` contains the campaign and its cases; every run rewrites it. Cases that have a result are skipped,
+an engine runs the others. Only the result files record the progress, so a killed campaign loses no finished case.
 """
 
 import contextlib
@@ -44,7 +43,7 @@ CAMPAIGN_JSON, RESULTS_CSV, CASES_FOLDER, LOCK = "srbval-campaign.json", "result
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignTable:
-    """A campaign and its cases; `version` is that of the code that computes the results in `folder`."""
+    """Campaign and its cases; `version` is the hash of the code that computes the results in `folder`."""
 
     JSON_OMITTED: ClassVar = ("folder",)
 
@@ -54,16 +53,16 @@ class CampaignTable:
     folder: Path = Path()
 
     def to_frame(self) -> "pandas.DataFrame":
-        """Pandas table with a row per case: its point, model, status, reason and numbers."""
+        """Pandas table with one row per case: changed inputs, model, status, reason and numbers."""
         import pandas
 
         return pandas.DataFrame(result_rows(self, read_results(self.folder, self)))
 
     def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
-        """Data set along ``case``: swept inputs and models as coordinates, status, reason and numbers as variables.
+        """Data set along ``case``: changed inputs and models as coordinates, status, reason and numbers as variables.
 
-        With `signals` it has those of the results too, along ``time_s``, and the labels of their scenes; they are NaN
-        for cases that were refused, failed or are inaccurate. Raises `DataError` if sampling rates differ.
+        With `signals` the data set also contains the signals along ``time_s``, and the labels of the scenes; they are
+        NaN for cases that were refused, failed or are inaccurate. Raises `DataError` if sampling rates differ.
         """
         results = read_results(self.folder, self)
         rows = result_rows(self, results)
@@ -89,7 +88,7 @@ USE = (
 
 
 def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
-    """Values of a swept input as numbers with their common unit, or else as texts."""
+    """Values of a changed input as numbers with their common unit, otherwise as texts."""
     found = [number_and_unit(str(value)) for value in values]
     units = {one[1] for one in found if one is not None}
     if None in found or len(units) != 1:
@@ -98,7 +97,7 @@ def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
 
 
 def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
-    """Signals of the accepted cases along ``case`` and ``time_s``, and the labels of their scenes along ``case``."""
+    """Load the signals of the accepted cases along ``case`` and ``time_s``, and the labels of their scenes."""
     engine, found, rates, labels = require_xarray(), {}, set[float](), dict[str, Any]()
     for case in table.cases:
         if case.key not in accepted:
@@ -125,15 +124,14 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
 
 
 def result_path(folder: Path, key: str) -> Path:
-    """The file of the result with that key."""
+    """Path of the result file of the case `key`."""
     return folder / CASES_FOLDER / f"{key}.h5"
 
 
 def write_campaign_table(folder: Path, table: CampaignTable) -> None:
-    """Write the table of cases, and remove half-written files of killed processes; call it with the folder locked.
+    """Write the table of cases and remove half-written files; call it with the folder locked.
 
-    Raises `ConfigurationError` if the folder contains files of these names that are not of this campaign, `DataError`
-    if it cannot be written.
+    Raises `ConfigurationError` if the folder contains files of another campaign, `DataError` if it cannot be written.
     """
     file, name = folder / CAMPAIGN_JSON, table.campaign.name
     own = file.is_file() and file.read_bytes().startswith(f'{{"campaign": {{"name": "{name}"'.encode())
@@ -156,7 +154,7 @@ def remove_incomplete(folder: Path) -> None:
 
 
 def read_campaign_table(folder: Path) -> CampaignTable:
-    """The table of cases; `DataError` if there is no campaign, or its table is not as it was written."""
+    """Read the table of cases; raises `DataError` if it is missing or damaged."""
     file, again = folder / CAMPAIGN_JSON, f"srbval campaign run FILE.toml -o {folder}"
     if not os.path.lexists(file):
         raise DataError(f"{folder}: no campaign here. Start one: {again}")
@@ -170,7 +168,7 @@ def read_campaign_table(folder: Path) -> CampaignTable:
 
 
 def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
-    """The results that are there and not damaged, by key, and those of refused cases, which have no file."""
+    """Read the intact results, by key; a refused case, which has no file, gets a result with the reason."""
     found = {
         case.key: read_intact_result(result_path(folder, case.key))
         if case.refused is None
@@ -181,9 +179,9 @@ def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
 
 
 def summarise_campaign(table: CampaignTable, results: Mapping[str, CaseResult]) -> dict[str, Any]:
-    """Name of a campaign, number of `cases`, of those with a result (`done`), by status, and the ones not to be used.
+    """Count the `cases`, the cases with a result (`done`) and each status; list the failed and inaccurate cases.
 
-    `failed` cases have no numbers; numbers of `inaccurate` ones have errors of the step beyond the tolerances.
+    `failed` cases have no numbers; the numbers of `inaccurate` cases have time-step errors above the tolerances.
     """
     found = [(case.index, results[case.key]) for case in table.cases if case.key in results]
     listed = [({"case": i, "key": r.key, "status": r.status, "reason": r.reason}, r.usable) for i, r in found]
@@ -198,9 +196,9 @@ def summarise_campaign(table: CampaignTable, results: Mapping[str, CaseResult]) 
 
 
 def write_results(folder: Path, table: CampaignTable, results: Mapping[str, CaseResult]) -> Path:
-    """Write the results as CSV: a row per case, in their order, a column per quantity; returns the file.
+    """Write the results as CSV, one row per case and one column per quantity; returns the path.
 
-    Names of quantities end with their SI unit, others have none. A failed case has no quantities; a case without an
+    Names of quantities end with their SI unit if they have one. A failed case has no quantities; a case without an
     intact result has no row. The same results give the same text. Raises `DataError` if the file cannot be written.
     """
     import pandas
@@ -214,7 +212,7 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
 
 
 def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
-    """Rows of all cases, in their order: ``missing`` without an intact result."""
+    """Table row of every case, in their order; the status is ``missing`` if there is no intact result."""
     rows = []
     for case in table.cases:
         result = results.get(case.key) or CaseResult(
@@ -228,9 +226,9 @@ def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list
 
 @contextlib.contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
-    """Hold `folder` exclusively; the system releases the lock when the process ends, for whatever reason.
+    """Lock `folder` for this process; the system releases the lock when the process ends for any reason.
 
-    Raises `ConfigurationError` if another process holds it, `DataError` if the folder cannot be written.
+    Raises `ConfigurationError` if another process has locked it, `DataError` if the folder cannot be written.
     """
     from filelock import FileLock, Timeout
 
@@ -251,7 +249,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
 
 
 def load_campaign(name: str | Path) -> Campaign | CampaignTable:
-    """A campaign from a file, the preset of that name, or with its results from the folder in which it was run.
+    """Load a campaign from a file, a preset by its name, or the folder of an earlier run with its results.
 
     Raises `DataError` for a missing or damaged file, `ConfigurationError` for an unknown key or an impossible value.
     """
@@ -259,10 +257,10 @@ def load_campaign(name: str | Path) -> Campaign | CampaignTable:
 
 
 def campaign_status(path: str | Path) -> dict[str, Any]:
-    """Read the folder of a campaign and write its results table again; `DataError` as `read_campaign_table`.
+    """Summarise the campaign in the folder `path` and rewrite its results table.
 
     Returns the document of ``campaign status``. Cases with damaged results are not `done`; `table` is None if the
-    results table cannot be written.
+    results table cannot be written. Raises `DataError` if the table of cases is missing or damaged.
     """
     path = Path(path)
     table = read_campaign_table(path)
@@ -279,7 +277,7 @@ def campaign_status(path: str | Path) -> dict[str, Any]:
 
 
 def verify_campaign(path: str | Path) -> dict[str, Any]:
-    """Read the table of cases and all results, those of earlier tables too; nothing is changed.
+    """Check the table of cases and all result files in the folder `path` against their checksums; changes nothing.
 
     Returns the document of ``campaign verify``: `ok` if no file is `damaged` (`file`, `why`), and the number of
     `results` that were read. Raises `DataError` if there is no campaign.
@@ -310,13 +308,13 @@ def run_campaign(
 ) -> dict[str, Any]:
     """Run all cases that have no result yet, longest first, and write the results table in the folder `path`.
 
-    A failed case has a result with the reason; a case whose process died is tried again the next time. `engine` is one
-    of `choose_engine`, or its name; by default ``local``. `progress` counts the expected cost of the cases of this
-    time; `message` gets a line about each of the first cases that fail.
+    A failed case has a result with the reason; a case whose process died is run again the next time. `engine` is an
+    engine of `choose_engine` or its name, by default ``local``. `progress` weights the cases of this call by their
+    expected cost. `message` is called with a line about each of the first cases that fail.
 
-    Returns the document of ``campaign run``: `ran` of the `cases` were run this time, see `summarise_campaign`. Raises
-    `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that cannot
-    be written or a disk that is full.
+    Returns the document of ``campaign run``: the number of cases run by this call (`ran`), and `summarise_campaign`.
+    Raises `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that
+    cannot be written or a disk that is full.
     """
     started, folder = time.perf_counter(), Path(path).resolve()
     campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign
@@ -343,7 +341,7 @@ def _run_missing(
     progress: Progress,
     message: Callable[[str], None],
 ) -> dict[str, CaseResult]:
-    """Run the `missing` cases, the longest first, and return their results."""
+    """Run the `missing` cases, the longest first, and return their results by key."""
     longest_first = sorted(missing.values(), key=lambda case: -case.planned_s)
     needed, free = sum(case.expected_bytes for case in longest_first), shutil.disk_usage(folder).free
     if needed > free:

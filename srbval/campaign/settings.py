@@ -1,6 +1,6 @@
-"""Campaign files: a base scene, axes laid over it, seeds, repeats, wanted outputs; and the points that follow.
+"""Campaign file: base scene, axes, seeds, repeats and outputs; and the points that follow from it.
 
-A point is the change of the base scene by one case, by dotted key of a scene file.
+A point is the set of changes that a case makes to the base scene, by dotted key of a scene file.
 """
 
 import enum
@@ -34,7 +34,7 @@ Point = dict[str, Any]
 
 
 class Sampling(enum.StrEnum):
-    """Kind of a block of axes."""
+    """Method by which a block of axes generates points."""
 
     GRID = "grid"  # every combination of `values`
     ZIP = "zip"  # the first of each of `values`, then the second of each
@@ -48,9 +48,9 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 
 @dataclass(frozen=True, kw_only=True)
 class Axes(Limited):
-    """A block of axes. Keys are those of a scene file, of a table as ``"load.radial"`` or as a table.
+    """Block of axes. Keys are those of a scene file, as ``"load.radial"`` or as nested tables.
 
-    `values`: choices by key; `cases`: whole points; `ranges`: least and largest value by key, in one unit.
+    `values`: choices by key; `cases`: complete points; `ranges`: lowest and highest value by key, in one unit.
     """
 
     kind: Sampling
@@ -69,7 +69,7 @@ class Axes(Limited):
             raise ConfigurationError(f"axes of kind {self.kind.value!r}: it {verb} {', '.join(wrong)}.")
 
     def factors(self, seed: int) -> list[list[Point]]:
-        """Lists of points, whose combinations are the points of this block; `seed` is for random ones."""
+        """Lists of points: each combination of one point per list is a point of this block. `seed` is for sampling."""
         if self.kind is Sampling.LIST:
             return [[flatten_point(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):
@@ -86,7 +86,7 @@ class Axes(Limited):
         return [[dict(zip(values, choice, strict=True)) for choice in zip(*values.values(), strict=True)]]
 
     def _space_filling(self, seed: int) -> list[Point]:
-        """Latin hypercube (McKay et al. 1979), or scrambled Sobol points (Sobol 1967, Owen 1998)."""
+        """Sample points: Latin hypercube (McKay et al. 1979), or scrambled Sobol points (Sobol 1967, Owen 1998)."""
         from scipy.stats import qmc
 
         ranges = {key: _range(key, ends) for key, ends in flatten_point(self.ranges).items()}
@@ -104,11 +104,11 @@ class Axes(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Campaign(Limited):
-    """A campaign file. Blocks of `axes` multiply; each point runs `repeats` times, with seeds `seed`, `seed` + 1, ...
+    """Campaign file. Blocks of `axes` are combined; each point runs `repeats` times with seeds `seed`, `seed` + 1, ...
 
-    `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene_file`, a file or the name of a bundled
-    scene, is read before `scene` is laid over it. A case may take `limit_factor` times its planned time, or
-    `least_limit_s` if that is more, before its process is ended; a factor of 0 sets no limit.
+    `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene` changes the base scene `scene_file`,
+    a file or the name of a bundled scene. A case may take `limit_factor` times its planned time, but at least
+    `least_limit_s` [s], before its process is ended; a factor of 0 sets no limit.
     """
 
     name: str
@@ -136,7 +136,7 @@ class Campaign(Limited):
         return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
 
     def points(self) -> Iterator[Point]:
-        """The points of all blocks multiplied, each with its repeats' seeds; the first block changes slowest."""
+        """Yield the points of all blocks combined, with the seeds of their repeats; the first block changes slowest."""
         factors = [factor for number, block in enumerate(self.axes) for factor in block.factors(self.seed + number)]
         count = self.repeats * math.prod(map(len, factors))
         if count > MAX_CASES:
@@ -149,7 +149,7 @@ class Campaign(Limited):
 
 
 def campaign_of(name: str) -> Campaign:
-    """A campaign from a file, or the preset of that name; see `load_campaign`."""
+    """Read a campaign from a file or from the preset `name`; see `load_campaign`."""
     path = Path(name) if name.endswith(".toml") else presets().get(name)
     if path is None:
         raise ConfigurationError(
@@ -163,18 +163,18 @@ def campaign_of(name: str) -> Campaign:
 
 
 def presets() -> dict[str, Path]:
-    """The campaigns that come with the program, by name."""
+    """Files of the campaigns shipped with srbval, by name."""
     folder = Path(str(resources.files("srbval.campaign") / "presets"))
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
 def flatten_point(table: Mapping[str, Any]) -> Point:
-    """Nested tables as dotted keys."""
+    """Convert nested tables to a point with dotted keys."""
     return merge_points({key: value} for key, value in flatten_table(table))
 
 
 def merge_points(parts: Iterable[Point]) -> Point:
-    """One point of several; `ConfigurationError` if two of them set the same key."""
+    """Merge points to one; raises `ConfigurationError` if two of them set the same key."""
     found: Point = {}
     for part in parts:
         if twice := sorted(found.keys() & part):
@@ -184,7 +184,7 @@ def merge_points(parts: Iterable[Point]) -> Point:
 
 
 def _range(key: str, ends: object) -> Callable[[float], float | str]:
-    """Function from a share of the range to a value in it: a number, or text with the unit of both ends."""
+    """Function that converts a share of a range (0 to 1) to a value: a number, or text with the unit of both ends."""
     if isinstance(ends, list) and len(ends) == 2:
         first, second = (number_and_unit(str(end)) for end in ends)
         if first and second and first[1] == second[1] and 0 < second[0] - first[0] < math.inf:

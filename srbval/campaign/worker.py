@@ -1,7 +1,7 @@
-"""The process that runs cases, ``python -m srbval.campaign.worker``, and the side that waits for it: both ends.
+"""Worker process that runs cases, ``python -m srbval.campaign.worker``, and the functions that call it.
 
-Each case runs in a process of its thread, on this machine or on a Dask worker: one that dies or hangs harms no other.
-The standard pools of processes, and the pool of pebble, give up everything that is running if one dies at the wrong
+Each thread, on this machine or on a Dask worker, has a process for its cases: a case that dies or hangs affects no
+other case. The standard process pools, and the pool of pebble, lose all running cases if a process dies at the wrong
 moment.
 """
 
@@ -40,7 +40,7 @@ _prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()
 
 
 def prepare(scene: Scene) -> str:
-    """Compile or load what runs like that of `scene` need; returns the version of this process's code."""
+    """Compile or load the kernels of `scene`; returns the version of this process's code."""
     if not level_of(scene.model).outside:
         shortest_s = max(SHORTEST_S, 1 / scene.output_rate_hz)
         with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case reports it
@@ -49,7 +49,7 @@ def prepare(scene: Scene) -> str:
 
 
 def run_case(task: CaseTask) -> CaseResult:
-    """Run a case and write its result; every failure but `DataError` of writing becomes a status and raises nothing.
+    """Run a case and write its result; every failure becomes a status, except a `DataError` of writing.
 
     A case that has an intact and final result is not run again.
     """
@@ -73,7 +73,7 @@ def run_case(task: CaseTask) -> CaseResult:
 
 
 def handle_request(request: Scene | CaseTask) -> str | CaseResult | DataError:
-    """Prepare for a scene, or run a case; an error of writing its result is an answer, too."""
+    """Compile for a scene, or run a case; an error of writing its result is returned."""
     try:
         return prepare(request) if isinstance(request, Scene) else run_case(request)
     except DataError as error:
@@ -81,16 +81,16 @@ def handle_request(request: Scene | CaseTask) -> str | CaseResult | DataError:
 
 
 def case_process() -> WorkerProcess:
-    """A process of one thread that runs cases."""
+    """Create a process of one thread that runs cases."""
     return WorkerProcess(__name__, environment=dict.fromkeys(THREAD_VARIABLES, "1"))
 
 
 def run_isolated(task: CaseTask) -> CaseResult:
-    """Compile what a case needs and run it in the process of this thread, up to `ATTEMPTS` times if that dies.
+    """Compile the kernels of a case and run it in the process of this thread, up to `ATTEMPTS` times if that dies.
 
-    Raises `ConfigurationError` if the process runs other code than the task asks for, `NumericsError` if processes die
-    or hang while they compile, and `DataError` if no process can be started, or the campaign's folder is not seen or
-    cannot be written.
+    Raises `ConfigurationError` if the version of the process's code differs from the task's, `NumericsError` if
+    processes die or hang while they compile, and `DataError` if no process can be started, or the campaign folder does
+    not exist here or cannot be written.
     """
     here, folder = f"the Dask worker at {platform.node()}", task.path.parents[1]
     if not folder.is_dir():
@@ -135,7 +135,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
 
 
 def write_crash(task: CaseTask, how: str) -> CaseResult:
-    """Write and return the result of a case whose process died each time it was tried; `how` completes "its ..."."""
+    """Write and return the result of a case whose process died at every attempt; `how` continues "its ..."."""
     return _write_failure(task, CRASHED, f"its {how}; the other cases were run without it")
 
 

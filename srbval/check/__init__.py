@@ -1,1 +1,1 @@
-"""Regression of the program's behaviour: a fingerprint, its comparison with the reference, and stale evidence."""
+"""Regression check of the program's behaviour."""

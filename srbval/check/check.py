@@ -1,12 +1,12 @@
-"""The tolerance regression: a fingerprint of the program's behaviour against its reference, and what is stale.
+"""Regression check: compares a fingerprint of the program's behaviour with its reference, and finds stale evidence.
 
-A part is what a stored result may depend on, see `PROBES`. Its probe runs it on bundled scenes or on the recordings
-that come with the program, and returns some tens of numbers, which are compared with those in the file
-``reports/fingerprint.json`` within a tolerance, see `srbval.storage.stored_result`: a changed name leaves the
-fingerprint as it is, a changed constant of a model does not.
+`PROBES` lists the parts of the program on which stored results may depend. The probe of a part runs it on bundled
+scenes or shipped recordings and returns some tens of numbers. These are compared within a tolerance with the file
+``reports/fingerprint.json``, see `srbval.storage.stored_result`. A changed name leaves the fingerprint as it is, a
+changed constant of a model does not.
 
-Rollers that rattle (scenes with play) double a difference every 2 ms: such scenes are run from rest for 12 ms, in which
-rounding, 1e-16, grows to 1e-13. Scenes without play are run for 50 ms.
+In scenes with play the rollers rattle, and a difference doubles every 2 ms: such scenes are run from rest for 12 ms, in
+which rounding errors grow from 1e-16 to 1e-13. Scenes without play are run for 50 ms.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
-    """The numbers of these parts (all of them if none is named), by part and name; some 20 s with compiled kernels.
+    """Compute the numbers of these parts (default: all), by part and name; takes 20 s with compiled kernels.
 
-    Raises `KeyError` for an unknown part, and what running a scene or reading a shipped recording raises.
+    Raises `KeyError` for an unknown part, and the errors of running a scene and of reading a shipped recording.
     """
     probes = {name: PROBES[name] for name in parts or PROBES}
     found = {}
@@ -74,7 +74,7 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 
 
 def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
-    """The probe scenes of a model by name: every state and roller fit that it knows."""
+    """Yield the probe scenes of a model with their names: every defect state with every roller fit."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
         common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
@@ -84,7 +84,7 @@ def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Sce
 
 
 def _numbers_of_run(run: Run) -> ProbeOutputs:
-    """Cage, load, power, displacement and vibration of a run, its status, and the error that its step leaves."""
+    """Status, cage ratio, load share, power, displacement, vibration and estimated time-step errors of a run."""
     along, fs_hz = along_sensor(run.acceleration_m_s2), run.scene.output_rate_hz
     found: ProbeOutputs = {
         "status": run.status.value,
@@ -103,7 +103,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
 
 
 def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
-    """Run the probe scenes of a model; return their numbers by scene and name."""
+    """Simulate the probe scenes of a model; returns their numbers by scene and name."""
     step = axes.get("step", Step.UNCHECKED)
     return {
         f"{scene}{SEPARATOR}{name}": value
@@ -113,7 +113,7 @@ def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
 
 
 def _probe_full() -> ProbeOutputs:
-    """The point-cloud model: both roller fits, the paper's scene; every solver; the estimated error of a step."""
+    """Probe the point-cloud model: both roller fits, every solver, and the estimated time-step error."""
     found = _probe_model("full", "paper", fits=("play", "printed"))
     own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
     for solver in PROBED_SOLVERS:
@@ -124,7 +124,7 @@ def _probe_full() -> ProbeOutputs:
 
 
 def _probe_slices() -> ProbeOutputs:
-    """The laminated contact: the rig's scene, and at the speed of the slow records."""
+    """Probe the slices model on the rig's scene, at its own speed and at 340 rpm."""
     slow = {"shaft_speed_rad_s": 340 * math.pi / 30}
     values = _probe_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
     return _probe_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
@@ -132,15 +132,15 @@ def _probe_slices() -> ProbeOutputs:
 
 @cache
 def _analyse_shipped() -> tuple[Analysis, ...]:
-    """The recordings that come with the program, analysed."""
+    """Analyse the recordings shipped with srbval."""
     files = sorted((shipped_folder("data_manifest") / "rig_excerpts").glob("*.h5"))
     return tuple(analyse(load_recording(path), bearing=load_bearing(DEFAULT_BEARING)) for path in files)
 
 
 def _probe_reading() -> ProbeOutputs:
-    """First harmonics of every shipped recording: where, how surely, how far above the noise; those that are detected.
+    """Probe the detection of fault lines: first harmonics in every shipped recording.
 
-    The best fit to noise depends on the last digits of a library, so that an undetected line has no numbers.
+    An undetected line has no numbers, because the best fit to noise depends on rounding in the libraries.
     """
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
@@ -156,7 +156,7 @@ def _probe_reading() -> ProbeOutputs:
 
 
 def _probe_diagnosis() -> ProbeOutputs:
-    """Class and probabilities of every shipped recording by itself."""
+    """Probe the diagnosis: class and probabilities of every shipped recording."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         made = diagnose(analysis)
@@ -166,7 +166,7 @@ def _probe_diagnosis() -> ProbeOutputs:
 
 
 def _probe_path() -> ProbeOutputs:
-    """Amplitudes of the shipped recordings; the path between one of them and a run of the impulse model."""
+    """Probe amplitudes of the shipped recordings, and the path between a recording and a run of the impulse model."""
     bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
     for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state
@@ -184,7 +184,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Cage ratios of the shipped recordings, their means by speed, and the ranges of the uncertain inputs."""
+    """Probe cage ratios of the shipped recordings, their means by speed, and the ranges of uncertain inputs."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -200,7 +200,7 @@ def _probe_comparison() -> ProbeOutputs:
 
 
 def _numbers_in(table: Any) -> Iterator[float]:
-    """Every number of a nested table, in its order."""
+    """Yield every number of a nested table, in order."""
     if isinstance(table, Mapping):
         table = table.values()
     if isinstance(table, int | float):
@@ -222,12 +222,12 @@ PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
     "path": _probe_path,
     "comparison": _probe_comparison,
 }
-"""Parts of the program by the function that probes each."""
+"""Function that probes each part of the program, by the name of the part."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
-    """Every quantity of the fingerprint against its reference, and the evidence that is `stale`: `file` and `why`."""
+    """Comparison of every quantity with its reference (`checks`), and the `stale` evidence as `file` and `why`."""
 
     JSON_PROPERTIES: ClassVar = ("ok",)
     JSON_OMITTED: ClassVar = ("now",)
@@ -243,10 +243,10 @@ class CheckResult:
 
 
 def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progress = silent) -> CheckResult:
-    """Compute the fingerprint of these `parts` (all), compare it with the `reference` (the shipped one).
+    """Compute the fingerprint of `parts` (default: all) and compare it with `reference` (default: the shipped one).
 
-    Evidence is compared with the fingerprint of now if all parts are computed. Raises `ConfigurationError` for an
-    unknown part, and what running a bundled scene or reading a shipped recording raises.
+    Evidence is checked only if all parts are computed. Raises `ConfigurationError` for an unknown part, and the errors
+    of running a bundled scene and of reading a shipped recording.
     """
     unknown = [part for part in parts if part not in PROBES]
     if unknown:
@@ -264,20 +264,20 @@ def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progr
 
 
 def shipped_results() -> Sequence[StoredResult]:
-    """The results that come with the program, by file name."""
+    """Load the stored results shipped with srbval, in the order of their file names."""
     files = sorted(shipped_folder(stored_result.REPORTS).glob("*.json"))
     return [one for path in files if path.name != stored_result.REFERENCE and (one := read_result(path)) is not None]
 
 
 def reference_path() -> Path:
-    """The reference fingerprint of this version: in the repository, or in the installed package."""
+    """Path of the reference fingerprint, in the repository or in the installed package."""
     return shipped_folder(stored_result.REPORTS) / stored_result.REFERENCE
 
 
 def write_reference(now: Fingerprint) -> None:
-    """Replace the reference by the fingerprint of `now`, completely or not at all.
+    """Replace the reference file by the fingerprint `now`, completely or not at all.
 
-    Raises `ConfigurationError` if a number of a model's run is not finite: no reference is made of a failure.
+    Raises `ConfigurationError` if a cage ratio is not finite, because a failed run must not become the reference.
     """
     for part, values in now.items():
         for name, value in values.items():
@@ -289,7 +289,7 @@ def write_reference(now: Fingerprint) -> None:
 
 
 def differences(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
-    """List the changes that an update would make: part and name, old and new value."""
+    """List the quantities that differ between two fingerprints: name, old and new value."""
     return [
         {"name": f"{part}{SEPARATOR}{one.name}", "old": old.get(part, {}).get(one.name), "new": values.get(one.name)}
         for part, values in new.items()

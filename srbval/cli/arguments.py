@@ -57,11 +57,11 @@ class Parser(argparse.ArgumentParser):
         added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
-        added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
+        added.add_argument("--json", action="store_true", default=default, help="print the result as one JSON document")
         table_file: dict[str, Any] = {
             "metavar": "OUT.csv|xlsx",
             "type": "table",
-            "help": "write the tables to this file too",
+            "help": "also write the tables of the result to this file",
         }
         added.add_argument("--export", "--csv", default=default or None, **table_file)
         for group in (*table.get("groups", ()), ""):

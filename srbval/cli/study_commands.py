@@ -27,8 +27,12 @@ MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --j
 VALIDITY_BY_KIND = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
 UNSOUND = 1
 OUTSIDE_MODEL_OPTIONS: dict[str, dict[str, Any]] = {
-    "--model": {"metavar": "M", "help": "a model from outside: FILE.py:NAME, package.module:NAME or FILE.fmu"},
-    "--model-command": {"metavar": "TEXT", "type": "command", "help": 'a program: "./mysim {scene_json} {out_csv}"'},
+    "--model": {"metavar": "M", "help": "your own model: FILE.py:NAME, package.module:NAME or FILE.fmu"},
+    "--model-command": {
+        "metavar": "TEXT",
+        "type": "command",
+        "help": 'command that runs your own program as the model: "./mysim {scene_json} {out_csv}"',
+    },
 }
 STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
 
@@ -130,14 +134,20 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
         group = parser.add_argument_group("model")
         for option, settings in OUTSIDE_MODEL_OPTIONS.items():
             group.add_argument(option, dest="model", **settings)
-        parser.add_argument("--plot", metavar="OUT.svg", help=f"the picture (default: {picture})")
+        parser.add_argument("--plot", metavar="OUT.svg", help=f"file for the diagram (default: {picture})")
     if name == STUDY_BY_COMMAND["bench"]:
-        parser.add_argument("--scale", action="store_true", help="cost against size instead: about half an hour")
-    parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
-    told = "store it here (default: a complete result is stored for the report)"
-    parser.add_argument("-o", "--output", metavar="FILE", help=told)
-    parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
+        parser.add_argument(
+            "--scale", action="store_true", help="measure cost against model size instead: half an hour"
+        )
+    parser.add_argument(
+        "--jobs", metavar="N", type="jobs", help="number of simulations at the same time (default: one per core)"
+    )
+    about_output = "file for the result (default: a complete result is stored where the report finds it)"
+    parser.add_argument("-o", "--output", metavar="FILE", help=about_output)
+    parser.add_argument(
+        "--fresh", action="store_true", help="compute all results again instead of using cached results"
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
     plot = Path(getattr(given, "plot", None) or picture)
     check_suffix(plot, "SVG", (".svg",))

@@ -1,1 +1,1 @@
-"""Worker processes, which may hang, crash or be killed at any moment; what this process may use of the machine."""
+"""Worker processes, and the cores and memory of this machine."""

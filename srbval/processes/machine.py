@@ -1,4 +1,4 @@
-"""The machine, as results name it, and the cores, threads and memory that this process may use."""
+"""Processor name, and the cores, threads and memory that this process may use."""
 
 import contextlib
 import functools
@@ -17,15 +17,15 @@ _limits: list[Any] = []  # one for each that is within; the first restores what 
 
 
 def usable_cores() -> int:
-    """Cores that this process may use: those it may run on, and no more than a container's quota pays for."""
+    """Number of cores that this process may use, limited by its CPU affinity and its container's quota."""
     known = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, math.ceil(min([known, *_quotas()])))
 
 
 def _quotas() -> Iterator[float]:
-    """Cores that each quota on this process's control group, and on those above it, pays for.
+    """Yield the quota [cores] of this process's control group and of every group above it.
 
-    A container sees its own group as the topmost one.
+    A container sees its own group as the topmost group.
     """
     listed = OWN_GROUPS.read_text("utf-8").splitlines() if OWN_GROUPS.is_file() else ()
     for place in (PurePosixPath(line.removeprefix("0::")) for line in listed if line.startswith("0::")):
@@ -39,8 +39,8 @@ def _quotas() -> Iterator[float]:
 def one_thread() -> Iterator[None]:
     """Limit the loaded libraries to one thread, within a block or a decorated function.
 
-    Small products are quicker so: threads on a busy machine wait for each other, several times as long as they work.
-    The limit is the process's: if several threads are within, the last one to leave restores the former limit.
+    Small matrix products are faster with one thread: several threads on a busy machine mostly wait for each other. The
+    limit applies to the whole process; if several threads use it, the last thread to leave restores the former limit.
     """
     with _lock:
         _limits.append(_thread_controller().limit(limits=1))
@@ -61,14 +61,14 @@ def _thread_controller() -> Any:
 
 
 def is_single_threaded() -> bool:
-    """True if this process has one thread, those of libraries included; False where that is not known."""
+    """True if this process has only one thread, library threads included; False if the number is unknown."""
     with contextlib.suppress(OSError):
         return len(os.listdir("/proc/self/task")) == 1
     return False
 
 
 def limit_resource(name: str, most: int) -> None:
-    """Set one of the limits in the module `resource`, such as ``RLIMIT_CPU``; does nothing where there is none."""
+    """Set a limit of the module `resource`, such as ``RLIMIT_CPU``; does nothing on systems without this limit."""
     with contextlib.suppress(ImportError, AttributeError, ValueError, OSError):
         import resource
 
@@ -77,24 +77,24 @@ def limit_resource(name: str, most: int) -> None:
 
 
 def limit_memory(most_bytes: float) -> None:
-    """Let this process take so much memory beside what it has now; known on Linux only."""
+    """Limit the memory of this process to `most_bytes` above its present size; works on Linux only."""
     with contextlib.suppress(OSError, IndexError):
         held_kb = int(Path("/proc/self/status").read_text("ascii").split("VmData:")[1].split()[0])
         limit_resource("RLIMIT_DATA", held_kb * 1024 + round(most_bytes))
 
 
 def this_machine() -> dict[str, Any]:
-    """Processor and usable cores, as stored results name them."""
+    """Processor and usable cores, as stored in results."""
     return {"processor": processor_name(), "usable_cores": usable_cores()}
 
 
 def load_average() -> float | None:
-    """Mean number of processes that wanted a core in the last minute; None if the system does not state it."""
+    """Mean number of processes that used or waited for a core in the last minute; None if unknown."""
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
 
 
 def processor_name(listing: Path = Path("/proc/cpuinfo")) -> str:
-    """The processor's name as the system states it, otherwise its architecture."""
+    """Name of the processor as the system states it, otherwise its architecture."""
     text = listing.read_text(encoding="utf-8", errors="replace") if listing.is_file() else ""
     found = re.search(r"^model name\s*:[ \t]*(\S.*?)\s*$", text, re.MULTILINE)
     return found[1] if found else platform.processor() or platform.machine()

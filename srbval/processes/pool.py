@@ -1,4 +1,4 @@
-"""Work that holds the interpreter, spread over several processes."""
+"""Functions called in several processes, because Python runs only one thread at a time."""
 
 import signal
 import sys
@@ -18,10 +18,10 @@ Result = TypeVar("Result")
 def in_processes(
     function: Callable[[Item], Result], items: Sequence[Item], *, jobs: int | None = None
 ) -> Iterator[tuple[Item, Result]]:
-    """Yield each item with the result of `function`, in the order in which they end.
+    """Call `function` for each item in several processes; yields item and result in the order of completion.
 
-    `jobs` processes run at a time, one per core by default; Ctrl-C is left to this process. A single item is computed
-    in this process. The function, the items and the results must be picklable. Raises what `function` raises, and
+    `jobs` processes run at a time, by default one per core; they ignore Ctrl-C. A single item is computed in this
+    process. The function, the items and the results must be picklable. Raises the exceptions of `function`, and
     `DataError` if a process dies.
     """
     if len(items) < 2:

@@ -1,8 +1,7 @@
-"""A worker process that answers one call at a time: both ends of its pipes.
+"""Worker process that answers one call at a time, and the object by which its parent calls it.
 
-The worker ends when its input does, in the middle of an answer if need be, so it never outlives its parent; code that
-holds the interpreter all that time is ended with the request's limit. What libraries print there goes to standard error
-and never between the answers.
+The worker ends when its input is closed, even during a call, so it never outlives its parent; a call that blocks the
+interpreter is ended at its time limit. Output that libraries print goes to standard error, not between the answers.
 """
 
 import contextlib
@@ -43,9 +42,9 @@ def wait_for_result(future: Future[Result]) -> Result:
 
 @contextlib.contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Ctrl-C waits until this ends; processes started within never see it, modules imported within do not take it over.
+    """Context that delays Ctrl-C; processes started within never receive it, imported modules cannot handle it.
 
-    dask-jobqueue's `runner`, for one, sets a handler that ends the program as if all were done.
+    For example, `runner` of dask-jobqueue sets a handler that ends the program as if all work were done.
     """
     masks, handler = hasattr(signal, "pthread_sigmask"), signal.getsignal(signal.SIGINT)
     main, came = threading.current_thread() is threading.main_thread(), list[int]()
@@ -64,7 +63,7 @@ def without_ctrl_c() -> Iterator[None]:
 
 
 def end_group(leader: int) -> None:
-    """Kill the processes of a group, or on Windows a process and those that it started."""
+    """Kill the processes of a group, or on Windows a process and its child processes."""
     with contextlib.suppress(OSError):  # nobody is left
         if hasattr(os, "killpg"):
             os.killpg(leader, signal.SIGKILL)
@@ -73,20 +72,20 @@ def end_group(leader: int) -> None:
 
 
 class DiedError(Exception):
-    """The process died before it answered, or was killed; the text states how."""
+    """Error: the process died or was killed before it answered; the message contains its exit code or signal."""
 
 
 class OverLimitError(DiedError):
-    """The process was killed because it took longer than its limit."""
+    """Error: the process was killed because a call exceeded its time limit."""
 
 
 class WorkerProcess:
-    """A process that runs ``python -m module``, which calls `serve_calls`; one that died is started again by a call.
+    """Process that runs ``python -m module``, which calls `serve_calls`; a call starts it again after it died.
 
-    `environment` is added to this process's own. With `own_group` the processes that it starts end with it. With
-    `may_fork` it is a copy of this process, whose imports it need not repeat, as long as no other thread makes that
-    unsafe; `module` then has the function `prepare_worker` for `serve_calls`. Requests and answers are whatever
-    `pickle` knows; not for code that is not trusted.
+    `environment` is added to the environment of this process. With `own_group`, child processes of the worker end with
+    it. With `may_fork`, the worker is a forked copy of this process and need not repeat its imports, unless other
+    threads make that unsafe; `module` then has the function `load` for `serve_calls`. Requests and answers are pickled,
+    so the worker must run trusted code.
     """
 
     def __init__(
@@ -104,7 +103,7 @@ class WorkerProcess:
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> subprocess.Popen[bytes]:
-        """Start it unless it runs; `OSError` if the system starts no more processes, `CancelledError` after `stop`."""
+        """Start the process unless it runs; raises `OSError` if that fails, `CancelledError` after `stop`."""
         with self._lock:
             if self._stopped:
                 raise CancelledError
@@ -122,7 +121,7 @@ class WorkerProcess:
             return self._process
 
     def _serve_as_copy(self) -> None:
-        """Serve in the forked process; nothing of the parent's is used, closed or cleaned up here."""
+        """Serve calls in the forked process, without using, closing or cleaning up anything of the parent."""
         gc.freeze()
         gc.enable()
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # the last of them tells `Popen` that the process has started
@@ -132,7 +131,10 @@ class WorkerProcess:
         serve_calls(lambda: importlib.import_module(self._module).prepare_worker())
 
     def call(self, request: Any, *, limit_s: float | None = None) -> Any:
-        """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""
+        """Send a request and return the answer.
+
+        Raises `DiedError` if the process dies, `OverLimitError` if the call takes longer than `limit_s` [s].
+        """
         process = self.start()
         assert process.stdin is not None
         assert process.stdout is not None
@@ -159,20 +161,20 @@ class WorkerProcess:
             timer.cancel()
 
     def kill(self) -> None:
-        """End it now, and its group if it leads one, whose processes may outlive it."""
+        """Kill the process and, if it leads a group, the other processes of the group."""
         if (process := self._process) is not None:
             if self._leads:
                 end_group(process.pid)
             process.kill()
 
     def stop(self) -> None:
-        """Kill it and let no call start it again."""
+        """Kill the process; later calls do not start it again."""
         with self._lock:
             self._stopped = True
             self.kill()
 
     def close(self) -> None:
-        """Let it end and wait for that."""
+        """Close the pipes of the process and wait for its end."""
         process, self._process = self._process, None
         if process is None:
             return
@@ -187,7 +189,7 @@ class WorkerProcess:
 
 
 def _describe_death(process: subprocess.Popen[bytes]) -> str:
-    """Describe the end of the process; waits for it."""
+    """Wait for the end of the process and describe it: signal or exit code."""
     try:
         code = process.wait(TERMINATION_S)
     except subprocess.TimeoutExpired:
@@ -197,10 +199,10 @@ def _describe_death(process: subprocess.Popen[bytes]) -> str:
 
 
 def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:
-    """Serve as the child: answer with the function that `load` returns until the input ends or is idle for `idle_s`.
+    """Answer requests in the worker process until its input is closed or idle for `idle_s` [s].
 
-    `load` imports what is needed; requests may be waiting meanwhile. Ctrl-C is left to the parent. An exception ends
-    the process with a line on standard error.
+    `load` imports what is needed and returns the function that answers; requests may arrive meanwhile. Ctrl-C is
+    ignored. An exception ends the process with a line on standard error.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
@@ -226,7 +228,7 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
 
 
 def end_with_input() -> None:
-    """End this process as soon as its standard input ends, for its parent is gone then."""
+    """End this process when its standard input is closed, which means that its parent has ended."""
 
     def wait() -> None:
         while os.read(0, 1):
@@ -237,7 +239,7 @@ def end_with_input() -> None:
 
 
 def _receive_requests(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
-    """Pass requests on; when the input ends, the parent is gone: end at once."""
+    """Put requests from `stream` into the queue; end this process when the parent closes the input."""
     try:
         while True:
             requests.put(pickle.load(stream))

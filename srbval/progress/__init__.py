@@ -1,8 +1,8 @@
-"""Progress of work: one callback signature for the whole package, and its display on standard error.
+"""Progress of work: one type of callback for the whole package, and its display on standard error.
 
-Whatever takes long has an option ``progress: Progress = silent`` and calls it with the name of the task and the
-fraction of it that is done. `ProgressDisplay` is such a callback, which shows the progress: in one line of a terminal,
-elsewhere in at most ten plain lines a task. All of them are safe to call from several threads.
+A function that takes long has the option ``progress: Progress = silent``. It calls `progress` with the name of the task
+and the fraction that is done. `ProgressDisplay` is a callback that displays the progress: on a terminal in one line,
+elsewhere in at most ten lines per task. All callbacks may be called from several threads.
 """
 
 import contextlib
@@ -18,14 +18,14 @@ LINE_AFTER_S, LATER = 3.0, 3.0  # a log's first line of a running task, and the 
 MAX_LOG_LINES = 8  # of a running task in a log: one at each of as many steps of a known extent
 
 Progress = Callable[[str, float | None], None]
-"""Called with the name of a task and the fraction of it that is done, 0 to 1.
+"""Callback with the name of a task and the fraction of it that is done, 0 to 1.
 
-1.0 means done; None means begun, with an extent that is not known. A task begins with the first call that names it.
+1.0 means done; None means begun with an unknown extent. A task begins with the first call that contains its name.
 """
 
 
 def silent(task: str, fraction: float | None) -> None:
-    """Show nothing."""
+    """Ignore the progress."""
 
 
 @contextlib.contextmanager
@@ -37,16 +37,16 @@ def stage(progress: Progress, task: str) -> Iterator[None]:
 
 
 def prefixed(progress: Progress, title: str) -> Progress:
-    """The same callback with `title` and a colon before the name of every task."""
+    """Return a callback that puts `title` and a colon before the name of every task."""
     return lambda task, fraction: progress(f"{title}: {task}", fraction)
 
 
 class ProgressDisplay:
-    """A `Progress` callback that shows the progress while its ``with`` block lasts.
+    """Progress callback that displays the progress during its ``with`` block.
 
-    ``with ProgressDisplay() as progress: simulate(scene, progress=progress)``. `stream` is standard error unless given.
-    A task is shown when it begins, regularly until it ends, and when it ends; on a terminal its line is written over
-    until then. Its `message` shows one line of text between the tasks.
+    ``with ProgressDisplay() as progress: simulate(scene, progress=progress)``. `stream` is standard error by default. A
+    task is displayed when it begins, at intervals while it runs, and when it ends; on a terminal its line is
+    overwritten. The method `message` writes a line of text between the tasks.
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
@@ -71,7 +71,7 @@ class ProgressDisplay:
             self._write("")
 
     def __call__(self, task: str, fraction: float | None) -> None:
-        """Take and show the progress of a task."""
+        """Store and display the progress of a task."""
         now = time.monotonic()
         with self._lock:
             if task not in self._running:
@@ -85,7 +85,7 @@ class ProgressDisplay:
                 self._report_if_due(task)
 
     def message(self, text: str) -> None:
-        """Show one line of text."""
+        """Write one line of text."""
         with self._lock:
             self._write(text)
 
@@ -96,7 +96,7 @@ class ProgressDisplay:
                     self._report_if_due(task)
 
     def _report_if_due(self, task: str) -> None:
-        """Report `task` when its last line is old enough, in a log also when it is far enough for one more."""
+        """Write a line about `task` if its last line is old enough and, in a log, if the task has advanced enough."""
         now, (fraction, started_at, reported_at, count) = time.monotonic(), self._running[task]
         elapsed = now - started_at
         if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:
@@ -113,7 +113,7 @@ class ProgressDisplay:
         self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", passing=True)
 
     def _write(self, line: str, *, passing: bool = False) -> None:
-        """Write a line; on a terminal over the `passing` one that is there."""
+        """Write a line; on a terminal it overwrites the last `passing` line."""
         self._written_at, end = time.monotonic(), "\n"
         if self._terminal:
             before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if passing else line
@@ -124,7 +124,7 @@ class ProgressDisplay:
 
 
 def _span(seconds: float) -> str:
-    """A duration in a unit that suits it."""
+    """Text of a duration in s, min or h."""
     if seconds < 120:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

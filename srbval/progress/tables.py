@@ -1,11 +1,11 @@
-"""Aligned tables of plain text, for a terminal."""
+"""Aligned tables of plain text for a terminal."""
 
 import math
 from collections.abc import Mapping, Sequence
 
 
 def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Lines of aligned columns; numbers to the right, six digits."""
+    """Table of aligned columns as text; numbers are aligned to the right and have six digits."""
     texts = [[_text(value) for value in row] for row in rows]
     widths = [
         max(len(title), *(len(row[i]) for row in texts)) if texts else len(title) for i, title in enumerate(columns)
@@ -19,7 +19,10 @@ def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def uncertain(value: float | None, ci95: float | None) -> str | None:
-    """A value with its half width, both to the second digit of that; None if either is. An exact one has six."""
+    """Text of a value and its 95 % half width, both to the second digit of the half width; None if either is None.
+
+    If the half width is 0, the text is the value with six digits.
+    """
     if value is None or ci95 is None:
         return None
     if ci95 == 0:
@@ -29,7 +32,7 @@ def uncertain(value: float | None, ci95: float | None) -> str | None:
 
 
 def text_rows(rows: Sequence[Mapping[str, object]], columns: Mapping[str, str] | None = None) -> str:
-    """`columns` (title: key) of the rows, by default all under their keys; four digits."""
+    """Table of the rows as text: `columns` (title: key), by default all keys; numbers have four digits."""
     shown = columns or {key: key for key in rows[0]} if rows else {}
     values = ([row[key] for key in shown.values()] for row in rows)
     return text_table(tuple(shown), [[float(f"{v:.4g}") if isinstance(v, float) else v for v in row] for row in values])

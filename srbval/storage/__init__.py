@@ -1,1 +1,1 @@
-"""Files: written whole or not at all, strict JSON and TOML, HDF5 with checksums; results with what they depend on."""
+"""Storage: files written completely or not at all, strict JSON and TOML, HDF5 with checksums, stored results."""

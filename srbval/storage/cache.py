@@ -1,7 +1,7 @@
-"""The user's cache: one folder, with one sub-folder for each kind of content; all of it can be made again.
+"""User's cache folder, with one sub-folder per kind of content; everything in it can be computed again.
 
-Below ``platformdirs.user_cache_dir("srbval")``: compiled kernels, results of commands that measure, reference runs. The
-kernels alone go elsewhere where ``NUMBA_CACHE_DIR`` names a folder.
+The folder ``platformdirs.user_cache_dir("srbval")`` contains compiled kernels, results of commands that measure, and
+reference runs. If ``NUMBA_CACHE_DIR`` names a folder, the kernels are stored there instead.
 """
 
 import contextlib
@@ -28,9 +28,9 @@ RESULT_START = re.compile(rb'\{\s*"schema_version": \d+,\s*"kind": "([a-z_]+)"')
 
 @dataclass(frozen=True, kw_only=True)
 class CacheUse:
-    """What one kind of content occupies: its folder, the number of files and their size [bytes].
+    """Disk space of one kind of content: its folder, number of files and size [bytes].
 
-    `left`: how many files and links there are not this program's; they are neither counted nor deleted.
+    `left` is the number of files and links that srbval did not write; they are neither counted nor deleted.
     """
 
     kind: str
@@ -41,13 +41,13 @@ class CacheUse:
 
 
 def cache_folder(kind: str) -> Path:
-    """The folder of this kind of content (``kernels``, ``results``, ...); it need not exist yet."""
+    """Folder of a kind of content (``kernels``, ``results``, ...); it may not exist yet."""
     base = os.environ.get(KERNEL_VARIABLE) if kind == KERNELS else None
     return (Path(base) if base else _root()) / kind
 
 
 def cache_use() -> tuple[CacheUse, ...]:
-    """Space that each kind of content occupies, by name; includes folders of earlier versions of srbval."""
+    """Disk space of every kind of content, sorted by name; includes folders of earlier versions of srbval."""
     root = _root()
     names = {Path(name).name for name in next(os.walk(root), (root, [], []))[1]}
     kinds = [kind for kind in sorted(names | {KERNELS}) if cache_folder(kind).is_dir()]
@@ -59,9 +59,9 @@ def cache_use() -> tuple[CacheUse, ...]:
 
 
 def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
-    """Delete these kinds of content, all of them where none is named; returns what was deleted.
+    """Delete these kinds of content (default: all); returns what was deleted.
 
-    Raises `ConfigurationError` for a kind that is not there, `DataError` where a folder cannot be deleted.
+    Raises `ConfigurationError` for a kind that does not exist, `DataError` if a folder cannot be deleted.
     """
     found = {use.kind: use for use in cache_use()}
     unknown = [kind for kind in kinds if kind not in found]
@@ -83,7 +83,7 @@ def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
 
 
 def _files(kind: str) -> tuple[dict[Path, int], int]:
-    """This program's files of a kind with their sizes [bytes], and how many others; links are not followed."""
+    """Find the files of a kind that srbval wrote, with sizes [bytes]; count the other files and links."""
     own, left = {}, 0
     for folder, inner, names in os.walk(cache_folder(kind)):
         left += sum(Path(folder, name).is_symlink() for name in inner)

@@ -1,8 +1,8 @@
-"""Results that may be computed again at any time: a small file each, named by the content and the sources behind it.
+"""Cache of results that can be computed again: one small file each, named by a hash of its input and source code.
 
-A file ends with a checksum and is written whole or not at all; a damaged file counts as missing. Any number of
-processes may read and write at the same time. If the folder grows beyond `LIMIT_BYTES`, the files that were not used
-for longest are removed.
+A file ends with a checksum and is written completely or not at all; a damaged file counts as missing. Any number of
+processes may read and write at the same time. If the folder grows beyond `LIMIT_BYTES`, the least recently used files
+are removed.
 """
 
 import contextlib
@@ -40,7 +40,7 @@ _read_utc: list[str] = []  # when what this process has read was made, ISO 8601
 def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
     """Context in which no stored result is read if `fresh`, also in child processes.
 
-    Yields a list that is filled with the dates (ISO 8601) of the results that were read.
+    Yields a list, to which the dates (ISO 8601) of the results that are read are added.
     """
     before, _read_utc[:] = os.environ.get(FRESH, ""), []
     os.environ[FRESH] = "1" if fresh else before
@@ -51,12 +51,12 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 
 
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
-    """Hash of `content` and of the code behind a module, see `content_version`, 32 hexadecimal digits."""
+    """Hash of `content` and of the code on which the module `computed_by` depends, 32 hexadecimal digits."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
 
 
 class _FieldsPickler(pickle.Pickler):
-    """Pickles dataclasses by their fields alone, whatever was computed of them meanwhile."""
+    """Pickler that writes only the fields of dataclasses, not the values computed from them later."""
 
     def reducer_override(self, value: Any) -> Any:
         if isinstance(value, type) or not dataclasses.is_dataclass(value):
@@ -65,7 +65,7 @@ class _FieldsPickler(pickle.Pickler):
 
 
 def content_sha256(*values: Any) -> str:
-    """Hash of arrays, dataclasses of them, and all else that `pickle` knows, alike in every process."""
+    """Hash of arrays, dataclasses and other values that can be pickled; the same in every process."""
     digest = hashlib.sha256()
     pickler = _FieldsPickler(SimpleNamespace(write=digest.update), protocol=5)  # nothing is copied
     pickler.fast = True  # equal values give equal bytes, whether they are one object or two
@@ -75,9 +75,9 @@ def content_sha256(*values: Any) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class ContentStore:
-    """Results of one `kind`, which the module `computed_by` computes, in `folder`, by default in the user's cache.
+    """Store for results of one `kind`, computed by the module `computed_by`, in `folder` (default: the user's cache).
 
-    Of the models only what `computed_by` itself imports counts: `models.simulate.run_content` names a scene's own.
+    The hash covers only the models that `computed_by` imports; `models.simulate.run_content` adds the model of a scene.
     """
 
     kind: str
@@ -86,12 +86,12 @@ class ContentStore:
     folder: Path | None = None
 
     def path(self, content: str) -> Path:
-        """File of the result that is computed from `content`."""
+        """Path of the file with the result that is computed from `content`."""
         key = content_key(content, computed_by=self.computed_by, lazy=False)
         return (self.folder or cache_folder(SCENE_RESULTS)) / f"{self.kind}-{key}{self.suffix}"
 
     def load(self, content: str, read: Callable[[Any], T]) -> T | None:
-        """What `read` makes of the JSON stored for `content`; None where there is none or it makes nothing."""
+        """Load the JSON stored for `content` and convert it by `read`; None if it is missing or cannot be converted."""
         path = self.path(content)
         if os.environ.get(FRESH):
             return None
@@ -107,7 +107,7 @@ class ContentStore:
         return found
 
     def save(self, content: str, table: Any) -> None:
-        """Store a result, anything that `to_json` knows; numbers that are not finite stay what they are."""
+        """Store a result that `to_json` can convert; NaN and infinity are kept."""
 
         def write(path: Path) -> None:
             with atomic_write(path) as part:
@@ -116,7 +116,7 @@ class ContentStore:
         self.keep(content, write)
 
     def keep(self, content: str, write: Callable[[Path], None]) -> None:
-        """Let `write` write the result's file; nothing is stored where the folder cannot be written or is full."""
+        """Call `write` with the path of the result; nothing is stored if the folder is full or cannot be written."""
         path = self.path(content)
         with contextlib.suppress(DataError, OSError):
             write(path)
@@ -124,7 +124,7 @@ class ContentStore:
 
 
 def make_room(folder: Path, limit_bytes: float = LIMIT_BYTES) -> None:
-    """Remove abandoned files of a `ContentStore` in `folder`, and beyond the limit those not used for longest."""
+    """Remove abandoned files of a `ContentStore`, and the least recently used files beyond `limit_bytes`."""
     found = {}
     for entry in os.scandir(folder):
         with contextlib.suppress(FileNotFoundError):  # another process removed it

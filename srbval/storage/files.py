@@ -1,4 +1,4 @@
-"""Files written as a whole or not at all, and files that someone named read within limits."""
+"""Files that are written completely or not at all, and limited reading of files that a user named."""
 
 import contextlib
 import hashlib
@@ -17,7 +17,7 @@ MAX_FILE_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more 
 
 
 def check_suffix(path: Path, content: str, suffixes: tuple[str, ...]) -> None:
-    """Refuse (`ConfigurationError`) a name that says of a file to be written that it is of another format."""
+    """Raise `ConfigurationError` if the suffix of an output file names another format than that of `content`."""
     if path.suffix.lower() not in ("", *suffixes):
         raise ConfigurationError(
             f"{path}: {content} is written, which {path.suffix} is not; name it {path.stem}{suffixes[0]} "
@@ -27,11 +27,10 @@ def check_suffix(path: Path, content: str, suffixes: tuple[str, ...]) -> None:
 
 @contextlib.contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a path beside `path` to write to; it replaces `path` on success and is removed on failure.
+    """Yield a temporary path beside `path`; the file replaces `path` on success and is removed on failure.
 
-    Data reach the disk before the name changes, so an interruption leaves the old file or none, never
-    half a one. Raises `DataError` where the folder cannot be written, the disk is full, or a device, a pipe or a folder
-    has that name: a user who may do so would replace the device itself.
+    Data reach the disk before the name changes, so an interruption leaves the old file or none, never half a file.
+    Raises `DataError` if the folder cannot be written, the disk is full, or `path` is a device, a pipe or a folder.
     """
     whole = path.absolute()
     try:
@@ -61,9 +60,9 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
-    """Remove what killed processes left in `folder` of `atomic_write`, for names of files that `belongs` accepts.
+    """Remove unfinished files of killed processes from `folder` if `belongs` accepts the name of the final file.
 
-    Nothing else: neither files of other names nor folders nor links. Call it where no other process writes.
+    Other files, folders and links are kept. Call it while no other process writes there.
     """
     for path in folder.glob(f".*{PART_SUFFIX}"):
         match = UNFINISHED.fullmatch(path.name)
@@ -72,7 +71,7 @@ def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
 
 
 def file_sha256(path: Path) -> str:
-    """SHA-256 of a file, 64 hexadecimal digits; `DataError` where it cannot be read."""
+    """SHA-256 of a file, 64 hexadecimal digits; raises `DataError` if it cannot be read."""
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -81,7 +80,7 @@ def file_sha256(path: Path) -> str:
 
 
 def read_limited(path: Path, most_bytes: int = MAX_FILE_BYTES) -> bytes:
-    """Content of a regular file of at most `most_bytes`; `DataError` for a pipe, a folder or anything else."""
+    """Read a regular file of at most `most_bytes`; raises `DataError` for anything else, such as a pipe or a folder."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise DataError(f"{path}: not a regular file. Check the path.")

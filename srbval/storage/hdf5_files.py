@@ -1,7 +1,7 @@
-"""HDF5 files of runs and data sets, readable by xarray with names and units, and the checksum at their ends.
+"""HDF5 files of runs and data sets, with names and units that xarray reads, and a checksum at the end.
 
-A file ends with the SHA-256 of its content, behind a summary for those who need no more of it; HDF5 readers ignore what
-follows the end that an HDF5 file states. Every data set has a checksum of HDF5's own, for other readers.
+After its HDF5 part a file contains a summary, which can be read without HDF5, and the SHA-256 of everything before it.
+HDF5 readers ignore these bytes. Every data set also has a checksum of HDF5, for other readers.
 """
 
 import contextlib
@@ -33,12 +33,12 @@ CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets
 
 
 class _PatientFile(io.FileIO):
-    """A file that keeps its first error of writing, Ctrl-C included, and then only pretends: HDF5 crashes otherwise."""
+    """File that keeps its first write error, Ctrl-C included, and ignores later writes: HDF5 would crash."""
 
     error: BaseException | None = None
 
     def write(self, data: Any) -> int:
-        """Write all of `data`, or after an error nothing."""
+        """Write all of `data`; after an error write nothing, but report success."""
         rest = memoryview(data)
         try:
             while self.error is None and len(rest):
@@ -48,7 +48,7 @@ class _PatientFile(io.FileIO):
         return len(data)
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the length; after an error do nothing, but report success, so that HDF5 can close the file."""
+        """Set the length; after an error do nothing but report success, so that HDF5 can close the file."""
         try:
             return super().truncate(size) if self.error is None else size or 0
         except (OSError, KeyboardInterrupt) as error:
@@ -61,10 +61,10 @@ CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  
 
 @contextlib.contextmanager
 def new_hdf5(path: Path) -> Iterator[Any]:
-    """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
+    """Context with an open HDF5 file, which becomes `path` on success, with `ATTRIBUTES` and its checksum.
 
-    Raises what `check_suffix` raises, and `DataError` if the place cannot be written, which its `check_written` checks
-    at any time; its `summary` precedes the checksum.
+    Its attribute `summary` [bytes] is written before the checksum; its method `check_written` raises an earlier write
+    error. Raises the errors of `check_suffix`, and `DataError` if the file cannot be written.
     """
     import h5py
 
@@ -84,7 +84,7 @@ def new_hdf5(path: Path) -> Iterator[Any]:
 
 
 def append_checksum(path: Path, summary: bytes = b"") -> None:
-    """Append `summary` and the checksum of all before it to a file that is being written."""
+    """Append `summary` to an unfinished file, and the checksum of everything before it."""
     with path.open("r+b") as stream:
         digest = hashlib.file_digest(stream, "sha256")
         last = summary + SUMMARY_FOOTER % len(summary)
@@ -94,7 +94,7 @@ def append_checksum(path: Path, summary: bytes = b"") -> None:
 
 
 def checked_summary(path: Path) -> bytes | None:
-    """The summary of an undamaged file, None for a file without a checksum; `DataError` for a damaged file."""
+    """Check a file and return its summary, None if it has no checksum; raises `DataError` if it is damaged."""
     with path.open("rb") as stream:
         size = stream.seek(0, os.SEEK_END)
         stream.seek(max(0, size - END_BYTES))

@@ -1,4 +1,4 @@
-"""Where this package lies, its revision, what is shipped with it, and how a child process finds the very same one."""
+"""Folder and revision of this package, data shipped with it, and the environment of child processes."""
 
 import os
 import shlex
@@ -11,14 +11,14 @@ from srbval.errors import ConfigurationError, DataError
 
 
 def package_folder() -> Path:
-    """The folder of `srbval` itself."""
+    """Folder of the package `srbval`."""
     return Path(str(files("srbval")))
 
 
 def shipped_folder(name: str) -> Path:
-    """A folder that comes with the program: inside an installed package, beside it in a source checkout.
+    """Folder shipped with srbval: in an installed package, or beside the package in a source checkout.
 
-    Raises `DataError` where it is missing.
+    Raises `DataError` if it is missing.
     """
     package = package_folder()
     for folder in (package / name, package.parent / name):
@@ -28,37 +28,37 @@ def shipped_folder(name: str) -> Path:
 
 
 def child_environment() -> dict[str, str]:
-    """Environment variables with which a child process imports the same package, wherever it is started."""
+    """Environment variables with which a child process imports the same copy of srbval."""
     here = str(package_folder().parent)
     return {"PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
 
 
 def pip_command(*libraries: str) -> str:
-    """The command that installs `libraries` for the Python that runs, quoted for this system's shell.
+    """Command that installs `libraries` for the running Python, quoted for this system's shell.
 
-    It names them, and no extra of srbval: srbval is on no package index, and the folder or wheel that it was installed
-    from may be gone.
+    It names the libraries and not an extra of srbval: srbval is on no package index, and the folder or wheel from which
+    it was installed may be gone.
     """
     words = [sys.executable, "-m", "pip", "install", *libraries]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
 class MissingLibraryError(ConfigurationError):
-    """What is asked for (`what`) needs libraries that are not installed: the message has the command that does it."""
+    """Error for a feature `what` whose libraries are not installed; the message contains the install command."""
 
     def __init__(self, what: str, *libraries: str) -> None:
         super().__init__(f"{what} needs {' and '.join(libraries)}, not installed: {pip_command(*libraries)}")
 
 
 def is_source_tree() -> bool:
-    """True if the package lies in its repository, False for an installed copy."""
+    """True if the package is in its repository, False for an installed copy."""
     return (package_folder().parent / ".git").exists()
 
 
 def git_revision() -> str | None:
-    """Short git revision of the source tree, marked if anything but ``reports`` has changed since; None if installed.
+    """Short git revision; ends with ``-dirty`` if a file outside ``reports`` has changed; None for an installed copy.
 
-    Stored results are written one after another, so that a change of ``reports`` alone does not mark the later ones.
+    Results are stored one after another, so changes of ``reports`` must not mark the later ones.
     """
     if not is_source_tree():
         return None

@@ -1,9 +1,8 @@
-"""Objects to strict JSON: numbers as numbers, null instead of NaN or Infinity, whole files or none.
+"""Strict JSON files: NaN and infinity become null; a file is written completely or not at all.
 
 A dataclass is written as an object of its fields, in their order; `tables.build` reads it again. Its class attribute
-`JSON_PROPERTIES` names computed properties that are written after the fields, `JSON_OMITTED` fields that are not
-written. A class whose JSON object has another shape has a method ``to_dict()``, which returns a mapping of values that
-can be written.
+`JSON_PROPERTIES` names properties that are written after the fields, `JSON_OMITTED` fields that are omitted. A class
+whose JSON object has another form has a method ``to_dict()``, which returns a mapping.
 """
 
 import dataclasses
@@ -23,9 +22,9 @@ from srbval.storage.files import MAX_FILE_BYTES, atomic_write, file_sha256, read
 
 
 def to_json(value: Any) -> Any:
-    """Convert dataclasses, mappings, NumPy scalars and arrays, enums, paths, dates and tuples to what JSON knows.
+    """Convert dataclasses, mappings, NumPy values, enums, paths, dates and tuples to types that JSON has.
 
-    A number that is not finite becomes None. Raises TypeError for anything else.
+    A number that is not finite becomes None. Raises `TypeError` for any other type.
     """
     if isinstance(value, enum.Enum):
         return to_json(value.value)
@@ -57,12 +56,12 @@ def to_json(value: Any) -> Any:
 
 
 def json_text(value: Any, *, ascii_only: bool = False) -> str:
-    """One JSON document, indented by two spaces, keys in the order given, a newline at the end."""
+    """JSON document, indented by two spaces, keys in the given order, a newline at the end."""
     return json.dumps(to_json(value), indent=2, ensure_ascii=ascii_only, allow_nan=False) + "\n"
 
 
 def rows_text(content: Mapping[str, Any]) -> str:
-    """One JSON document in which every row of a list has a line: half the size of `json_text`, and still compared."""
+    """JSON document with one line per element of a list: half the size of `json_text`, and still easy to compare."""
 
     def text(value: Any) -> str:
         return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
@@ -75,7 +74,7 @@ def rows_text(content: Mapping[str, Any]) -> str:
 
 
 def parse_json(text: str | bytes) -> Any:
-    """The value of a JSON document that may be damaged; `ValueError` for NaN and infinities too, and deep nesting."""
+    """Parse a JSON document that may be damaged; raises `ValueError` also for NaN, infinities and deep nesting."""
 
     def refuse(constant: str) -> Any:
         raise ValueError(f"{constant} is not JSON")
@@ -87,7 +86,7 @@ def parse_json(text: str | bytes) -> Any:
 
 
 def write_json(path: Path, value: Any, text: Callable[[Any], str] = json_text) -> None:
-    """Write the `text` of `value` to `path` at once: readers see the old file or the new one, never a half."""
+    """Write the `text` of `value` to `path`; a reader sees the old file or the new file, never a part."""
     # A lone surrogate of a damaged file name becomes its own JSON escape.
     content = text(value).encode("utf-8", errors="backslashreplace")
     with atomic_write(path) as part:
@@ -95,7 +94,7 @@ def write_json(path: Path, value: Any, text: Callable[[Any], str] = json_text) -
 
 
 def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
-    """The value of a JSON file of at most `most_bytes`; `DataError` for a file that cannot be read or is none."""
+    """Read a JSON file of at most `most_bytes`; raises `DataError` if it cannot be read or is not JSON."""
     content = read_limited(path, most_bytes)
     try:
         return parse_json(content)
@@ -104,10 +103,10 @@ def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
 
 
 def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
-    """Move all files of `stage` to `folder`, and with them the file `listing`: `content`, and the SHA-256 of each file.
+    """Move the files of `stage` to `folder`, and write the file `listing`: `content`, and the SHA-256 of each file.
 
-    The earlier listing in `folder` and the files that it names are removed if they are unchanged and not written anew.
-    Without `content` no listing is written.
+    Files of the earlier listing in `folder` are removed if they are unchanged and not written again. Without `content`
+    no listing is written.
     """
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     if content is not None:
@@ -125,7 +124,7 @@ def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[
 
 
 def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
-    """The listing in `folder`, and the files in or one level below it that are as it says."""
+    """Yield the listing in `folder` and the unchanged files that it lists, in `folder` or one level below."""
     try:
         listed = dict(read_json(folder / listing)["files"])
     except (SrbvalError, LookupError, TypeError, ValueError):  # there is none, or it is another program's

@@ -1,8 +1,8 @@
-"""Hashes of source files: of all that a module depends on, and of what the files in one folder do.
+"""Hashes of source code: of everything that a module depends on, and of the statements in one folder.
 
-The sources of a module follow from its imports, from module to module within the package, imports within functions
-included; imports for type checkers alone do not count. Their hash names what is cached. The hash of a folder tells
-whether a study still does what computed its stored result.
+The sources of a module are its imports within the package, followed recursively; imports within functions count,
+imports for type checkers do not. Their hash names cached results. The hash of a folder changes if a study computes its
+stored result in another way.
 """
 
 import ast
@@ -32,9 +32,9 @@ DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 @cache
 def content_version(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> str:
-    """Hash of all sources that `modules` depend on, byte by byte, 16 hexadecimal digits; names are dotted.
+    """Hash of all source files on which `modules` (dotted names) depend, 16 hexadecimal digits.
 
-    Without `lazy` what is named as "module:name" does not count.
+    Unless `lazy`, modules named as "module:name" do not count.
     """
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
@@ -44,11 +44,10 @@ def content_version(*modules: str, package: Path = PACKAGE, lazy: bool = True) -
 
 @cache
 def code_sha256(folder: Path, package: Path = PACKAGE) -> str:
-    """Hash of what the modules and TOML files in a `folder` do, 64 hexadecimal digits.
+    """Hash of the statements in the modules and TOML files of a `folder`, 64 hexadecimal digits.
 
-    Docstrings, comments, formatting, the order of statements, names that begin with an underscore, and the place of
-    what is imported do not count; nor do the modules in `SHOWING`, which show a result and do not compute it, and the
-    keys in `DISPLAY_KEYS`.
+    These do not count: docstrings, comments, formatting, the order of statements, names that begin with an underscore,
+    the location of imported names, modules in `SHOWING`, which display a result, and keys in `DISPLAY_KEYS`.
     """
     statements = [
         one
@@ -60,10 +59,10 @@ def code_sha256(folder: Path, package: Path = PACKAGE) -> str:
 
 
 def sources_of(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> set[Path]:
-    """Source files of `modules` and of everything they import within `package`, directly or not.
+    """Find the source files of `modules` and of everything they import within `package`, directly or not.
 
-    Data files beside a module count where it names them in quotes. Not the package's own ``__init__``: it only lends
-    the package's names. Raises `ModuleNotFoundError` for a module that does not exist.
+    Data files beside a module count if the module names them in quotes. The ``__init__`` of the package itself does not
+    count, because it only exports names. Raises `ModuleNotFoundError` for a module that does not exist.
     """
     known = _modules(package)
     missing = [module for module in modules if module not in known]
@@ -80,7 +79,7 @@ def sources_of(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> set
 
 
 def _modules(package: Path) -> dict[str, Path]:
-    """File of every module in the package, by dotted name; of a package within it, the ``__init__``."""
+    """File of every module in the package, by dotted name; for a sub-package its ``__init__``."""
     found = {}
     for source in package.rglob("*.py"):
         parts = source.relative_to(package.parent).with_suffix("").parts
@@ -90,12 +89,12 @@ def _modules(package: Path) -> dict[str, Path]:
 
 
 def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
-    """Files that importing a dotted name runs: the packages on the way, the module; the rest is a name within it."""
+    """Files that importing a dotted name runs: the ``__init__`` of each package in the name, and the module."""
     return [known[part] for part in itertools.accumulate(name.split("."), "{}.{}".format) if part in known]
 
 
 def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
-    """Files that a source names as "module:name", if `lazy`, and of a module those it imports, and data beside it."""
+    """Files that a source uses: its imports, its data files and, if `lazy`, modules named as "module:name"."""
     text, module = source.read_text(encoding="utf-8"), source.suffix == ".py"
     names = {*(PLACE.findall(text) if lazy else ()), *(_imported(text) if module else ())}
     files = [file for name in names for file in _run_by(name, known)]
@@ -104,7 +103,7 @@ def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
 
 
 def _imported(text: str) -> Iterator[str]:
-    """Dotted names that the import statements of a source name; a line of prose that begins alike names nothing."""
+    """Yield the dotted names in the import statements of a source; similar lines of prose are ignored."""
     for statement in STATEMENT.findall(FOR_TYPES.sub("", text)):
         try:
             node = ast.parse(statement.strip()).body[0]
@@ -118,7 +117,7 @@ def _imported(text: str) -> Iterator[str]:
 
 @cache
 def _statements(source: Path, package: Path) -> list[bytes]:
-    """Hash of every top-level statement of a module, imports and ``__all__`` apart; of a data file, of its content."""
+    """Hash of every top-level statement of a module except imports and ``__all__``; of a data file its content."""
     if source.suffix != ".py":
         content = source.read_bytes()
         if source.suffix == ".toml":
@@ -137,7 +136,7 @@ def _statements(source: Path, package: Path) -> list[bytes]:
 
 
 def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
-    """Add what a syntax tree says, alike for every version of Python; nothing for a statement that is text alone."""
+    """Append the content of a syntax tree to `words`, equal for every version of Python; a docstring adds nothing."""
     if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
         return
     words.append(type(node).__name__)

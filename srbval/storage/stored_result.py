@@ -1,12 +1,12 @@
-"""Results of studies, which take minutes: JSON files that state their origin and what they depend on.
+"""Stored results of studies: JSON files with their origin and dependencies.
 
-A result is the file ``NAME.json`` in the repository's ``reports`` or, newer, in the user's cache. It is one of three
-kinds. *Evidence* can be computed from what the repository contains, and only evidence can be stale. A *recorded* result
-rests on data sets that do not come with the program. A *document* belongs to one revision, as a prediction made before
-a comparison does, and is never computed again.
+A result is the file ``NAME.json`` in the repository's ``reports`` or, if newer, in the user's cache. There are three
+kinds. *Evidence* can be computed from the content of the repository, and only evidence can become stale. A *recorded*
+result needs data sets that are not shipped with srbval. A *document* belongs to one revision, like a prediction made
+before a comparison, and is never computed again.
 
-Evidence depends on the program's behaviour, of which a fingerprint has, for each part of the program, numbers and words
-by name; `srbval.check.check` computes one, and the reference fingerprint comes with the program.
+Evidence depends on the program's behaviour. A fingerprint describes the behaviour by numbers and words for each part of
+the program; `srbval.check.check` computes a fingerprint, and the reference fingerprint is shipped with srbval.
 """
 
 import enum
@@ -51,10 +51,10 @@ def tolerance(name: str, value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckedQuantity:
-    """One number of the fingerprint: its `value` now and the range that it must lie in.
+    """One number of the fingerprint: its current `value` and its accepted range, `low` to `high`.
 
-    A word is stated by `words`, its reference and its value now; its `value` is then 1 if both are the same, else 0.
-    `low` and `high` are NaN for a number that the reference does not have, `value` for one that is not computed.
+    A word is compared as `words` (reference, current value); its `value` is 1 if both are equal, otherwise 0. `low` and
+    `high` are NaN if the reference lacks the number, `value` is NaN if the number was not computed.
     """
 
     name: str
@@ -67,9 +67,9 @@ class CheckedQuantity:
 
 
 def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
-    """Every number and word of a part against its reference, those that only one of them has at the end, which fail.
+    """Compare all numbers and words of a part with the reference; a name that only one side has fails.
 
-    NaN agrees with NaN, a word with the same word.
+    NaN equals NaN.
     """
     found, both = [], [name for name in now if name in known]
     for name in dict.fromkeys([*both, *now, *known]):
@@ -84,7 +84,7 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
 
 
 def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
-    """The fingerprint in a JSON document, in which null stands for NaN; `ValueError` if it is none."""
+    """Read a fingerprint from a JSON document, in which null is NaN; raises `ValueError` for another structure."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
         raise ValueError("no fingerprint: not a table of tables")
     return {
@@ -95,7 +95,7 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
 
 @cache
 def reference_fingerprint() -> Fingerprint:
-    """The fingerprint that comes with the program, with which `srbval check` compares it; empty if there is none."""
+    """Load the reference fingerprint shipped with srbval, used by `srbval check`; empty if there is none."""
     try:
         content = read_json(shipped_folder(REPORTS) / REFERENCE, MAX_RESULT_BYTES)
         known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())
@@ -105,7 +105,7 @@ def reference_fingerprint() -> Fingerprint:
 
 
 class ResultKind(enum.StrEnum):
-    """Basis of a stored result, see the module."""
+    """Kind of a stored result, as the module describes."""
 
     EVIDENCE = "evidence"
     RECORDED = "recorded"
@@ -114,35 +114,35 @@ class ResultKind(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResult:
-    """A result file: its path and its content."""
+    """Result file: its path and its content."""
 
     path: Path
     content: dict[str, Any]
 
     @property
     def made_utc(self) -> str:
-        """When it was computed, ISO 8601."""
+        """Date and time at which the result was computed, ISO 8601."""
         return str(self.content["made_utc"])
 
     @property
     def kind(self) -> ResultKind:
-        """Basis of the result."""
+        """Kind of the result: evidence, recorded or document."""
         if "computed_once" in self.content:
             return ResultKind.DOCUMENT
         return ResultKind(self.content.get("evidence_kind", ResultKind.EVIDENCE))
 
     @property
     def origin(self) -> dict[str, Any]:
-        """Kind, date, revision, command, machine and duration, as the report states them."""
+        """Kind, date, revision, command, machine, duration and file name, for the report."""
         stated = self.content | self.content.get("machine", {}) | {"kind": self.kind.value, "file": self.path.name}
         names = ("kind", "made_utc", "git_revision", "command", "processor", "usable_cores", "minutes", "file")
         return {name: stated.get(name) for name in names}
 
     def why_stale(self, now: Fingerprint | None = None) -> str | None:
-        """Why it no longer holds for a program whose fingerprint is `now`, by default the reference; None if it holds.
+        """Reason why the result is stale for the fingerprint `now` (default: the reference); None if it is valid.
 
-        Evidence is stale if it was computed from a changed working tree, if its study does something else by now, or
-        if a number differs in the fingerprint of a part on which it depends. Other kinds are never stale.
+        Evidence is stale if it was computed from a changed working tree, if its study has been changed since, or if a
+        number differs in the fingerprint of a part on which it depends. Other kinds are never stale.
         """
         if self.kind is not ResultKind.EVIDENCE:
             return None
@@ -166,14 +166,14 @@ class StoredResult:
 
 
 def newest_result(name: str) -> StoredResult | None:
-    """The newest result of this name in the user's cache, the repository or the installed package."""
+    """Load the newest result `name` from the user's cache or the shipped reports; None if there is none."""
     folders = (cache_folder(STUDY_RESULTS), shipped_folder(REPORTS))
     found = [result for folder in folders if (result := read_result(folder / f"{name}.json")) is not None]
     return max(found, key=lambda result: result.made_utc, default=None)
 
 
 def read_result(path: Path) -> StoredResult | None:
-    """A result file; None if there is none, or none that this version can read."""
+    """Read a result file; None if it is missing or not readable by this version."""
     try:
         content = read_json(path, MAX_RESULT_BYTES)
     except DataError:

@@ -1,9 +1,9 @@
-"""Tables of TOML and JSON files to frozen dataclasses, or a clear error; limits of their fields.
+"""Convert tables of TOML and JSON files to frozen dataclasses, and check names, types, units and limits.
 
-A field declared with `quantity(dimension)` is named with its SI unit (``radial_n``). Its table may say
-``radial_n = 124800.0`` (a number, SI) or ``radial = "124.8 kN"`` (text with a unit); a bare number
-under the unit-less key is refused, so no file can be read in the wrong unit. Fields with limits belong to a class
-`Limited`, which checks them however it is made, by `dataclasses.replace` too.
+The name of a field declared with `quantity(dimension)` ends with its SI unit (``radial_n``). Its table may contain
+``radial_n = 124800.0`` (a number in SI) or ``radial = "124.8 kN"`` (text with a unit). A number without unit under the
+key ``radial`` is refused, so that no file is read in the wrong unit. Fields with limits belong to a class `Limited`,
+which checks every new object, also from `dataclasses.replace`.
 """
 
 import dataclasses
@@ -39,9 +39,9 @@ LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONG
 
 
 def parse_quantity(value: object, dimension: str, where: str) -> float:
-    """Read `value` (a number in SI, or a string with a unit) as a finite float in SI, or raise `ConfigurationError`.
+    """Convert `value` (a number in SI, or text with a unit) to a finite float in SI.
 
-    `dimension` is a key of `UNIT_FACTORS`; `where` names the place for the error message.
+    `dimension` is a key of `UNIT_FACTORS`; `where` names the place in the error message. Raises `ConfigurationError`.
     """
     units, said = UNIT_FACTORS[dimension], f"{where}: {quote_value(value)}"
     if isinstance(value, str):
@@ -63,7 +63,7 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
 
 
 def number_and_unit(text: str) -> tuple[float, str] | None:
-    """The number, which may be a fraction, and the unit, which may be empty; None where `text` is no such thing."""
+    """Split a text into its number, possibly a fraction, and its unit, possibly empty; None without a number."""
     match = NUMBER_AND_UNIT.fullmatch(text) if len(text) <= LONGEST_TEXT else None
     if match is None:
         return None
@@ -72,7 +72,7 @@ def number_and_unit(text: str) -> tuple[float, str] | None:
 
 
 def quote_value(value: object) -> str:
-    """The value as an error quotes it, whatever it is."""
+    """Text of a value for an error message, also if the value is too large to print."""
     try:
         return repr(value)
     except (ValueError, RecursionError):  # integers of thousands of digits, lists of thousands of levels
@@ -93,12 +93,12 @@ def limited(
 
 
 def quantity(dimension: str, **options: Any) -> Any:
-    """Declare a field that holds a physical quantity in SI, with limits as `limited` takes them."""
+    """Declare a field for a physical quantity in SI, with the limits of `limited`."""
     return limited(metadata={"dimension": dimension}, **options)
 
 
 class Limited:
-    """Base of dataclasses with limits; a value beyond them, or that no machine has, is a `ConfigurationError`."""
+    """Base class of dataclasses with limits; a value outside its limits or any physical range is an error."""
 
     def __post_init__(self) -> None:
         """Check all fields with limits."""
@@ -129,12 +129,12 @@ def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; a missing or unreadable file is a `DataError`, a malformed one a `ConfigurationError`."""
+    """Read a TOML file; raises `DataError` if it cannot be read, `ConfigurationError` if it is malformed."""
     return parse_toml(read_limited(path), path)
 
 
 def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
-    """Tables of the TOML file at `path`; `ConfigurationError` for malformed `content`."""
+    """Parse the `content` of the TOML file `path`; raises `ConfigurationError` if it is malformed."""
     try:
         text = content.decode("utf-8-sig")
         if LONG_KEY.search(text):
@@ -147,7 +147,7 @@ def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
 
 
 def flatten_table(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Values of nested tables by dotted key."""
+    """Yield the values of nested tables with their dotted keys."""
     for key, value in table.items():
         if isinstance(value, Mapping):
             yield from flatten_table(value, f"{prefix}{key}.")
@@ -156,16 +156,16 @@ def flatten_table(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[
 
 
 def nest_value(key: str, value: Any) -> dict[str, Any]:
-    """The nested tables in which a value has this dotted key."""
+    """Nested tables that contain `value` under the dotted `key`."""
     first, dot, rest = key.partition(".")
     return {first: nest_value(rest, value) if dot else value}
 
 
 def build(cls: type[T], table: object, where: str) -> T:
-    """Make a `cls` (frozen dataclass) from `table`; `where` names the table in error messages.
+    """Create a `cls` (frozen dataclass) from `table`; `where` names the table in error messages.
 
-    Raises `ConfigurationError` for an unknown or missing key and a value of the wrong type or unit. A null of a JSON
-    file is NaN where a float alone is expected, so that what `to_json` wrote is read again.
+    Raises `ConfigurationError` for an unknown or missing key and a value of the wrong type or unit. null becomes NaN if
+    the field is a float, so that the output of `to_json` can be read again.
     """
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"{where}: expected a table, found {quote_value(table)}.")
@@ -187,7 +187,7 @@ def build(cls: type[T], table: object, where: str) -> T:
 
 @cache
 def _keys_of_fields(cls: type) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
-    """Types and fields of a dataclass by name, and the field names by their keys in a table."""
+    """Types and fields of a dataclass by field name, and field names by table key."""
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
     spelling = {name: name for name in fields} | {without_unit(field): name for name, field in fields.items()}
     return typing.get_type_hints(cls), fields, spelling
@@ -231,7 +231,7 @@ def _read_value(raw: object, hint: Any, where: str, number: NumberReader) -> Any
 
 
 def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberReader) -> Any:
-    """Of the type that it has already, or else of the first that fits; the error of the last."""
+    """Read a value as its present type if the union contains that type, otherwise as the first type that fits."""
     if raw is None and types.NoneType in hints:
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
@@ -244,7 +244,7 @@ def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberR
 
 
 def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:
-    """A number of a configuration: in SI under the field's own name, else with its unit."""
+    """Read a number: in SI if `key` is the field's own name, otherwise with its unit."""
     dimension = field.metadata.get("dimension")
     if dimension and key == field.name and isinstance(raw, str):
         raise ConfigurationError(
@@ -262,10 +262,10 @@ LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # of the three limits 
 
 
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
-    """JSON Schema (draft 7) of the files that `build` makes a `cls` of, for completion and checks in an editor.
+    """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
 
-    `hints` are types, by class and field, in place of those of the dataclass: what a reader converts before `build`,
-    None for a field that is no key; by enum, words that it knows beside its values. No key is required.
+    `hints` replaces types of fields, by class and field, for values that are converted before `build`; None excludes a
+    field. By enum, `hints` lists further accepted words. No key is required.
     """
     definitions: dict[str, Any] = {}
 
@@ -303,7 +303,7 @@ def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
-    """Schema of a number under a `key`: in SI under the field's own name, else a text with its unit."""
+    """JSON Schema of a number under a `key`: in SI under the field's own name, otherwise text with a unit."""
     dimension, limits = field.metadata.get("dimension"), field.metadata.get("limits", ())
     stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
     if dimension and key == field.name:

@@ -1,1 +1,1 @@
-"""Tables of scenes, run side by side, measured and returned as one frame."""
+"""Sweeps: tables of scenes, simulated in parallel and measured, as one data frame."""

@@ -1,4 +1,4 @@
-"""Runs of scenes, one or many in parallel; a failed run is a result, an exception ends all."""
+"""Simulation of one scene or many in parallel; a failed run is a result, an exception ends all runs."""
 
 import threading
 from collections.abc import Callable, Hashable, Mapping
@@ -22,7 +22,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt:
-    """How a run ended: its `status` and the `reason`; if it did not begin, ``refused``, and `run` is None."""
+    """Outcome of a run: its `status` and the `reason`; `run` is None if the scene was ``refused``."""
 
     scene: Scene
     status: str
@@ -38,13 +38,13 @@ class Attempt:
     def measurable(self) -> bool:
         """True if the run lasted to its end near the bearing's motion, so that its errors can be computed.
 
-        Inaccurate runs and runs with an open energy balance do, although they do not work.
+        Inaccurate runs and runs with an open energy balance are measurable, although they do not work.
         """
         return self.works or self.status in (RunStatus.INACCURATE, RunStatus.ENERGY_OPEN)
 
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
-    """Run `scene` once; a failure becomes a failed attempt."""
+    """Simulate `scene` once; a failure is returned as an `Attempt` with status and reason."""
     try:
         run = simulate(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
@@ -53,7 +53,7 @@ def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = s
 
 
 def right_hand_sides_per_step(solver: str) -> int:
-    """Evaluations of the equations of motion in one step; 1 for an unknown method."""
+    """Number of evaluations of the equations of motion per time step; 1 for an unknown solver."""
     return METHODS[solver].evaluations if solver in METHODS else 1
 
 
@@ -65,10 +65,11 @@ def side_by_side(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
-    """Results of `run` for each scene, `jobs` at a time (default: one per usable core), the most expensive first.
+    """Call `run` for each scene in parallel, the most expensive scene first; returns the results by key.
 
-    Runs are threads, since the kernels release the interpreter lock. The progress of a run counts by its cost. The
-    first exception stops all runs and is raised; `ConfigurationError` for less than one job.
+    `jobs` threads run at a time (default: one per usable core); the kernels release the interpreter lock. The progress
+    of each run is weighted by its cost. The first exception stops all runs and is raised. Raises `ConfigurationError`
+    if `jobs` is below 1.
     """
     if jobs is not None and jobs < 1:
         raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")

@@ -1,4 +1,4 @@
-"""The scenes that solvers are compared on, by name, and how the paper integrates its model."""
+"""Named scenes on which solvers are compared, and the integration settings of the paper."""
 
 import math
 from collections.abc import Iterable
@@ -22,16 +22,16 @@ PAPER = SimpleNamespace(**read_toml(Path(__file__).with_name("paper_integration.
 
 
 def base_of(name: str) -> str:
-    """Bundled scene that the scene `name` changes."""
+    """Name of the bundled scene, ``paper`` or ``rig``, from which the scene `name` is made."""
     return "rig" if name.split("-")[0] == "rig" else "paper"
 
 
 def bench_scene(
     name: str, *, solver: str, step_s: float, seconds: float = 1.0, settle_s: float = 0.0, rpm: float | None = None
 ) -> Scene:
-    """The scene `name` with a solver and step, at the scene's own speed or at `rpm`.
+    """Create the scene `name` with a solver and a time step, at its own speed or at `rpm`.
 
-    A name joins a roller fit of the paper's scene (``play0``, ``interference``), or ``rig``, and a state, as in
+    A name consists of a roller fit of the paper's scene (``play0``, ``interference``) or ``rig``, and a state, as in
     ``interference-outer``. Raises `ConfigurationError` for an unknown name.
     """
     check_names([name], [solver])
@@ -43,7 +43,10 @@ def bench_scene(
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
-    """The scene with a duration of so many roller passages of the outer race, `settle` of them before it."""
+    """Copy of the scene that records `passages` roller passages of the outer race, at least `least_s` [s].
+
+    The run settles for `settle` passages before the record begins.
+    """
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
         math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ
@@ -53,7 +56,7 @@ def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: f
 
 
 def output_rate_hz(step_s: float) -> float:
-    """The rig's sampling rate if the step divides its interval; otherwise the largest rate of whole steps below it."""
+    """Output rate [Hz]: the rig's sampling rate, or the next lower rate whose interval is a whole number of steps."""
     per_output = 1 / (OUTPUT_RATE_HZ * step_s)
     if abs(per_output - round(per_output)) < 1e-6 * per_output and round(per_output) >= 1:
         return OUTPUT_RATE_HZ
@@ -61,7 +64,7 @@ def output_rate_hz(step_s: float) -> float:
 
 
 def check_names(scenes: Iterable[str], solvers: Iterable[str]) -> None:
-    """Raise `ConfigurationError` for a name that is no scene of `BENCH_SCENES` or no solver."""
+    """Raise `ConfigurationError` for a name that is not in `BENCH_SCENES` or not a solver."""
     for what, names, known in (("scene", scenes, BENCH_SCENES), ("solver", solvers, SOLVERS)):
         for name in names:
             check_known(what, name, known)

@@ -1,7 +1,8 @@
-"""Tables of scenes: every row is run and measured, and the measures become columns of the same frame. A table is a
-`grid` over axes, `draws` from ranges, or rows of any other origin. `sweep` runs it over the pool and
-stores each row as soon as its runs have ended, so that interrupted work continues; `bisect` finds the last value of
-one axis at which runs still pass, with a tenth of the runs of a complete grid.
+"""Sweeps: every row of a table of scenes is simulated and measured; the measures become columns of the table.
+
+The table is a `grid` over axes, `draws` from ranges, or any other data frame. `sweep` simulates its rows in parallel
+and stores each row when its runs have ended, so that interrupted work continues. `bisect` finds the last value of one
+axis at which runs still pass, with a tenth of the runs of a complete grid.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ Measures = Mapping[str, Any]  # plain numbers, texts and lists of them, by colum
 
 
 def grid(**axes: Sequence[Any]) -> pd.DataFrame:
-    """Every combination of the axes' values, a row each; the last axis varies fastest."""
+    """Table of all combinations of the axes' values, one row each; the last axis varies fastest."""
     return pd.DataFrame(list(itertools.product(*axes.values())), columns=list(axes))
 
 
 def draws(ranges: Mapping[str, tuple[float, float]], n: int, *, seed: int) -> pd.DataFrame:
-    """`n` points of a Latin hypercube within `ranges` (low, high), one column for each."""
+    """Table of `n` points of a Latin hypercube within `ranges` (low, high), one column per range."""
     from scipy.stats import qmc
 
     low, high = np.array(list(ranges.values()), dtype=float).T
@@ -51,12 +52,12 @@ def sweep(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> pd.DataFrame:
-    """Run the scene (or scenes) of every row and measure them; returns `cases` with the measures as further columns.
+    """Simulate and measure the scene or scenes of every row; returns `cases` with the measures as further columns.
 
-    `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` turns their runs, failed ones too, into
-    measures. The sources of its module are part of the name under which a row is stored; of a function outside this
-    package, its own source. Columns `status` and `reason` (of the row's first run) are added unless `measure` gives
-    them. With ``stored=False`` nothing is read or stored, as for timings. `jobs` at a time (default: one per core).
+    `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` computes measures of their runs, failed runs
+    included. A stored row is found again only if the sources behind `measure` are unchanged. The columns `status` and
+    `reason` (of the first run of a row) are added unless `measure` returns them. With ``stored=False`` nothing is read
+    or stored, as for timings. `jobs` rows are computed at a time (default: one per core).
     """
     rows = [dict(row) for row in cases.to_dict("records")]
     made = [scenes_of(row) for row in rows]
@@ -97,12 +98,12 @@ def bisect(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """For every row of `groups` the last of the values in `along` that `passes`, found by bisection.
+    """Find, for every row of `groups`, the last value of `along` at which the measured run `passes`, by bisection.
 
-    The name of `along` is the column that varies. Its values run from the safest to the most demanding; if a value
-    passes, all safer values are taken to pass. Returns `groups` with that column (NaN if even the first value fails),
-    `runs` (runs made for the row) and ``bounded`` (True if a more demanding value failed), and the frame of all cells
-    that were run.
+    The name of `along` is the column that varies; its values run from the safest to the most demanding. If a value
+    passes, all safer values are assumed to pass. Returns two tables: `groups` with the value found (NaN if even the
+    first value fails), the number of `runs`, and ``bounded`` (True if a more demanding value failed); and the rows of
+    all runs.
     """
     axis, values = str(along.name), along.tolist()
     low, high = [-1] * len(groups), [len(values)] * len(groups)
@@ -122,6 +123,6 @@ def bisect(
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows of a frame as plain mappings, None for missing values."""
+    """Rows of a data frame as dictionaries; missing values become None."""
     plain = frame.astype(object).where(frame.notna(), None)
     return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]
