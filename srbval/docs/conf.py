@@ -2,7 +2,7 @@
 
 A page ``api/ROOM.md`` describes a room of the package; the reference of its modules replaces the word `MODULES`, from
 the docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of every command with its
-options, `SCENE_KEYS` a list of every key of a scene file and `SCALE` the stored costs by size. A page
+options and `SCENE_KEYS` a list of every key of a scene file. A page
 `notebooks/NAME.md` shows the stored notebook `NAME` with its output. An expression such as
 `{{ amplitudes.counts.locked.of }}` becomes that number of a stored result, see `stored_numbers`. A line
 `PICTURE alt text` in the guide becomes the picture that the preceding command or Python example draws from the shipped
@@ -50,12 +50,6 @@ html_theme = "furo"
 html_title = f"srbval {release}"
 html_static_path = ["static"]
 html_css_files = ["pages.css"]
-FONT = "system-ui, 'Noto Sans', 'DejaVu Sans', sans-serif"
-SHADES = ("light", "#0b5394"), ("dark", "#8ab8e6")  # as in the report
-html_theme_options = {
-    f"{shade}_css_variables": {"font-stack": FONT, "color-brand-primary": blue, "color-brand-content": blue}
-    for shade, blue in SHADES
-}
 html_show_sourcelink = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
@@ -76,33 +70,31 @@ PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
 LITERAL = re.compile(r"(``.*?``)")
 
 
-STORED = "amplitudes", "model_levels", "naming", "reading"
+STORED = "amplitudes", "model_levels", "naming", "reading", "scale"
 CONSTANTS = (
     "diagnosis.baseline diagnosis.fault_posterior diagnosis.long_records models.estimates models.health "
-    "models.step_error reading.families reading.pipeline signal.comb signal.false_alarm"
+    "models.step_error reading.families reading.locked reading.pipeline signal.comb signal.false_alarm"
 )
-
-
-def stored(name: str) -> dict[str, Any]:
-    """Return a stored result without its fingerprint; the build fails if there is none."""
-    result = newest_result(name)
-    assert result, f"no stored result {name}: run srbval evidence {name}"
-    return {key: value for key, value in result.content.items() if key != "fingerprint"}
 
 
 def stored_numbers() -> dict[str, Any]:
     """Return the numbers that pages insert: stored results, bundled scenes, constants of modules, each by its name."""
     from srbval.scene import scene_table
 
-    numbers = {name: stored(name) for name in STORED} | {name: scene_table(name) for name in ("paper", "rig")}
+    numbers = {name: scene_table(name) for name in ("paper", "rig")}
+    for name in STORED:
+        result = newest_result(name)
+        assert result, f"no stored result {name}: run srbval evidence {name}"
+        numbers[name] = result.content
     for module in CONSTANTS.split():
-        constants = vars(importlib.import_module(f"srbval.{module}"))
-        kinds = int | float | tuple
-        numbers[module.split(".")[1]] = {name: value for name, value in constants.items() if isinstance(value, kinds)}
+        values = vars(importlib.import_module(f"srbval.{module}"))
+        names = filter(str.isupper, values)
+        numbers[module.split(".")[1]] = {
+            n: values[n] for n in names if isinstance(values[n], dict | float | int | tuple)
+        }
     naming = numbers["naming"]
     numbers["named"] = {row["name"]: row for row in naming["methods"] if row["by"] == "all"}
-    numbers["graded"] = {row["grade"]: row for row in naming["graded"]["table"] if row["part"] == "all"}
-    return numbers
+    return numbers | {"graded": {row["grade"]: row for row in naming["graded"]["table"] if row["part"] == "all"}}
 
 
 myst_substitutions = stored_numbers()
@@ -136,17 +128,11 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
     folder, _, name = page.partition("/")
     if folder in ("api", "guide"):
         makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
-        makers |= {"SCALE": scale}
         source[0] = "\n".join(makers[line]() if line in makers else line for line in source[0].split("\n"))
     if folder == "notebooks" and name != "index":
         source[0] = notebook(name)
     if folder == "guide":
         source[0] = DRAWN.sub(lambda found: found["before"] + drawn(**found.groupdict()), source[0])
-
-
-def scale() -> str:
-    """Show the stored costs by size as the command printed them."""
-    return f"```none\n{stored('scale')['text']}\n```"
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:

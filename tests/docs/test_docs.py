@@ -1,7 +1,8 @@
 """The documentation is complete: every public name has an entry, every equation its code; its examples run."""
 
-import importlib
+import functools
 import importlib.util
+import pkgutil
 import re
 from pathlib import Path
 from types import ModuleType
@@ -18,29 +19,27 @@ PACKAGE = Path(srbval.__file__).parent
 DOCS = PACKAGE / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
 THEORY = [path for path in PAGES if path.parent.name == "theory" and path.stem != "index"]
+INSERTED = re.compile(r"\{\{(.*?)\}\}")
+ELSEWHERE = re.compile(r"```.*?```|`[^`]*`|\$[^$]*\$|\]\([^)]*\)", re.DOTALL)  # code, formulas, addresses
+UNITS = r"%|°|dB|[kM]?Hz|k?N\b|[kµmn]?m\b|k?W\b|[mµ]?s\b|kg|rpm|times|of \d+"
+NUMBER = re.compile(rf"(?:\d[\d.,]*(?: to | and |–))?\d[\d.,]*[ \u00a0]?(?:{UNITS})|\d+\.\d+")
+TYPED = (  # settings, limits, bands, the numbers of the paper and of other authors, versions: srbval measured none
+    "0.01 | 0.05 | 0.1 % | 0.12 | 0.4 | 0.5 | 0.5 % | 0.5 mm | 0.52 | 0.62 | 0.95 | 0.96 | 0.985 | 1 kHz | 1 rpm | "
+    "1.2 | 1.5 | 1.5 % | 10 % | 10 s | 10.3390 | 100 % | 10° | 12 kHz | 1400 to 2800 Hz | 1400–2800 Hz | 141.81 mm | "
+    "15.2 kg | 2 dB | 2.2 | 2.5 to 25 µs | 20 dB | 200 ms | 3 dB | 3.06 | 3.11 | 3.13 | 3150 Hz | 353 rpm | 4 dB | "
+    "4.2 | 40.1 mm | 400 to 3150 Hz | 45° | 5 % | 5 MHz | 500 Hz | 500 to 1500 Hz | 500–1500 Hz | 60 Hz | 60 ° | "
+    "61440 s | 7.3 | 877 rpm | 877 to 353 rpm | 95 % | 95 of 100"
+)
 EQUATION = re.compile(r"```\{math\}\n(?::\w+:.*\n)*")
 CODE = re.compile(r"\{py:obj\}`([\w.]+)`")
 
 
+@functools.cache
 def conf() -> ModuleType:
     spec = importlib.util.spec_from_file_location("srbval_docs_conf", DOCS / "conf.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def thing(dotted: str) -> object:
-    """Import the object of a dotted name; raises if there is none."""
-    parts = dotted.split(".")
-    for length in range(len(parts), 0, -1):
-        try:
-            found: object = importlib.import_module(".".join(parts[:length]))
-        except ModuleNotFoundError:
-            continue
-        for name in parts[length:]:
-            found = getattr(found, name)
-        return found
-    raise ModuleNotFoundError(dotted)
 
 
 def test_every_module_is_in_the_reference():
@@ -71,12 +70,23 @@ def test_every_equation_has_its_own_label_and_a_code():
 def test_every_code_that_is_named_is_there_and_every_formula_needs_no_network(page):
     """The pages contain MathML by docutils, which supports less of TeX than a browser's script."""
     text = page.read_text(encoding="utf-8")
-    assert all(thing(dotted) is not None for dotted in CODE.findall(text))
+    assert all(pkgutil.resolve_name(dotted) is not None for dotted in CODE.findall(text))
     mathml = pytest.importorskip("docutils.utils.math.latex2mathml")
     for block in re.findall(r"```\{math\}\n(?::\w+:[^\n]*\n)*(.*?)```", text, flags=re.DOTALL):
         assert mathml.tex2mathml(block.strip(), as_block=True).startswith("<math")
     for formula in re.findall(r"\$([^$]+)\$", re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)):
         assert mathml.tex2mathml(formula.strip()).startswith("<math")
+
+
+@pytest.mark.parametrize("page", [path for path in PAGES if path.parent.name in ("theory", "guide", "docs")])
+def test_no_measured_number_is_typed(page):
+    """A number with a unit or decimals is inserted from a result, scene or constant that exists, or is listed above."""
+    jinja2 = pytest.importorskip("jinja2")
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
+    text = ELSEWHERE.sub(" ", page.read_text(encoding="utf-8"))
+    for inserted in INSERTED.findall(text):
+        assert environment.from_string(f"{{{{{inserted}}}}}").render(conf().myst_substitutions), inserted
+    assert set(NUMBER.findall(INSERTED.sub(" ", text))) <= set(TYPED.split(" | "))
 
 
 def test_every_option_and_every_scene_key_is_in_the_reference():
@@ -136,16 +146,10 @@ def test_the_tableau_is_of_its_order():
         assert coefficients.b @ coefficients.c**power == pytest.approx(1 / (power + 1), abs=ORDER_CONDITION)
 
 
-def toml(title: str, tmp_path: Path) -> Path:
-    (text,) = (text for known, kind, text in BLOCKS if (known, kind) == (title, "toml"))
-    path = tmp_path / "example.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def test_the_data_set_is_a_description(tmp_path):
-    description = build(DatasetDescription, read_toml(toml("A data set", tmp_path)), "example")
-    assert description.name == "my-rig"
+    path = tmp_path / "example.toml"
+    path.write_text(next(text for title, _, text in BLOCKS if title == "A data set"), encoding="utf-8")
+    assert build(DatasetDescription, read_toml(path), "example").name == "my-rig"
 
 
 def test_every_file_that_is_named_is_there():
