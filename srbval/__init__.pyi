@@ -34,7 +34,7 @@ from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study
 from srbval.studies.outside import bench, stability
-from srbval.validation.case import Case, load_case
+from srbval.validation.case import ValidationCase, load_case
 from srbval.validation.validate import Validation, validate
 
 __version__: str
@@ -42,7 +42,6 @@ __all__ = [
     "Analysis",
     "BaselineComparison",
     "Bearing",
-    "Case",
     "ConfigurationError",
     "DataError",
     "Diagnosis",
@@ -63,6 +62,7 @@ __all__ = [
     "SrbvalError",
     "Trend",
     "Validation",
+    "ValidationCase",
     "__version__",
     "add_recordings",
     "amplitude_spectrum",

@@ -12,7 +12,7 @@ from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNam
 from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
 from srbval.models.solvers import METHODS
-from srbval.plan.measured import table_about
+from srbval.plan.measured import nearest_table
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
 from srbval.storage.content_store import content_key
@@ -116,7 +116,7 @@ def cost_of(scene: Scene) -> tuple[float, float | None]:
     each = right_hand_sides_per_step(scene.solver.name)
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
     try:
-        table = table_about(scene)
+        table = nearest_table(scene)
     except DataError:
         return GUESSED_S * weight, None
     pace, measured = table.pace.get(scene.model), table.values

@@ -65,13 +65,13 @@ def schemas() -> dict[str, dict[str, Any]]:
     from srbval.cli.machine_file import Machine
     from srbval.scene import Scene, SensorPath
     from srbval.storage.tables import json_schema
-    from srbval.validation.case import Case, CasePair, Source
+    from srbval.validation.case import CasePair, Source, ValidationCase
 
     side = str | tuple[str, ...] | Source  # read as a table with `file`
-    hints: dict[Any, Any] = {Fault: ("none", "ball"), (Case, "path"): None}
+    hints: dict[Any, Any] = {Fault: ("none", "ball"), (ValidationCase, "path"): None}
     hints |= {(Campaign, "scene"): Scene, (Scene, "sensor_path"): str | SensorPath}
     hints |= {(CasePair, "simulated"): side, (CasePair, "measured"): side, (Source, "file"): str | tuple[str, ...]}
-    kinds = {"scene": Scene, "case": Case, "campaign": Campaign, "machine": Machine}
+    kinds = {"scene": Scene, "case": ValidationCase, "campaign": Campaign, "machine": Machine}
     return {name: json_schema(kind, hints) for name, kind in kinds.items()}
 
 

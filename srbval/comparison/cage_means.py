@@ -27,9 +27,9 @@ from srbval.errors import DataError
 from srbval.recordings.speed import SCALE_CI95
 from srbval.signal import NORMAL_95
 
-DRAWS, GRID, SEED = 4096, 200, 8
-# Ends of the grid, evenly over the logarithm, in spreads of the values or, where that is more, of the worst reading.
-NEAREST, FARTHEST = 0.02, 50.0
+POSTERIOR_DRAWS, TAU_POINTS, SEED = 4096, 200, 8
+# Ends of the logarithmic grid of tau, in units of the ratios' scatter or of the worst reading's uncertainty, if larger.
+TAU_RANGE = (0.02, 50.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,7 +95,7 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 
 
 class RandomEffects(NamedTuple):
-    """Draws of the joint posterior: `effects`, [`DRAWS`, effects], and `between`, tau, [`DRAWS`]."""
+    """Draws of the joint posterior: `effects`, shape [draws, effects], and tau as `between`, shape [draws]."""
 
     effects: FloatArray
     between: FloatArray
@@ -104,7 +104,7 @@ class RandomEffects(NamedTuple):
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
     """Random effects of `values` [n] with `covariance` [n, n] and a `design` [n, effects] of full rank, effects < n."""
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
-    tau = np.geomspace(NEAREST, FARTHEST, GRID) * max(spread, float(np.sqrt(np.diag(covariance).max())))
+    tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))
     weighed = inverse @ design
     information = design.T @ weighed
@@ -117,7 +117,7 @@ def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArra
     log_p = 2 * np.log(tau) + np.log((free**2).sum(axis=(1, 2))) / 2 - (fit + log_det) / 2
     rng, covariances = np.random.default_rng(SEED), np.linalg.inv(information)
     p = np.exp(log_p - log_p.max())
-    drawn = rng.choice(tau.size, DRAWS, p=p / p.sum())
-    normal = rng.standard_normal((DRAWS, design.shape[1]))
+    drawn = rng.choice(tau.size, POSTERIOR_DRAWS, p=p / p.sum())
+    normal = rng.standard_normal((POSTERIOR_DRAWS, design.shape[1]))
     moved = np.einsum("dij,dj->di", np.linalg.cholesky(covariances)[drawn], normal)
     return RandomEffects(effects[drawn] + moved, tau[drawn])

@@ -70,8 +70,8 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
     tracking = choose_tracking(recording, bearing, speed)
     if not tracking.used or recording.seconds * speed.value_hz < LEAST_REVOLUTIONS:
         return None
-    of_fault = _by_fault(recording, bearing, speed, tracking) if state in RACE_DEFECTS else None
-    passages = _by_passages(recording, bearing, speed, tracking)
+    of_fault = _read_fault_comb(recording, bearing, speed, tracking) if state in RACE_DEFECTS else None
+    passages = _read_passage_comb(recording, bearing, speed, tracking)
     if of_fault is None or passages is None:
         return of_fault or passages
     apart = abs(of_fault.ratio - passages.ratio)
@@ -81,44 +81,52 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
     return replace(of_fault, check=passages)
 
 
-def _by_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
+def _read_fault_comb(
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking
+) -> CageReading | None:
     """Reading by the comb of the record's own fault in the squared envelope."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
-        reading = _comb(record, family, bearing, speed, sideband_hz=family.sideband_hz)
+        reading = _read_comb_in_window(record, family, bearing, speed, sideband_hz=family.sideband_hz)
         if reading is not None and reading.detected:
             found.append((reading, band_hz))
     if not found:
         return None
     reading, band_hz = max(found, key=lambda one: one[0].snr[0])
-    return _made(recording, bearing, speed, reading, (f"{family.name} comb, envelope", band_hz))
+    return _convert_comb(recording, bearing, speed, reading, (f"{family.name} comb, envelope", band_hz))
 
 
-def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
+def _read_passage_comb(
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking
+) -> CageReading | None:
     """Reading by the multiples of BPFO in the vibration: forced lines follow the shaft, so no envelope is needed."""
     band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)
     vibration = tracking.resample(signal - signal.mean(), recording.fs_hz, 0.0)
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
-    reading = _comb(record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz))
+    reading = _read_comb_in_window(
+        record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz)
+    )
     if reading is None:
         return None
     placebo_hz = placebo_fundamentals(family, reading, record, families, speed)
     rank = rank_among_placebos(record, family.kinematic_hz, reading.half_window_hz, len(reading.snr), placebo_hz)
     if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
         return None
-    return _made(recording, bearing, speed, reading, (f"{family.name} multiples, vibration", band_hz))
+    return _convert_comb(recording, bearing, speed, reading, (f"{family.name} multiples, vibration", band_hz))
 
 
-def _comb(record: Periodogram, family: Family, bearing: Bearing, speed: ShaftSpeed, **how: Any) -> LineReading | None:
+def _read_comb_in_window(
+    record: Periodogram, family: Family, bearing: Bearing, speed: ShaftSpeed, **how: Any
+) -> LineReading | None:
     half_hz = window_share(bearing, speed) * family.kinematic_hz
     return read_comb(record, family.kinematic_hz, half_hz, period_s=1 / speed.value_hz, **how)
 
 
-def _made(
+def _convert_comb(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, of: tuple[str, tuple[float, float]]
 ) -> CageReading:
     """Convert the reading of a comb to a cage ratio; `of` contains the comb's name and band."""

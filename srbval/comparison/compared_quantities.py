@@ -2,10 +2,10 @@
 
 Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the path to the sensor.
 
-Each kind has one bias. The record is the unit: errors of one record share its bearing, mounting and speed. Mean error
-and Student's interval b +- t s / sqrt(n); with fewer than `LEAST_RECORDS` records no bias is claimed, since neither
-mean nor scatter predicts the next record. The scatter of the errors beyond the data's own uncertainty is the model's
-(after the NIST fire-model validation guide, McGrattan et al., NIST SP 1018-3).
+Each kind of quantity has one bias: the mean error over the records, with Student's interval b +- t s / sqrt(n). The
+errors of one record count as one, since they share bearing, mounting and speed. With fewer than `MIN_RECORDS_FOR_BIAS`
+records no bias is claimed, since neither mean nor scatter predicts the next record. The model's scatter is the scatter
+of the errors beyond the uncertainty of the data (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
 """
 
 import math
@@ -24,9 +24,9 @@ from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
 
 _DB = 20 / math.log(10)
-LEAST_RECORDS = 5  # for a bias
+MIN_RECORDS_FOR_BIAS = 5  # for a bias
 
-Read = Callable[[Analysis, Fault], Value | None]
+QuantityReader = Callable[[Analysis, Fault], Value | None]
 ValueOfOrder = Callable[[Fault, float, int], float]  # of a fault's line, its order of the shaft, rolling elements
 # Effects of inputs and numerics on one quantity of one defect, by (defect, quantity): rows of the stored result
 # ``inputs``, in the quantity's unit.
@@ -44,7 +44,7 @@ class ComparedQuantity:
 
     kind: str
     name: str
-    read: Read
+    read: QuantityReader
     unit: str = "dB"
     faults: Collection[Fault] = DEFECTS
     value_of: ValueOfOrder | None = None
@@ -56,7 +56,7 @@ class ComparedQuantity:
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
 
-def cage_of(fault: Fault, order: float, rolling_elements: int) -> float:
+def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> float:
     """Cage ratio c of a race line's order: order / Z by BPFO, 1 - order / Z by BPFI.
 
     Slip lowers BPFO and raises BPFI, so their errors must not be averaged; errors of the cage ratio may.
@@ -64,7 +64,7 @@ def cage_of(fault: Fault, order: float, rolling_elements: int) -> float:
     return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
 
 
-def line_value(value_of: ValueOfOrder) -> Read:
+def line_value(value_of: ValueOfOrder) -> QuantityReader:
     """Reads a value from the order of the fault's line, with the intervals of line and shaft speed."""
 
     def read(analysis: Analysis, fault: Fault) -> Value | None:
@@ -84,7 +84,7 @@ def line_value(value_of: ValueOfOrder) -> Read:
     return read
 
 
-def harmonic_level(number: int) -> Read:
+def harmonic_level(number: int) -> QuantityReader:
     """Reads the level of a harmonic over the first [dB]."""
     return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
 
@@ -120,8 +120,8 @@ CAGE_RATIO = ComparedQuantity(
     kind="cage ratio",
     name="cage ratio",
     unit="1",
-    read=line_value(cage_of),
-    value_of=cage_of,
+    read=line_value(cage_ratio_of_order),
+    value_of=cage_ratio_of_order,
     faults=RACE_DEFECTS,
     margin=TOLERANCE.limit_pct,
 )
@@ -140,8 +140,8 @@ HARMONIC = {
     number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", read=harmonic_level(number))
     for number in (2, 3, 4, 5)
 }
-SIDEBANDS = ComparedQuantity(kind="sideband level", name="{line} sidebands", read=sideband_level)
-COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBANDS)
+SIDEBAND_LEVEL = ComparedQuantity(kind="sideband level", name="{line} sidebands", read=sideband_level)
+COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBAND_LEVEL)
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
@@ -149,7 +149,7 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
-def values_of_model(
+def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
     """Values of `quantities` by name, read from a signal or, if its own speeds give the line's `order`, from that."""
@@ -165,10 +165,11 @@ def values_of_model(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Bias of each kind, scene and use among the rows that both sides show.
+    """Compute the bias of each kind of quantity, scene and use, from rows whose value is present on both sides.
 
-    With `used_for` rows of every use count together, under that name. `bias`, its 95 % half width `ci95` and the
-    `scatter`, one standard deviation net of the data's, are None below `LEAST_RECORDS`; `mean_error` is the mean seen.
+    If `used_for` is given, rows of all uses are combined under this name. `bias`, its 95 % half width `ci95` and the
+    model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records; `mean_error` is
+    always computed.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
     shown = comparisons[both]
@@ -177,16 +178,16 @@ def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
     places = {row.kind: place for place, row in enumerate(COMPARED)}
     groups = shown.groupby(["kind", "scene", "used_for"], sort=False)
     return [
-        _bias(kind, scene, use, rows)
+        _compute_bias(kind, scene, use, rows)
         for (kind, scene, use), rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places)))
     ]
 
 
-def _bias(kind: str, scene: str, used_for: str, rows: pd.DataFrame) -> Row:
+def _compute_bias(kind: str, scene: str, used_for: str, rows: pd.DataFrame) -> Row:
     errors = rows.groupby("record", sort=False)["error"].mean()
     count, mean = len(errors), float(errors.mean())
     data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95
-    claimed = count >= LEAST_RECORDS
+    claimed = count >= MIN_RECORDS_FOR_BIAS
     variance = float(errors.var()) if claimed else 0.0
     return {
         "kind": kind,

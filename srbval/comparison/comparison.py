@@ -24,15 +24,14 @@ from srbval.bearing import Fault
 from srbval.storage.tables import read_toml
 
 BUDGET = Path(__file__).with_name("budget.toml")
-_TABLES = read_toml(BUDGET)
 PRIOR, TOLERANCE, VERDICT, STUDY = (
-    SimpleNamespace(**_TABLES[name]) for name in ("prior", "tolerance", "verdict", "study")
+    SimpleNamespace(**read_toml(BUDGET)[name]) for name in ("prior", "tolerance", "verdict", "study")
 )
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
 RIG_READING, RIG_SPEED, MOUNTING = "rig reading", "rig speed", "rig mounting"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
 SIMULATION_READING = "simulation reading"  # of a simulated signal; no uncertainty of the simulation itself
-TEXTS = ("record", "kind", "quantity", "unit", "error_unit", "scene", "used_for")  # columns of a row that are texts
+TEXT_COLUMNS = ("record", "kind", "quantity", "unit", "error_unit", "scene", "used_for")
 Row = dict[str, Any]  # one row of a table, by the names of its columns
 
 
@@ -98,7 +97,7 @@ def comparison_row(
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None
-    texts = dict.fromkeys(TEXTS, "") | {"scene": "paper", "used_for": "withheld"} | names
+    texts = dict.fromkeys(TEXT_COLUMNS, "") | {"scene": "paper", "used_for": "withheld"} | names
     return texts | {
         "state": state.value,
         "model": model.value,

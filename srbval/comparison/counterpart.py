@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
-from srbval.comparison.compared_quantities import COMPARED, ComparedQuantity, values_of_model
+from srbval.comparison.compared_quantities import COMPARED, ComparedQuantity, read_quantities
 from srbval.comparison.comparison import QuantityValue
 from srbval.models.run import Run
 from srbval.models.simulate import Step, stored_run
@@ -22,7 +22,7 @@ from srbval.sweep.pool import side_by_side
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
 # Length of a run [shaft turns], and the most of it [s]: that of the rig's records, which last 2 s at any speed.
-TURNS, LONGEST_S = 30.0, 2.1
+TURNS, MAX_COUNTERPART_S = 30.0, 2.1
 # Rate at which the rollers' speeds are recorded, by fault: only the line of a roller's defect needs them.
 DETAIL_HZ = {Fault.ROLLER: 1024.0}
 # Points on a circle from which on levels change by less than 0.1 dB and runs do not depend on their start. At the
@@ -64,7 +64,7 @@ def paper_cases(seconds: float) -> list[SimulationCase]:
     ]
 
 
-def run_case(case: SimulationCase, *, progress: Progress = silent) -> Run:
+def run_simulation_case(case: SimulationCase, *, progress: Progress = silent) -> Run:
     """Run a case, see `stored_run`; `progress` names it as a task. A failed run is a `NumericsError` with its id."""
     run = stored_run(
         case.scene, step=Step.CHECKED, progress=lambda task, fraction: progress(f"{task} {case.id}", fraction)
@@ -79,7 +79,11 @@ def run_cases(
     by_id = {case.id: case for case in cases}
     scenes = {name: case.scene for name, case in by_id.items()}
     return side_by_side(
-        scenes, lambda name, own: run_case(by_id[name], progress=own), task="Simulate", jobs=jobs, progress=progress
+        scenes,
+        lambda name, own: run_simulation_case(by_id[name], progress=own),
+        task="Simulate",
+        jobs=jobs,
+        progress=progress,
     )
 
 
@@ -114,7 +118,7 @@ def run_counterpart(
     bearing_name: str = DEFAULT_BEARING,
     progress: Progress = silent,
 ) -> AnalysedRun:
-    """`TURNS` turns, at most `LONGEST_S`, of the scene `base` at the recording's own speed and load, with its defect.
+    """Run `TURNS` turns of the scene `base` at the recording's own speed and load, with its defect.
 
     `model` takes the place of the scene's own. `bearing_name` is the name or file of the recording's bearing. A load
     that the recording does not state is the scene's own. The speed is rounded so that the last digits of its reading,
@@ -124,7 +128,7 @@ def run_counterpart(
     shaft_hz = round(rig.speed.value_hz, 6)
     loads = {"radial_n": recording.radial_n, "axial_n": recording.axial_n}
     changes: dict[str, Any] = {
-        "duration_s": min(TURNS / shaft_hz, LONGEST_S),
+        "duration_s": min(TURNS / shaft_hz, MAX_COUNTERPART_S),
         "shaft_speed_rad_s": 2 * math.pi * shaft_hz,
         "load": {key: value for key, value in loads.items() if value is not None},
         "defect": {"kind": state.scene_word},
@@ -137,7 +141,7 @@ def run_counterpart(
     name, purpose = f"counterpart-{recording.name}", "at the recording's own speed and load"
     scene = converged(load_scene(base, changes))
     case = SimulationCase(id=name, purpose=purpose, state=state, scene=scene)
-    return analyse_run(case, run_case(case, progress=progress), bearing, band_hz, quantities)
+    return analyse_run(case, run_simulation_case(case, progress=progress), bearing, band_hz, quantities)
 
 
 def analyse_run(
@@ -148,15 +152,15 @@ def analyse_run(
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
     """Analyse a run, in the paper's band unless one is given; a roller's line is sought about its own rotation."""
-    order = line_order(run, case.state, bearing)
+    order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
     analysis = analyse(recording_from_run(run), bearing=bearing, band_hz=band_hz)
-    values = values_of_model(analysis, case.state, order, quantities)
+    values = read_quantities(analysis, case.state, order, quantities)
     return AnalysedRun(case=case, run=run, analysis=analysis, line_order=order, values=values)
 
 
-def line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
+def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
     """The line of `state` in orders of the shaft, by the run's mean speeds of cage or roller.
 
     A defect on a roller strikes both races once per revolution of the roller relative to its slot, which turns with the

@@ -13,7 +13,7 @@ from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
 from srbval.storage.tables import build, read_toml
 
-BAND = ("band.low_hz", "band.high_hz")
+BAND_KEYS = ("band.low_hz", "band.high_hz")
 POINTS, LOG_POINTS = 3, 9  # values of one input tried alone
 
 
@@ -58,33 +58,33 @@ def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | No
 
     Raises `ConfigurationError` for an input that a scene does not have.
     """
-    band = dict(zip(BAND, SIMULATED_BAND_HZ, strict=True))
+    band = dict(zip(BAND_KEYS, SIMULATED_BAND_HZ, strict=True))
     for one, share in ((one, share) for one, share in zip(inputs, shares, strict=True) if share is not None):
         value = one.value(share)
         if of_reading(one):
             band[one.keys[0]] = float(value)
             continue
         for key in one.keys:
-            scene = _with(scene, key, value, one.relative)
+            scene = _replace_value(scene, key, value, one.relative)
         for key, own in one.with_choice.get(str(value), {}).items():
-            scene = _with(scene, key, own, relative=False)
+            scene = _replace_value(scene, key, own, relative=False)
     low_hz, high_hz = band.values()
     return scene, (low_hz, high_hz)
 
 
 def of_reading(one: OpenInput) -> bool:
     """True for the ends of the envelope's band, which belong to the reading, not to the scene; they stand last."""
-    return one.keys[0] in BAND
+    return one.keys[0] in BAND_KEYS
 
 
-def _with(owner: Any, key: str, value: float | str, relative: bool) -> Any:
+def _replace_value(owner: Any, key: str, value: float | str, relative: bool) -> Any:
     """`owner` with the value of a dotted name, or with its own value times it if `relative`."""
     name, _, rest = key.partition(".")
     if not hasattr(owner, name):
         raise ConfigurationError(f"input {key}: a scene has no {name}.")
     own = getattr(owner, name)
     if rest:
-        return replace(owner, **{name: _with(own, rest, value, relative)})
+        return replace(owner, **{name: _replace_value(own, rest, value, relative)})
     if isinstance(own, enum.Enum):
         return replace(owner, **{name: type(own)(value)})
     return replace(owner, **{name: own * value if relative else value})

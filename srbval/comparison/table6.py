@@ -18,7 +18,7 @@ from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import build, read_toml
 
-CASES, PAPER_CASE = "data_manifest/cases", "torino-22240"  # the folder of the shipped cases; the paper's
+CASES_FOLDER, PAPER_CASE = "data_manifest/cases", "torino-22240"  # the folder of the shipped cases; the paper's
 PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # columns of the paper that rows repeat
 
 
@@ -51,7 +51,7 @@ def table6() -> dict[Fault, Published]:
     """The paper's Table 6 by defect: the published numbers of the case that comes with the program."""
     rows = [
         build(Published, row, PAPER_CASE)
-        for row in read_toml(shipped_folder(CASES) / f"{PAPER_CASE}.toml")["published"]
+        for row in read_toml(shipped_folder(CASES_FOLDER) / f"{PAPER_CASE}.toml")["published"]
     ]
     return {row.state: row for row in rows}
 
@@ -71,21 +71,21 @@ def published_rows(
     The paper gives its rig values no uncertainty and no measured speed, so these rows have insufficient data.
     """
     for fault in RACE_DEFECTS:
-        row, (_, found_hz, ci95_hz) = printed[fault], found_line(paper[fault], fault)
+        row, (_, found_hz, ci95_hz) = printed[fault], read_first_harmonic(paper[fault], fault)
         assert row.kinematic_hz is not None, "Table 6 states every value"
         assert row.rig_hz is not None
         model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
         of_paper: Row = {f"paper_{name}": getattr(row, name) for name in PRINTED}
         for name, off in row.deviations_pct().items():
             of_paper[f"paper_{name.removesuffix('_hz')}_recomputed_pct"] = off
-        yield _row(
+        yield _build_line_row(
             fault,
             row.kinematic_hz,
             model,
             rig,
             rig_source="published",
             shaft_rpm=row.rpm,
-            model_cage_hz=cage_line_hz(runs[f"paper-{fault}"], fault),
+            model_cage_hz=race_line_hz(runs[f"paper-{fault}"], fault),
             **of_paper,
         )
 
@@ -97,11 +97,11 @@ def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comp
     """
     of_cage = comparisons[comparisons["kind"] == CAGE_RATIO.kind].drop_duplicates("state").set_index("state")
     for fault in (fault for fault in RACE_DEFECTS if fault in rig and fault in of_cage.index):
-        (line, found_hz, ci95_hz), speed = found_line(rig[fault], fault), rig[fault].speed
+        (line, found_hz, ci95_hz), speed = read_first_harmonic(rig[fault], fault), rig[fault].speed
         c, outer = float(of_cage.at[fault, "model"]), fault is Fault.OUTER
         model_hz = rig[fault].bearing.rolling_elements * speed.value_hz * (c if outer else 1 - c)
         line_over_cage = 1.0 if outer else c / (1 - c)
-        yield _row(
+        yield _build_line_row(
             fault,
             line.kinematic_hz,
             QuantityValue(value=model_hz),
@@ -110,11 +110,11 @@ def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comp
             rig_source="measured",
             shaft_rpm=60 * speed.value_hz,
             rig_shaft_rpm=60 * speed.value_hz,
-            model_cage_hz=cage_line_hz(runs[fault], fault),
+            model_cage_hz=race_line_hz(runs[fault], fault),
         )
 
 
-def _row(
+def _build_line_row(
     fault: Fault,
     kinematic_hz: float,
     model: QuantityValue,
@@ -143,7 +143,7 @@ def _row(
     } | further
 
 
-def sum_rule(pair: Mapping[str, Any]) -> dict[str, Any]:
+def check_race_sum(pair: Mapping[str, Any]) -> dict[str, Any]:
     """A pair of race lines, as orders of the shaft speed of each, with their sum, and the speed for which it is exact.
 
     `closed` is true if the sum, less the `slip_difference` of the cage speeds of two records, agrees with the number of
@@ -161,7 +161,7 @@ def sum_rule(pair: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def sum_rules(
+def check_table6_sums(
     printed: Mapping[Fault, Published],
     paper: Mapping[Fault, Analysis],
     runs: Mapping[str, Run],
@@ -176,11 +176,11 @@ def sum_rules(
         bpfo, bpfi = (getattr(printed[fault], f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
         stated = {"ci95": None, "stated_rpm": 60 * shaft_hz}
         orders = {"rolling_elements": rollers, "bpfo_order": bpfo, "bpfi_order": bpfi}
-        yield sum_rule({"source": name, "origin": "published", **orders, **stated})
+        yield check_race_sum({"source": name, "origin": "published", **orders, **stated})
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
     slip = paper[Fault.OUTER].bearing.rolling_elements * (cage[Fault.OUTER] - cage[Fault.INNER])
     yield _read_pair("our model, two runs", "simulated", paper, slip)
-    if all(s in rig and found_line(rig[s], s)[0].detected for s in RACE_DEFECTS):
+    if all(s in rig and read_first_harmonic(rig[s], s)[0].detected for s in RACE_DEFECTS):
         rpm = rig[Fault.OUTER].recording.nominal_rpm
         yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
 
@@ -188,10 +188,10 @@ def sum_rules(
 def _read_pair(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> dict[str, Any]:
     orders, ci95 = [], []
     for fault in (Fault.OUTER, Fault.INNER):
-        (_, found_hz, ci95_hz), speed = found_line(sides[fault], fault), sides[fault].speed
+        (_, found_hz, ci95_hz), speed = read_first_harmonic(sides[fault], fault), sides[fault].speed
         orders.append(found_hz / speed.value_hz)
         ci95.append(math.hypot(ci95_hz / found_hz, speed.ci95_hz / speed.value_hz) * orders[-1])
-    return sum_rule(
+    return check_race_sum(
         {
             "source": source,
             "origin": origin,
@@ -205,7 +205,7 @@ def _read_pair(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: 
     )
 
 
-def found_line(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
+def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
     """First harmonic of a line, its frequency and 95 % half width [Hz]; `DataError` outside the record's reach."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
@@ -213,6 +213,6 @@ def found_line(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
     return line, line.found_hz, line.ci95_hz or 0.0
 
 
-def cage_line_hz(run: Run, fault: Fault) -> float:
+def race_line_hz(run: Run, fault: Fault) -> float:
     """A race line from the run's own mean cage speed [Hz]."""
     return run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz

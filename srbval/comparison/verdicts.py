@@ -65,7 +65,7 @@ def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list
     return [verdict(one, variant, readings, means.means[-1]) for variant in stored["variants"] for one in wanted]
 
 
-def holds(rows: Iterable[Row]) -> bool:
+def none_missed(rows: Iterable[Row]) -> bool:
     """True if no tolerance is missed, which does not mean that all are met."""
     return all(row["verdict"] != Verdict.MISSED for row in rows)
 
@@ -85,12 +85,14 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
     drawn, nominal = model("drawn"), float(model("nominal"))
     numerics = float(model("finer")) - nominal
     apart = np.concatenate([rig - numerics, rig + numerics])
-    error, p = float(drawn.mean() - rig.mean()), p_beyond(drawn, apart)
+    error, p = float(drawn.mean() - rig.mean()), share_beyond_limit(drawn, apart)
     answer, reversing, changing = verdict_on_tolerance(p, TOLERANCE.risk), list[str](), list[str]()
     for place, effect in enumerate(variant["effects"]):
         curve = 100 / scale * (weights @ np.array(effect["ratios"]))
-        left = drawn - at_shares(np.array(variant["at"])[:, place], effect["shares"], curve)
-        *known, own = (verdict_on_tolerance(p_beyond(left + x, apart), TOLERANCE.risk) for x in (*curve, nominal))
+        left = drawn - interpolate_effect(np.array(variant["at"])[:, place], effect["shares"], curve)
+        *known, own = (
+            verdict_on_tolerance(share_beyond_limit(left + x, apart), TOLERANCE.risk) for x in (*curve, nominal)
+        )
         if {Verdict.MET, Verdict.MISSED} <= {*known, answer}:
             reversing.append(effect["name"])
         if own is not answer:
@@ -119,7 +121,7 @@ def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatAr
     return found
 
 
-def p_beyond(model: FloatArray, rig: FloatArray) -> float:
+def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
     """Chance that values of the model and of the rig [%], drawn independently, differ by more than the limit."""
     ordered = np.sort(rig)
     above = np.searchsorted(ordered, model + TOLERANCE.limit_pct, "right")
@@ -127,7 +129,7 @@ def p_beyond(model: FloatArray, rig: FloatArray) -> float:
     return 1 - float((above - below).mean()) / ordered.size
 
 
-def at_shares(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
+def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
     """An input's own effect at shares of its range, by straight line; of two values the nearer half of the range."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])

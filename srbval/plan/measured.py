@@ -16,19 +16,19 @@ from srbval.scene import Scene, load_scene
 from srbval.storage.stored_result import newest_result
 from srbval.storage.tables import flatten_table
 
-RESULT = "model_levels"
-REMEDY = f"srbval evidence {RESULT} measures them"
-LEAST_SCENES = 9  # for a bound: it then holds on nine scenes in ten
-LONGER = 0.6  # of the measured duration, for a run whose errors are no larger
+ERRORS_RESULT = "model_levels"
+REMEDY = f"srbval evidence {ERRORS_RESULT} measures them"
+MIN_SCENES_FOR_BOUND = 9  # for a bound: it then holds on nine scenes in ten
+MIN_DURATION_SHARE = 0.6  # of the measured duration, for a run whose errors are no larger
 # Axes of the table, and settings that change an answer only through the length of the record.
-FREE = {"model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed"}
-FREE |= {"solver.step_s", "load.radial_n", "contact.roller_fit", "defect.kind", "defect.height_m"}
+AXIS_KEYS = {"model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed"}
+AXIS_KEYS |= {"solver.step_s", "load.radial_n", "contact.roller_fit", "defect.kind", "defect.height_m"}
 UNMEASURED = {
     "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
 }
 
 OF_TABLE = ("reference", "seconds", "ranges", "values", "pace")  # of what is stored about a scene
-Key = tuple[str, str, str, Question]  # roller fit, defect, model, question
+BoundKey = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,35 +72,38 @@ class MeasuredErrors:
     values: Mapping[str, Any]
     models: tuple[str, ...]
     pace: Mapping[str, float]
-    bounds: Mapping[Key, Bound]
+    bounds: Mapping[BoundKey, Bound]
 
     def bound(self, scene: Scene, model: str, question: Question) -> Bound | None:
         """Bound for scenes with this roller fit and defect; None if too few of them were measured."""
         key = scene.contact.roller_fit.value, scene.defect.kind.scene_word, model, question
         found = self.bounds.get(key)
-        return found if found is not None and found.scenes >= LEAST_SCENES else None
+        return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
-    def unlike(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
+    def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
         """Values in which a scene, whose `scene_values` are `own`, differs from the measured one, beyond the axes."""
         own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."
         return [
-            UNMEASURED.get(name) or f"{name} = {_text(own.get(name))}, measured only at {_text(self.values.get(name))}"
+            UNMEASURED.get(name)
+            or f"{name} = {_describe_value(own.get(name))}, measured only at {_describe_value(self.values.get(name))}"
             for name in dict.fromkeys((*own, *self.values))
-            if name not in FREE and not name.startswith(unused) and not _same(own.get(name), self.values.get(name))
+            if name not in AXIS_KEYS
+            and not name.startswith(unused)
+            and not _nearly_equal(own.get(name), self.values.get(name))
         ]
 
-    def outside(self, scene: Scene) -> tuple[str, ...]:
+    def list_gaps(self, scene: Scene) -> tuple[str, ...]:
         """Reasons why nothing measured holds for the scene; empty if the table covers it."""
         bundled, step_s = load_scene(self.base, {"defect": {"kind": "outer"}}), self.values["solver.step_s"]
-        changed = self.unlike(bundled) + ["solver.step_s"] * (bundled.solver.step_s != step_s)
+        changed = self.list_differences(bundled) + ["solver.step_s"] * (bundled.solver.step_s != step_s)
         if changed:
             text = "; ".join(changed)
             return (f"the scene {self.base} changed since its models were measured ({text}); {REMEDY} again",)
-        return (*self._beyond(scene), *self.unlike(scene))
+        return (*self._list_exceeded_axes(scene), *self.list_differences(scene))
 
-    def _beyond(self, scene: Scene) -> Iterator[str]:
+    def _list_exceeded_axes(self, scene: Scene) -> Iterator[str]:
         """Axes of the table that end before the scene."""
         kind, fit, step_s = scene.defect.kind, scene.contact.roller_fit.value, self.values["solver.step_s"]
         if kind is Fault.ROLLER:
@@ -112,10 +115,10 @@ class MeasuredErrors:
             axes["height_mm"] = scene.defect.height_m * 1e3
         for axis, value in axes.items():
             low, high = self.ranges[axis]
-            if not (low <= value <= high or _same(value, low) or _same(value, high)):
+            if not (low <= value <= high or _nearly_equal(value, low) or _nearly_equal(value, high)):
                 span = " to ".join(f"{end:g}" for end in dict.fromkeys((low, high)))
                 yield f"{axis.replace('_', ' in ')} = {value:.6g} lies beyond the measured {span}"
-        if scene.duration_s < LONGER * self.seconds:
+        if scene.duration_s < MIN_DURATION_SHARE * self.seconds:
             yield f"{scene.duration_s:g} s are short compared with the measured {self.seconds:g} s"
         if scene.solver.step_s > step_s * (1 + 1e-6):
             yield f"its models were measured at {step_s:.4g} s, not at the coarser {scene.solver.step_s:.4g} s"
@@ -129,12 +132,12 @@ def scene_values(scene: Scene) -> dict[str, Any]:
     return {key: value for key, value in values if value is not None and value != []}
 
 
-def _same(one: Any, other: Any) -> bool:
+def _nearly_equal(one: Any, other: Any) -> bool:
     numbers = isinstance(one, int | float) and isinstance(other, int | float)
     return one == other or (numbers and math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-15))
 
 
-def _text(value: Any) -> str:
+def _describe_value(value: Any) -> str:
     plain = "nothing" if value is None else "a list" if isinstance(value, list) else str(value)
     return f"{value:.6g}" if isinstance(value, float) else plain
 
@@ -142,14 +145,14 @@ def _text(value: Any) -> str:
 @cache
 def measured_errors() -> Mapping[str, MeasuredErrors]:
     """The newest tables, by bundled scene; `DataError` if there are none."""
-    if found := newest_result(RESULT):
+    if found := newest_result(ERRORS_RESULT):
         return read_errors(found.content)
-    raise DataError(f"reports/{RESULT}.json: no measured errors of the models; {REMEDY}.")
+    raise DataError(f"reports/{ERRORS_RESULT}.json: no measured errors of the models; {REMEDY}.")
 
 
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
     """Tables from the content of the study's result; `DataError` if it holds none."""
-    bounds: dict[str, dict[Key, Bound]] = {}
+    bounds: dict[str, dict[BoundKey, Bound]] = {}
     try:
         for row in (one for one in content["bounds"] if one["question"] in list(Question)):
             key = row["fit"], row["kind"], row["model"], Question(row["question"])
@@ -164,13 +167,13 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
             for base, about in content["bases"].items()
         }
     except (LookupError, TypeError, AttributeError, ValueError) as error:
-        raise DataError(f"{RESULT}: not a table of measured errors ({error!r}); {REMEDY} anew.") from error
+        raise DataError(f"{ERRORS_RESULT}: not a table of measured errors ({error!r}); {REMEDY} anew.") from error
     if not tables:
-        raise DataError(f"{RESULT}: no scene was measured; {REMEDY} anew.")
+        raise DataError(f"{ERRORS_RESULT}: no scene was measured; {REMEDY} anew.")
     return tables
 
 
-def table_about(scene: Scene) -> MeasuredErrors:
+def nearest_table(scene: Scene) -> MeasuredErrors:
     """The table whose scene differs least from this one; the first of those that differ alike."""
     own = scene_values(scene)
-    return min(measured_errors().values(), key=lambda table: len(table.unlike(scene, own)))
+    return min(measured_errors().values(), key=lambda table: len(table.list_differences(scene, own)))

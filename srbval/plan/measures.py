@@ -13,12 +13,12 @@ from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
 from srbval.recordings import recording_from_run
 
 FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI, above nothing but multiples of the shaft speed
-BAND = "{:g}-{:g}".format(*SIMULATED_BAND_HZ)  # name of the band among those of a run
-LEAST_SECONDS = 0.3  # shortest record of which the pipeline finds a noise floor
+BAND_NAME = "{:g}-{:g}".format(*SIMULATED_BAND_HZ)  # name of the band among those of a run
+MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record of which the pipeline finds a noise floor
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measures:
+class RunMeasures:
     """A run in a few numbers.
 
     `cage_ratio`: mean cage over shaft speed, see `smooth_mean`; `noise_floor`: see the function, None for a record that
@@ -30,14 +30,14 @@ class Measures:
     band_rms_m_s2: float
 
 
-def measure(run: Run) -> Measures:
+def measure(run: Run) -> RunMeasures:
     """Measure a run that lasted to its end; the noise floor through the pipeline of every recording."""
     floor = None
-    if run.seconds >= LEAST_SECONDS:
+    if run.seconds >= MIN_SECONDS_FOR_FLOOR:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)
         floor = noise_floor(processed.envelope, processed.fs_hz)
     ratio = smooth_mean(run.cage_rad_s) / (2 * math.pi * run.scene.shaft_hz)
-    return Measures(cage_ratio=ratio, noise_floor=floor, band_rms_m_s2=run.band_rms_m_s2[BAND])
+    return RunMeasures(cage_ratio=ratio, noise_floor=floor, band_rms_m_s2=run.band_rms_m_s2[BAND_NAME])
 
 
 def smooth_mean(values: FloatArray) -> float:

@@ -11,7 +11,7 @@ from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.models.hierarchy import FidelityLevel, geometry_of, level_of
 from srbval.models.kinematic import refuse_axial
 from srbval.models.planar.ring import make_ring
-from srbval.plan.measured import REMEDY, Bound, MeasuredErrors, table_about
+from srbval.plan.measured import REMEDY, Bound, MeasuredErrors, nearest_table
 from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.scene import Scene, load_scene
 
@@ -91,18 +91,18 @@ def make_plan(
             f"question {question.value!r}, defect {scene.defect.kind.scene_word}: a healthy bearing has no fault line "
             "to ask about, the outer race's no sidebands of the shaft; give --defect outer or inner."
         )
-    table, bearing = measured or table_about(scene), load_bearing(scene.bearing)
-    outside, levels = table.outside(scene), [level_of(name) for name in table.models]
+    table, bearing = measured or nearest_table(scene), load_bearing(scene.bearing)
+    outside, levels = table.list_gaps(scene), [level_of(name) for name in table.models]
     only_some = scene.oil is not None or scene.bodies.free_rollers
     refused = {
         level.name: why
         for level in levels
         if (only_some or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None
     }
-    judged = {one.name: _candidate(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels}
+    judged = {one.name: _judge_model(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels}
     judged |= {model: Candidate(model=model, why=why) for model, why in refused.items()}
     while why := refusal(
-        level_of(chosen := _chosen(judged.values(), question, table.reference, refused)), scene, bearing
+        level_of(chosen := _choose_model(judged.values(), question, table.reference, refused)), scene, bearing
     ):
         refused[chosen], judged[chosen] = why, Candidate(model=chosen, why=why)
     candidates = tuple(judged.values())
@@ -111,7 +111,9 @@ def make_plan(
     return Plan(chosen=chosen, met=met, candidates=candidates, outside=outside, **asked)
 
 
-def _chosen(candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]) -> str:
+def _choose_model(
+    candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]
+) -> str:
     """The cheapest model that is enough; else the reference, or the last model that runs and knows the question."""
     if enough := [one for one in candidates if one.ok]:
         return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
@@ -122,7 +124,7 @@ def _chosen(candidates: Iterable[Candidate], question: Question, reference: str,
     return reference if reference in knowing else knowing[-1]
 
 
-def _candidate(
+def _judge_model(
     level: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, table: MeasuredErrors, outside: bool
 ) -> Candidate:
     """Judge a model that runs the scene."""

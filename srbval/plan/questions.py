@@ -16,12 +16,12 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.path import amplitudes
-from srbval.plan.measures import BAND, LEAST_SECONDS, noise_floor, smooth_mean
+from srbval.plan.measures import BAND_NAME, MIN_SECONDS_FOR_FLOOR, noise_floor, smooth_mean
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.storage.tables import read_toml
 
-Answer = tuple[float | None, ...]  # None: the quantity does not stand out
+AnswerValues = tuple[float | None, ...]  # None: the quantity does not stand out
 
 
 class Question(enum.StrEnum):
@@ -94,7 +94,7 @@ def asked_of(kind: Fault) -> tuple[Question, ...]:
     return tuple(q for q in Question if kind.scene_word in (MEANING[q].states or (kind.scene_word,)))
 
 
-def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dict[Question, Answer | None]:
+def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dict[Question, AnswerValues | None]:
     """Answers of a successful run to every question; None without an answer and if the run is too short.
 
     A level of the increment needs `healthy`, the same model's record without the defect. The frequency of a line
@@ -102,7 +102,7 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
     of seconds is uncertain by some tenths of a per cent, which would hide the errors of models.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
-    found: dict[Question, Answer | None] = dict.fromkeys(Question)
+    found: dict[Question, AnswerValues | None] = dict.fromkeys(Question)
     found[Question.SLIP] = (ratio / bearing.orders.ftf - 1,)
     found[Question.POWER] = (run.drive_power_w,) if math.isfinite(run.drive_power_w) else None
     kind = run.scene.defect.kind
@@ -113,8 +113,8 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
         analysis = analyse(record, bearing=bearing)
     except DataError:
         return found
-    found[Question.AMPLITUDE] = (run.band_rms_m_s2[BAND],)
-    if run.seconds >= LEAST_SECONDS:  # the envelope is of the normalised signal
+    found[Question.AMPLITUDE] = (run.band_rms_m_s2[BAND_NAME],)
+    if run.seconds >= MIN_SECONDS_FOR_FLOOR:  # the envelope is of the normalised signal
         envelope, spread_m_s2 = analysis.processed.envelope, float(along_sensor(run.acceleration_m_s2).std())
         floor = noise_floor(envelope, analysis.processed.fs_hz) * float(envelope.mean())
         found[Question.NOISE_FLOOR] = (floor * spread_m_s2,)
@@ -124,14 +124,14 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
 
 def _amplitudes(
     record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
-) -> dict[Question, Answer | None]:
+) -> dict[Question, AnswerValues | None]:
     """Amplitudes of a record that reaches far enough; the line's `order` is the cage's."""
     if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
         return {}
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
     own |= amplitudes.levels(record, None)
     over = {} if healthy is None else amplitudes.levels(record, healthy)
-    found: dict[Question, Answer | None] = {}
+    found: dict[Question, AnswerValues | None] = {}
     for question in (question for question, meaning in MEANING.items() if meaning.read):
         values = over if question is Question.THIRD_OCTAVES else own
         read = (values.get(name) for name in MEANING[question].read)
@@ -140,7 +140,7 @@ def _amplitudes(
     return found
 
 
-def error_pct(question: Question, own: Answer | None, right: Answer | None) -> float | None:
+def error_pct(question: Question, own: AnswerValues | None, right: AnswerValues | None) -> float | None:
     """Error of an answer [%]; None if either is missing or a value of the reference's is not shown."""
     if own is None or right is None:
         return None

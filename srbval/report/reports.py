@@ -40,7 +40,7 @@ from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import FORMATS, draw_figures, write_report
 from srbval.storage.files import atomic_write
-from srbval.validation.case import Case
+from srbval.validation.case import ValidationCase
 from srbval.validation.validate import PairReading, Validation, validate
 
 MAX_RECORD_SECTIONS = 6  # recordings that have their own; a folder's others have a row
@@ -169,7 +169,7 @@ def trend(
 
 
 def report_case(
-    case: Case,
+    case: ValidationCase,
     folder: Path,
     *,
     formats: tuple[str, ...] = FORMATS,

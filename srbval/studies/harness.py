@@ -25,7 +25,7 @@ from srbval.storage.tables import build, read_toml
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
     from srbval.report.pages import Page
 
-FOLDER = Path(__file__).parent
+STUDIES_FOLDER = Path(__file__).parent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,19 +78,19 @@ class Study:
 
 def study_names() -> tuple[str, ...]:
     """Names of all studies: those of their folders."""
-    return tuple(sorted(path.parent.name for path in FOLDER.glob("*/study.py")))
+    return tuple(sorted(path.parent.name for path in STUDIES_FOLDER.glob("*/study.py")))
 
 
 def load_study(name: str) -> Study:
     """The study of this name; `ConfigurationError` where there is none."""
     if name not in study_names():
         raise ConfigurationError(f"no study is called {name!r}. There are: {', '.join(study_names())}.")
-    return build(Study, read_toml(FOLDER / name / "study.toml") | {"name": name}, f"{name}/study.toml")
+    return build(Study, read_toml(STUDIES_FOLDER / name / "study.toml") | {"name": name}, f"{name}/study.toml")
 
 
 def pages() -> tuple[Page, ...]:
     """The pages of all studies that have one, in the order of the report."""
-    named = [name for name in study_names() if (FOLDER / name / "page.py").is_file()]
+    named = [name for name in study_names() if (STUDIES_FOLDER / name / "page.py").is_file()]
     found = [importlib.import_module(f"srbval.studies.{name}.page").PAGE for name in named]
     return tuple(sorted(found, key=lambda page: page.place))
 
@@ -158,7 +158,7 @@ def make_result(
         return found, content
     if behaviour is None:
         behaviour = fingerprint(*study.parts, progress=progress) if study.parts else {}
-    content["code_sha256"] = code_sha256(FOLDER / study.name)
+    content["code_sha256"] = code_sha256(STUDIES_FOLDER / study.name)
     content["fingerprint"] = {part: dict(behaviour[part]) for part in study.parts}
     path = path or cache_folder(STUDY_RESULTS) / f"{study.name}.json"
     write_json(path, content, rows_text)

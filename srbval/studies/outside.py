@@ -1,7 +1,7 @@
 """A model from outside beside the bundled solvers: cost, errors of the step, and the largest step that is stable.
 
 The errors of a row's step are those against the same model's run at a finer step. A row is `ok`, or a cell `stable`,
-if its run works and these errors are within `LIMITS`; a run that works beyond them is ``inaccurate``.
+if its run works and these errors are within `STEP_ERROR_LIMITS`; a run that works beyond them is ``inaccurate``.
 """
 
 import importlib
@@ -16,6 +16,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.campaign.cases import cost_of
+from srbval.comparison.comparison import Row
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.models.jit import expected_s
@@ -36,26 +37,29 @@ from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records, sweep
 
-LIMITS = {"line_error_pct": 0.1, "band_rms_error_db": 0.42}  # a rig's record of some seconds resolves as much
-SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
-WHOLE, QUICK = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)  # steps per s; s of a timed, a compared run
-PAIRS = 2  # of timed runs, after one that does not count
-FINER_BUNDLED, FINER = 4, 2  # steps of a converged run for one of the finest step: of the bundled model, of others
+# A rig's record of some seconds resolves errors of this size.
+STEP_ERROR_LIMITS = {"line_error_pct": 0.1, "band_rms_error_db": 0.42}
+ERROR_UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
+BENCH_SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
+# Steps per second, and seconds of a timed and of a compared run.
+FULL_BENCH, QUICK_BENCH = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)
+TIMED_PAIRS = 2  # pairs of timed runs, after one that does not count
+# A converged run takes this many steps for one step of the finest run: of the bundled model, of another model.
+FINER_BUNDLED, FINER_STEPS = 4, 2
 STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)  # of the stability map
-PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
-USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
+# Roller passages in a run of the stability map, with half as many before it to settle, and its least duration.
+RUN_PASSAGES, MIN_RUN_S = 4.0, 0.25
+DEFAULT_SERIES = ("", default_solver())  # model and solver of the reference rows; "" is the scene's own model
 MEASURED, COST = ("cage_ratio", "noise_floor", "band_rms_m_s2"), ("wall_per_simulated_s", "cpu_per_simulated_s")
-UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
-SHOWN = {"1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s", "line [%]": "line_error_pct"}
-SHOWN |= {"level [dB]": "band_rms_error_db", "level, from bundled [dB]": "bundled_band_rms_error_db"}
-SHOWN = {"scene": "scene", "solver": "series"} | SHOWN | {"status": "status"}
-Row = dict[str, Any]
+BENCH_COLUMNS = {"1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s", "line [%]": "line_error_pct"}
+BENCH_COLUMNS |= {"level [dB]": "band_rms_error_db", "level, from bundled [dB]": "bundled_band_rms_error_db"}
+BENCH_COLUMNS = {"scene": "scene", "solver": "series"} | BENCH_COLUMNS | {"status": "status"}
 
 
 def bench(
     model: str | None = None,
     *,
-    scenes: Sequence[str] = SCENES,
+    scenes: Sequence[str] = BENCH_SCENES,
     solvers: Sequence[str] = (),
     quick: bool = False,
     progress: Progress = silent,
@@ -68,25 +72,27 @@ def bench(
     `cpu_ratio`: median cost in that of the default solver at the same step, timed in turns, with its range. Errors
     named ``bundled_`` are differences from the bundled model's converged run.
     """
-    steps, timed_s, compared_s = QUICK if quick else WHOLE
+    steps, timed_s, compared_s = QUICK_BENCH if quick else FULL_BENCH
     check_names(scenes, () if model else solvers)
-    own = [(model, name) for name in _offered(model, solvers)] if model else []
-    others = USUAL[1:] if model and quick else SOLVERS if model or not solvers else solvers
-    bundled = sorted([(USUAL[0], name) for name in others], key=lambda one: one != USUAL)
-    first = {one["solver"]: _probed(one, timed_s, progress) for one in _cases(scenes[:1], own, steps[:1])}
+    own = [(model, name) for name in _solver_names(model, solvers)] if model else []
+    others = DEFAULT_SERIES[1:] if model and quick else SOLVERS if model or not solvers else solvers
+    bundled = sorted([(DEFAULT_SERIES[0], name) for name in others], key=lambda one: one != DEFAULT_SERIES)
+    first = {one["solver"]: _run_probe(one, timed_s, progress) for one in _cases(scenes[:1], own, steps[:1])}
     models = [(name, solver) for name, solver in own if first[solver][0].works]
     cases = _cases(scenes, [*bundled[:1], *models, *bundled[1:]], steps)
-    fine = [(USUAL, FINER_BUNDLED), *((one, FINER) for one in models)]
+    fine = [(DEFAULT_SERIES, FINER_BUNDLED), *((one, FINER_STEPS) for one in models)]
     converged = [row for one, finer in fine for row in _cases(scenes, [one], (finer * max(steps),))]
 
     def whole(case: Case) -> Scene:
         return _scene(case, compared_s)
 
     def in_turns(case: Case) -> tuple[Scene, ...]:
-        usual = {**case, "model": USUAL[0], "solver": USUAL[1]}
-        return (whole(case), *(1 + PAIRS) * (_scene(usual, timed_s), _scene(case, timed_s)))
+        usual = {**case, "model": DEFAULT_SERIES[0], "solver": DEFAULT_SERIES[1]}
+        return (whole(case), *(1 + TIMED_PAIRS) * (_scene(usual, timed_s), _scene(case, timed_s)))
 
-    planned_s, compile_s = _planned([*map(whole, converged), *(one for row in cases for one in in_turns(row))], first)
+    planned_s, compile_s = _estimate_time(
+        [*map(whole, converged), *(one for row in cases for one in in_turns(row))], first
+    )
     once = f", {compile_s:.0f} s of it to compile the solvers once" if compile_s else ""
     message(f"about {planned_s:.0f} s{once}; stop with Ctrl-C, and the same command goes on from there")
     load, rows, how = load_average(), list[Row](), dict[str, Any](jobs=1, progress=progress)
@@ -96,17 +102,17 @@ def bench(
     for case in cases:
         task = f"{_series(case)} at 1/{case['steps_per_s']} s"
         (row,) = records(sweep(pd.DataFrame([case]), in_turns, measures, task=task, **how))
-        usual = references[row["scene"], *USUAL]
-        own_step = judged(row, references.get((row["scene"], row["model"], row["solver"]), usual))
+        usual = references[row["scene"], *DEFAULT_SERIES]
+        own_step = judge_step_error(row, references.get((row["scene"], row["model"], row["solver"]), usual))
         rows.append(own_step | {f"bundled_{name}": value for name, value in errors(row, usual).items()})
-        lines = _table(rows, model).splitlines()
+        lines = _bench_table(rows, model).splitlines()
         message("\n".join(lines if len(rows) == 1 else lines[-1:]))
     for row in _cases(scenes, [one for one in own if one not in models], steps):
         tried = first[row["solver"]][0]
         rows.append(row | {"series": _series(row), "status": tried.status, "reason": tried.reason, "ok": False})
     machine = this_machine() | {"load_before": load, "load_after": load_average()}
     rows = [row | {"pareto": on_front(row, rows)} for row in rows]
-    reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == USUAL}
+    reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == DEFAULT_SERIES}
     named = [row | {"model": row["model"] or _scene(row, timed_s).model} for row in rows]
     content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "runs": named}
     return StudyResult(content=content, text=_bench_text(rows, model))
@@ -115,7 +121,7 @@ def bench(
 def stability(
     model: str,
     *,
-    scenes: Sequence[str] = SCENES,
+    scenes: Sequence[str] = BENCH_SCENES,
     solvers: Sequence[str] = (),
     rpm: Sequence[float] = (),
     quick: bool = False,
@@ -123,17 +129,17 @@ def stability(
 ) -> StudyResult:
     """Largest stable step of `model` by speed and solver, found by bisection; `how`: `jobs` and `progress`."""
     check_names(scenes, ())
-    axes = {"scene": list(scenes), "solver": _offered(model, solvers), "rpm": rpm or (RPM[1:2] if quick else RPM)}
+    axes = {"scene": list(scenes), "solver": _solver_names(model, solvers), "rpm": rpm or (RPM[1:2] if quick else RPM)}
     groups, steps = grid(**axes).assign(model=model), pd.Series(STEPS_PER_S, name="steps_per_s")
 
     def passing(case: Case) -> Scene:
-        return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=PASSAGES / 2)
+        return lasting_passages(_scene(case, MIN_RUN_S), RUN_PASSAGES, least_s=MIN_RUN_S, settle=RUN_PASSAGES / 2)
 
-    fine = sweep(groups.assign(steps_per_s=FINER * steps[0]), passing, measures, task="converged runs", **how)
+    fine = sweep(groups.assign(steps_per_s=FINER_STEPS * steps[0]), passing, measures, task="converged runs", **how)
     right = {tuple(row[axis] for axis in axes): row for row in records(fine)}
 
     def judged_cell(cell: Case) -> Row:
-        own = judged(cell, right[tuple(cell[axis] for axis in axes)])
+        own = judge_step_error(cell, right[tuple(cell[axis] for axis in axes)])
         return own | {"stable": own["ok"], "predicted_limit_dt_s": None}
 
     lines, cells = bisect(groups, steps, passing, measures, lambda cell: judged_cell(cell)["stable"], **how)
@@ -142,7 +148,8 @@ def stability(
     none = dict.fromkeys(("predicted_limit_dt_s", "predicted_elastic_limit_dt_s"))
     limits = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"], **none))
     limits = [row | {"series": _series(row)} for row in limits]
-    content = {"tolerances": LIMITS, "limits": limits, "cells": [judged_cell(cell) for cell in records(cells)]}
+    judged_cells = [judged_cell(cell) for cell in records(cells)]
+    content = {"tolerances": STEP_ERROR_LIMITS, "limits": limits, "cells": judged_cells}
     return StudyResult(content=content, text=f"Largest stable step (-: none that was tried):\n\n{shown}{note}")
 
 
@@ -151,7 +158,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])
-        beside = known["scene"].isin(rows["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
+        beside = known["scene"].isin(rows["scene"]) & known["solver"].isin((DEFAULT_SERIES[1], PAPER.solver))
         rows = pd.concat([known[beside].assign(series=known["solver"]), rows], ignore_index=True)
     with figure_style():
         drawn: PanelData = importlib.import_module(f"srbval.studies.{name}.page").chart(rows)
@@ -189,20 +196,22 @@ def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
     return own in good and not any(a <= own[0] and b <= own[1] for a, b in good if (a, b) != own)
 
 
-def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """The row with the errors of its step and `ok`; ``inaccurate`` if they are beyond `LIMITS`, or all unknown."""
+def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
+    """Add the errors of its step and `ok` to a row; ``inaccurate`` if an error exceeds its limit or none is known."""
     off = errors(row, right)
-    known = {name: abs(off[name]) for name in LIMITS if off[name] is not None}
-    beyond = " and ".join(f"{known[name]:.3g} {UNITS[name]}" for name in known if known[name] > LIMITS[name])
+    known = {name: abs(off[name]) for name in STEP_ERROR_LIMITS if off[name] is not None}
+    beyond = " and ".join(
+        f"{known[name]:.3g} {ERROR_UNITS[name]}" for name in known if known[name] > STEP_ERROR_LIMITS[name]
+    )
     found = {**row, **off, "series": _series(row)}
     if works(row["status"]) and (beyond or not known):
-        most = " and ".join(f"{limit} {UNITS[name]}" for name, limit in LIMITS.items())
+        most = " and ".join(f"{limit} {ERROR_UNITS[name]}" for name, limit in STEP_ERROR_LIMITS.items())
         why = f"its step is wrong by {beyond}" if beyond else "no converged run tells the step's error"
         found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are {most}"}
     return found | {"ok": works(found["status"])}
 
 
-def _probed(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
+def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
     """A first short run of a row, and the time that its process took to start [s]; `ConfigurationError` if refused."""
     began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
@@ -212,7 +221,7 @@ def _probed(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, floa
     return found, time.perf_counter() - began - found.run.wall_s
 
 
-def _planned(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
+def _estimate_time(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
     """Expected time of all runs with compiling, and of compiling alone [s]; `first`: short runs by solver."""
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
     compile_s = expected_s(*bundled)
@@ -224,7 +233,7 @@ def _planned(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]
     return total_s, compile_s
 
 
-def _offered(model: str, solvers: Sequence[str]) -> tuple[str, ...]:
+def _solver_names(model: str, solvers: Sequence[str]) -> tuple[str, ...]:
     return tuple(solvers or solvers_of(model) or (OWN_SOLVER,))
 
 
@@ -242,22 +251,24 @@ def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s
 def _scene(case: Case, seconds: float) -> Scene:
     """The scene of a row, a quarter of its duration before it to settle."""
     step_s, rpm = 1 / case["steps_per_s"], case.get("rpm")
-    usual = bench_scene(case["scene"], solver=USUAL[1], step_s=step_s, seconds=seconds, settle_s=seconds / 4, rpm=rpm)
+    usual = bench_scene(
+        case["scene"], solver=DEFAULT_SERIES[1], step_s=step_s, seconds=seconds, settle_s=seconds / 4, rpm=rpm
+    )
     solver = replace(usual.solver, name=str(case["solver"]))
     return replace(usual, model=case["model"] or usual.model, solver=solver)
 
 
-def _table(rows: Sequence[Row], model: str | None) -> str:
+def _bench_table(rows: Sequence[Row], model: str | None) -> str:
     """The rows, with their differences from the bundled model if there is another `model`."""
-    columns = {title: key for title, key in SHOWN.items() if model or not key.startswith("bundled_")}
-    return text_rows([dict.fromkeys(SHOWN.values()) | row for row in rows], columns)
+    columns = {title: key for title, key in BENCH_COLUMNS.items() if model or not key.startswith("bundled_")}
+    return text_rows([dict.fromkeys(BENCH_COLUMNS.values()) | row for row in rows], columns)
 
 
 def _bench_text(rows: Sequence[Row], model: str | None) -> str:
     """All rows, and of the model the ratio of cost to the default solver's and the reasons of its failures."""
     own = [row for row in rows if model and row["model"] == model]
     ratio = "{series} takes {cpu_ratio:.3g} times ({cpu_ratio_range[0]:.3g} to {cpu_ratio_range[1]:.3g}) the CPU of "
-    ratio += f"{USUAL[1]} at the same step, 1/{{steps_per_s}} s."
+    ratio += f"{DEFAULT_SERIES[1]} at the same step, 1/{{steps_per_s}} s."
     ratios = [ratio.format(**row) for row in own if row.get("cpu_ratio")]
     reasons = {f"{row['series']}: {row['status']}, {row['reason']}" for row in own if not row["ok"]}
-    return "\n".join([_table(rows, model), "", *ratios, *sorted(reasons)]).rstrip()
+    return "\n".join([_bench_table(rows, model), "", *ratios, *sorted(reasons)]).rstrip()

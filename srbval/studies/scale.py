@@ -12,13 +12,13 @@ import time
 from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from srbval.bearing import DEFAULT_BEARING
 from srbval.bearing.catalogue import FOLDER
+from srbval.comparison.comparison import Row
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.processes.machine import load_average, this_machine
 from srbval.progress import Progress, silent
@@ -44,7 +44,7 @@ FILES = {  # that the commands name
     "thousand.toml": CAMPAIGN.replace("SIZE", "1000"),
 }
 RUN_CASES = "campaign run cases.toml -o cases-{0}"
-SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes, of which the first is a first look
+COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes, of which the first is a first look
     "a run of the full model, by simulated seconds": (RUN.format("") + "{}", (1, 2, 4, 8)),
     "a run of 4 s, by rollers in a row": (RUN.format("rollers.toml") + "4", (10, 13, 16, 19)),
     "a run of 4 s, by points of a circle": (RUN.format("points.toml") + "4", (500, 2000, 8000)),
@@ -61,23 +61,22 @@ _, status, used = os.wait4(os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ,
 print(used.ru_utime + used.ru_stime, used.ru_maxrss)
 sys.exit(os.waitstatus_to_exitcode(status) % 256)
 """
-SHOWN = {"size": "size", "wall [s]": "wall_s", "CPU [s]": "cpu_s", "CPU per further unit [s]": "cpu_per_unit_s"}
-SHOWN |= {"largest process [MB]": "memory_mb", "written [MB]": "written_mb"}
-Row = dict[str, Any]
+COST_COLUMNS = {"size": "size", "wall [s]": "wall_s", "CPU [s]": "cpu_s", "CPU per further unit [s]": "cpu_per_unit_s"}
+COST_COLUMNS |= {"largest process [MB]": "memory_mb", "written [MB]": "written_mb"}
 
 
 def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
-    """Measure `SERIES`, only the first size of each if `quick`; `NumericsError` if a command fails."""
+    """Measure `COST_SERIES`, only the first size of each if `quick`; `NumericsError` if a command fails."""
     if not hasattr(os, "wait4"):
         raise ConfigurationError("costs by size are measured on Linux and macOS only, which count a process's memory.")
-    wanted = [(name, command, n) for name, (command, sizes) in SERIES.items() for n in sizes[: 1 if quick else None]]
+    wanted = [(name, command, n) for name, (command, own) in COST_SERIES.items() for n in own[: 1 if quick else None]]
     rows, load = list[Row](), load_average()
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as folder:
-        _measured(RUN.format("") + "0.02", Path(folder))  # compiles the kernels
+        _measure_command(RUN.format("") + "0.02", Path(folder))  # compiles the kernels
         for series, command, size in wanted:
             progress("cost against size", len(rows) / len(wanted))
             _write_inputs(Path(folder), command.format(size).split()[1], size)
-            rows.append({"series": series, "size": size} | _measured(command.format(size), Path(folder)))
+            rows.append({"series": series, "size": size} | _measure_command(command.format(size), Path(folder)))
     steps = pd.DataFrame(rows).groupby("series")[["cpu_s", "size"]].diff()
     rows = records(pd.DataFrame(rows).assign(cpu_per_unit_s=steps["cpu_s"] / steps["size"]))
     content = {
@@ -96,7 +95,7 @@ def _text(content: Row) -> str:
     """A table for each series of a stored result, and its origin."""
     series = groupby(content["rows"], key=lambda row: str(row["series"]))
     origin = "{processor}, {usable_cores} cores, load before {load_before:.2g}".format(**content["machine"])
-    tables = (f"{name[0].upper()}{name[1:]}\n{text_rows(list(rows), SHOWN)}" for name, rows in series)
+    tables = (f"{name[0].upper()}{name[1:]}\n{text_rows(list(rows), COST_COLUMNS)}" for name, rows in series)
     return "\n\n".join((*tables, f"{origin}; {content['made_utc']}, revision {content['git_revision']}"))
 
 
@@ -118,7 +117,7 @@ def _write_record(path: Path, seconds: float) -> None:
     np.save(path, np.resize(block.astype(np.float32), round(seconds * FS_HZ)))
 
 
-def _measured(command: str, folder: Path) -> Row:
+def _measure_command(command: str, folder: Path) -> Row:
     """Cost of one command in `folder`."""
     began, started = time.time(), time.perf_counter()
     words = [sys.executable, "-c", ALONE, sys.executable, "-m", "srbval", *command.split(), "--json"]

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, bearing_from_table, load_bearing
-from srbval.comparison.table6 import CASES, Published
+from srbval.comparison.table6 import CASES_FOLDER, Published
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.recordings import Recording, RecordingSettings, recording_from_run
@@ -84,7 +84,7 @@ class CasePair:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class ValidationCase:
     """A validation case, with the keys of its file; `pair` are its comparisons.
 
     `path` is its file, to whose folder other files are relative; None if it was made of lists of files.
@@ -129,7 +129,7 @@ class Case:
         return None if own is None else own.over(defaults)
 
 
-def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Case:
+def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> ValidationCase:
     """Read a case from its TOML file, or one that comes with the program by its name.
 
     `changes` are values by dotted key, such as ``measured.channel``, that replace those of the file. Raises
@@ -137,21 +137,23 @@ def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
-        known = {one.stem: one for one in sorted(shipped_folder(CASES).glob("*.toml")) if "pair" in read_toml(one)}
+        known = {
+            one.stem: one for one in sorted(shipped_folder(CASES_FOLDER).glob("*.toml")) if "pair" in read_toml(one)
+        }
         if str(name_or_path) not in known:
             raise ConfigurationError(f"case {str(name_or_path)!r}: give a TOML file, or one of {', '.join(known)}.")
         path = known[str(name_or_path)]
-    return _made(read_toml(path), changes, path)
+    return _build_case(read_toml(path), changes, path)
 
 
-def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any] | None = None) -> Case:
+def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any] | None = None) -> ValidationCase:
     """A case from tables of pairs as its file would contain them; `changes` as in `load_case`."""
-    return _made({"pair": [dict(pair) for pair in pairs]}, changes, None)
+    return _build_case({"pair": [dict(pair) for pair in pairs]}, changes, None)
 
 
 def case_of_signals(
     simulated: Any, measured: Any, *, state: str | None = None, bearing: Bearing | str | Path | None = None
-) -> Case:
+) -> ValidationCase:
     """A case of one comparison, whose sides are files, recordings or runs; several on one side are repeats.
 
     `bearing` and `state` are by default those of the recordings.
@@ -166,11 +168,11 @@ def case_of_signals(
         pair[side] = Source(file=files) if files else None
     if isinstance(bearing, Bearing):
         orders = {"rolling_elements": bearing.rolling_elements} | vars(bearing.orders)
-        return Case(pair=(CasePair(**pair),), orders=orders)
-    return Case(pair=(CasePair(**pair),), bearing=str(bearing) if bearing else None)
+        return ValidationCase(pair=(CasePair(**pair),), orders=orders)
+    return ValidationCase(pair=(CasePair(**pair),), bearing=str(bearing) if bearing else None)
 
 
-def _made(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> Case:
+def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> ValidationCase:
     where = "case" if path is None else str(path)
     if "path" in document:
         raise ConfigurationError(f"{where}: unknown key 'path'.")
@@ -184,7 +186,7 @@ def _made(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Pat
         for side in ("simulated", "measured"):
             if isinstance(pair, dict) and side in pair:
                 pair[side] = _source_table(pair[side])
-    case = dataclasses.replace(build(Case, document, where), path=path)
+    case = dataclasses.replace(build(ValidationCase, document, where), path=path)
     if not case.pair:
         raise ConfigurationError(f"{where}: no [[pair]] says what is compared; add one with simulated and measured.")
     assert case.known_bearing, "an unknown bearing is refused while the case is read"
@@ -226,9 +228,9 @@ def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
     yield Path(found[0])
 
 
-def write_case(case: Case, path: Path) -> None:
+def write_case(case: ValidationCase, path: Path) -> None:
     """Write a case as a TOML file from which `load_case` makes the same case."""
-    document = _stated(to_json(dataclasses.replace(case, path=None)))
+    document = _drop_empty(to_json(dataclasses.replace(case, path=None)))
     lists = {key: document.pop(key) for key in ("pair", "published") if key in document}
     text = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
     for key, row in ((key, row) for key, rows in lists.items() for row in rows):
@@ -237,11 +239,11 @@ def write_case(case: Case, path: Path) -> None:
         part.write_text("\n".join(text) + "\n", encoding="utf-8")
 
 
-def _stated(value: Any) -> Any:
+def _drop_empty(value: Any) -> Any:
     """A JSON value without what is not stated: None, empty texts, lists and tables."""
     if isinstance(value, dict):
-        return {key: kept for key, one in value.items() if (kept := _stated(one)) not in (None, "", [], {})}
-    return [_stated(one) for one in value] if isinstance(value, list) else value
+        return {key: kept for key, one in value.items() if (kept := _drop_empty(one)) not in (None, "", [], {})}
+    return [_drop_empty(one) for one in value] if isinstance(value, list) else value
 
 
 def _toml_value(value: Any) -> str:

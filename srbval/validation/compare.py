@@ -41,21 +41,21 @@ from srbval.comparison.comparison import (
     verdict_on_tolerance,
 )
 from srbval.signal import NORMAL_95
-from srbval.validation.case import Case, Tolerance
+from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.sides import QUANTITIES, SideReading
 
-STATED, REPEATS = "simulation: stated", "simulation: repeats"
-LINES = (RACE_LINE, ROLLER_LINE)
-SAME_SPEED = 1e-3  # relative difference of shaft speeds up to which lines are shown in Hz
-MISSING = QuantityValue(value=math.nan, ci95=None, present=False)  # a quantity that one side does not show
+STATED_PART, REPEATS_PART = "simulation: stated", "simulation: repeats"
+LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
+MAX_SPEED_DIFFERENCE = 1e-3  # relative difference of shaft speeds up to which lines are shown in Hz
+MISSING_VALUE = QuantityValue(value=math.nan, ci95=None, present=False)  # a quantity that one side does not show
 PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # of a row, beside those of `comparison_row`
-COLUMNS = ["pair", "state", "quantity", "unit", "kinematic", "simulated", "simulated_ci95", "measured", "measured_ci95"]
-COLUMNS += ["error", "error_unit", "uncertainty", "parts", "verdict", "used_for", "simulated_hz", "measured_hz"]
-COLUMNS += ["simulated_deviation_pct", "measured_deviation_pct"]  # of the table of a validation
+VALIDATION_COLUMNS = ["pair", "state", "quantity", "unit", "kinematic", "simulated", "simulated_ci95"]
+VALIDATION_COLUMNS += ["measured", "measured_ci95", "error", "error_unit", "uncertainty", "parts", "verdict"]
+VALIDATION_COLUMNS += ["used_for", "simulated_hz", "measured_hz", "simulated_deviation_pct", "measured_deviation_pct"]
 
 
 def compare_pair(
-    number: int, state: Fault, sides: Mapping[str, SideReading], case: Case, effects: Effects, used_for: str
+    number: int, state: Fault, sides: Mapping[str, SideReading], case: ValidationCase, effects: Effects, used_for: str
 ) -> Iterator[Row]:
     """Rows of one pair (see `comparison_row`), of every quantity of its state that a side shows.
 
@@ -69,8 +69,8 @@ def compare_pair(
     speeds = [None if side is None else side.shaft_hz for side in (simulated, measured)]
     for quantity in (one for one in QUANTITIES if state in one.faults):
         name = quantity.name_of(state)
-        (own, repeats), (theirs, _) = (ensemble(_values(side, name)) for side in (simulated, measured))
-        known = [own is not MISSING, theirs is not MISSING]
+        (own, repeats), (theirs, _) = (ensemble(_read_values(side, name)) for side in (simulated, measured))
+        known = [own is not MISSING_VALUE, theirs is not MISSING_VALUE]
         if not any(known):
             continue
         scale = 100 / theirs.value if quantity.value_of else 1.0
@@ -101,13 +101,15 @@ def compare_pair(
             used_for=used_for,
         )
         hz = [
-            one.value * of_shaft if of_shaft is not None and quantity in LINES and shown else None
+            one.value * of_shaft if of_shaft is not None and quantity in LINE_QUANTITIES and shown else None
             for one, of_shaft, shown in zip((own, theirs), speeds, known, strict=True)
         ]
         yield row | {"pair": number, "simulated_hz": hz[0], "measured_hz": hz[1], "speeds_hz": speeds}
 
 
-def _effects(quantity: ComparedQuantity, state: Fault, effects: Effects, case: Case) -> Mapping[str, Any] | None:
+def _effects(
+    quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
+) -> Mapping[str, Any] | None:
     """Effects on a quantity; on a race line those on the cage ratio c, since its order is Z c or Z (1 - c)."""
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
@@ -120,7 +122,7 @@ def _effects(quantity: ComparedQuantity, state: Fault, effects: Effects, case: C
     return sizes | {"shift": sign * rollers * of_cage["shift"]}
 
 
-def _values(side: SideReading | None, name: str) -> list[QuantityValue]:
+def _read_values(side: SideReading | None, name: str) -> list[QuantityValue]:
     """The quantity in each signal of a side; none unless all of them have it."""
     found = [] if side is None else [one[name] for one in side.values if name in one]
     return found if side is not None and len(found) == len(side.values) else []
@@ -132,7 +134,7 @@ def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | No
     The scatter of repeats contains their readings' own; the shaft speed's error is taken as common to all.
     """
     if len(values) < 2:
-        return (values[0] if values else MISSING), None
+        return (values[0] if values else MISSING_VALUE), None
     found = np.array([one.value for one in values])
     half = float(stdtrit(found.size - 1, 0.975) * found.std(ddof=1) / math.sqrt(found.size))
     mean = QuantityValue(
@@ -146,7 +148,12 @@ def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | No
 
 
 def outside_parts(
-    quantity: ComparedQuantity, state: Fault, own: QuantityValue, repeats: float | None, case: Case, pct: float
+    quantity: ComparedQuantity,
+    state: Fault,
+    own: QuantityValue,
+    repeats: float | None,
+    case: ValidationCase,
+    pct: float,
 ) -> dict[str, float]:
     """Parts of U of a simulation from outside [% or dB]: its reading or its repeats, and what the case states.
 
@@ -154,12 +161,12 @@ def outside_parts(
     c / (1 - c) % of BPFI; nothing follows for a rolling element's own spin.
     """
     scale = pct if quantity.value_of else 1.0
-    parts = {SIMULATION_READING if repeats is None else REPEATS: abs(scale * (own.ci95 or 0.0))}
+    parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db
     if stated is None or quantity is ROLLER_LINE:
         return parts
     of_line = quantity is RACE_LINE and state is Fault.INNER
-    return parts | {STATED: stated * (case.known_bearing.rolling_elements / own.value - 1) if of_line else stated}
+    return parts | {STATED_PART: stated * (case.known_bearing.rolling_elements / own.value - 1) if of_line else stated}
 
 
 def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:
@@ -171,7 +178,7 @@ def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | No
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> pd.DataFrame:
     """Table of a validation, a row for each pair and quantity; ``met`` or ``missed`` by a tolerance."""
-    return plain_frame([_table_row(row, tolerance) for row in rows], COLUMNS)
+    return plain_frame([_table_row(row, tolerance) for row in rows], VALIDATION_COLUMNS)
 
 
 def _table_row(row: Row, tolerance: Tolerance) -> Row:
@@ -183,9 +190,9 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
         values[f"{side}_deviation_pct"] = deviation_pct(values[side], values["kinematic"]) if known else None
     found, limit = row | values, tolerance_of(quantity, tolerance)
     if limit is not None and row["verdict"] != Verdict.INSUFFICIENT:
-        chance = p_beyond(row["error"], row["uncertainty"], limit)
+        chance = chance_beyond_limit(row["error"], row["uncertainty"], limit)
         found["verdict"] = verdict_on_tolerance(chance, TOLERANCE.risk).value
-    if quantity not in LINES:
+    if quantity not in LINE_QUANTITIES:
         return found | {"quantity": row["kind"]}
     found["quantity"] = Fault(row["state"]).line
     simulated_hz, measured_hz = row["speeds_hz"]
@@ -196,11 +203,11 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
 
 
 def same_speed(one_hz: float | None, other_hz: float | None) -> bool:
-    """True if both shaft speeds agree to `SAME_SPEED`, or if only one is known."""
-    return one_hz is None or other_hz is None or abs(one_hz / other_hz - 1) <= SAME_SPEED
+    """True if both shaft speeds agree to `MAX_SPEED_DIFFERENCE`, or if only one is known."""
+    return one_hz is None or other_hz is None or abs(one_hz / other_hz - 1) <= MAX_SPEED_DIFFERENCE
 
 
-def p_beyond(error: float, uncertainty: float, limit: float) -> float:
+def chance_beyond_limit(error: float, uncertainty: float, limit: float) -> float:
     """Chance that a normal error of mean `error` and 95 % half width `uncertainty` exceeds `limit` on either side."""
     if uncertainty == 0:
         return float(abs(error) > limit)

@@ -14,7 +14,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault
-from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, values_of_model
+from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, read_quantities
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
 from srbval.errors import ConfigurationError, DataError
@@ -26,7 +26,7 @@ from srbval.recordings.load import read_file
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import is_unopened, listing, load_registered, registered_settings, rig_recordings
 from srbval.recordings.settings import BEARING_QUESTION, apply_settings
-from srbval.validation.case import Case, CasePair, Source, files_of_source
+from srbval.validation.case import CasePair, Source, ValidationCase, files_of_source
 
 QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 
@@ -99,12 +99,12 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
         ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
         analyses.append(analysis)
-        values.append(values_of_model(analysis, state, order, QUANTITIES))
+        values.append(read_quantities(analysis, state, order, QUANTITIES))
     return SideReading(analyses=tuple(analyses), values=tuple(values))
 
 
 def run_scene(
-    source: Source, case: Case, against: SideReading, state: Fault, *, progress: Progress = silent
+    source: Source, case: ValidationCase, against: SideReading, state: Fault, *, progress: Progress = silent
 ) -> SideReading:
     """Run a scene of the bundled model beside the measured side, with its defect, and read it (`run_counterpart`)."""
     base, (file, colon, function) = source.scene or "", (source.model or "").rpartition(":")
@@ -156,7 +156,7 @@ def state_in_name(name: str) -> Fault | None:
     return found.pop() if len(found) == 1 else None
 
 
-def facts_of(path: Path, source: Source, state: Fault | None) -> dict[str, Any]:
+def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, Any]:
     """State of a file and where it is from, speed [rpm] and radial load [N] (NaN if unknown), with its settings.
 
     `state` is taken if the file and its name state none; without one `ConfigurationError`.
@@ -188,7 +188,7 @@ def pair_files(
     groups = {}
     for side, names in (("simulated", simulated), ("measured", measured)):
         paths = files_of_source(dataclasses.replace(settings[side], file=tuple(names)), Path(), side)
-        files = pd.DataFrame([facts_of(path, settings[side], state) for path in paths]).astype({"radial_n": float})
+        files = pd.DataFrame([describe_file(path, settings[side], state) for path in paths]).astype({"radial_n": float})
         grouped = files.groupby(["state", "rpm", "radial_n"], dropna=False, sort=False, as_index=False)
         groups[side] = grouped.agg(path=("path", list), state_from=("state_from", "first"))
     theirs, pairs = groups["measured"], []

@@ -17,14 +17,14 @@ from srbval.bearing import Bearing, Fault
 from srbval.bridges import NotebookObject, load_public
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
-from srbval.comparison.table6 import sum_rule
+from srbval.comparison.table6 import check_race_sum
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import wait_for_result
 from srbval.progress import Progress, silent
 from srbval.recordings.registry import RecordSource
 from srbval.storage.stored_result import newest_result
-from srbval.validation.case import Case, CasePair, case_of_signals, load_case
+from srbval.validation.case import CasePair, ValidationCase, case_of_signals, load_case
 from srbval.validation.compare import compare_pair, same_speed, table_of
 from srbval.validation.sides import SideReading, load_files, read_files, registered_pairs, run_scene, stated_state
 
@@ -56,7 +56,7 @@ class Validation(NotebookObject):
     `comparisons` are rows with all their parts, `sums` those of both race lines, `failed` pairs that were not compared.
     """
 
-    case: Case
+    case: ValidationCase
     table: pd.DataFrame
     pairs: pd.DataFrame
     comparisons: tuple[Row, ...]
@@ -96,7 +96,7 @@ class Validation(NotebookObject):
         found = {what: rows for what, rows in kinds.items() if len(rows)}
         if not found:
             return "No quantity was found on both sides."
-        errors = {what: _largest(rows) for what, rows in found.items()}
+        errors = {what: _describe_largest_error(rows) for what, rows in found.items()}
         if set(known["verdict"]) == {Verdict.INSUFFICIENT.value}:
             listed = " and ".join(f"{error} of {what}" for what, error in errors.items())
             return (
@@ -143,7 +143,7 @@ class Validation(NotebookObject):
 
 
 def validate(
-    case: Case | str | Path | None = None,
+    case: ValidationCase | str | Path | None = None,
     changes: Mapping[str, Any] | None = None,
     *,
     simulated: RecordSource | Sequence[RecordSource] = (),
@@ -162,7 +162,7 @@ def validate(
     """
     if case is None:
         case = case_of_signals(simulated, measured, state=state, bearing=bearing)
-    elif not isinstance(case, Case):
+    elif not isinstance(case, ValidationCase):
         case = load_case(case, changes)
     elif changes:
         raise ConfigurationError("changes apply to a case's file, not to a Case.")
@@ -173,7 +173,7 @@ def validate(
 
     def compared(numbered_pair: tuple[int, CasePair]) -> PairReading | SrbvalError:
         try:
-            return _compared(*numbered_pair, case, effects, progress)
+            return _read_and_compare(*numbered_pair, case, effects, progress)
         except SrbvalError as error:
             return error
 
@@ -194,7 +194,7 @@ def validate(
         table=table_of(rows, case.tolerance),
         pairs=plain_frame(pairs),
         comparisons=tuple(rows),
-        sums=tuple(sum_rules(rows, case.known_bearing.rolling_elements)),
+        sums=tuple(check_pair_sums(rows, case.known_bearing.rolling_elements)),
         failed=tuple({"pair": number, "reason": str(error)} for number, error in failed),
     )
 
@@ -211,7 +211,9 @@ def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: i
             yield wait_for_result(waiting.popleft())
 
 
-def _compared(number: int, pair: CasePair, case: Case, effects: Effects, progress: Progress) -> PairReading:
+def _read_and_compare(
+    number: int, pair: CasePair, case: ValidationCase, effects: Effects, progress: Progress
+) -> PairReading:
     """Read and compare a pair; raises what loading and analysing raise. A failed run is the pair's problem."""
     sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
     scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None
@@ -240,13 +242,13 @@ def pair_row(one: PairReading) -> Row:
     for side in SIDES:
         reading = one.sides.get(side)
         row[side] = list(reading.files) if reading else None
-        row[f"{side}_facts"] = _facts(reading) if reading else None
+        row[f"{side}_facts"] = _describe_side(reading) if reading else None
     row["shaft_hz"] = {side: one.sides[side].shaft_hz if side in one.sides else None for side in SIDES}
     row["compared_in"] = "Hz" if same_speed(*row["shaft_hz"].values()) else "orders"
     return row
 
 
-def _facts(reading: SideReading) -> Row:
+def _describe_side(reading: SideReading) -> Row:
     first = reading.analyses[0]
     return {
         "origin": first.recording.origin.value,
@@ -264,7 +266,7 @@ def _facts(reading: SideReading) -> Row:
     }
 
 
-def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
+def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
     """BPFO + BPFI of each side, of pairs of both races at one speed."""
     lines = [row for row in rows if row["kind"] == RACE_LINE.kind]
     for place, (side, name) in enumerate(zip(SIDES, ("model", "rig"), strict=True)):
@@ -279,9 +281,9 @@ def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
             pair = {"source": f"{side}, {60 * shaft_hz:.5g} rpm", "origin": side, "rolling_elements": rolling_elements}
             pair |= {"bpfo_order": outer[name], "bpfi_order": inner[name], "stated_rpm": 60 * shaft_hz}
             pair["ci95"] = math.hypot(*(row[f"{name}_ci95"] or 0.0 for row in (outer, inner)))
-            yield sum_rule(pair)
+            yield check_race_sum(pair)
 
 
-def _largest(rows: pd.DataFrame) -> str:
+def _describe_largest_error(rows: pd.DataFrame) -> str:
     row = rows.loc[rows["error"].astype(float).abs().idxmax()]
     return f"{row['error']:+.2f} {row['error_unit']} ({row['quantity']})"

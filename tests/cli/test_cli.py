@@ -14,7 +14,7 @@ import pytest
 import srbval
 from srbval.cli.arguments import parser
 from srbval.comparison.comparison import Verdict
-from srbval.comparison.verdicts import holds
+from srbval.comparison.verdicts import none_missed
 from srbval.errors import ConfigurationError
 from srbval.models.simulate import simulate_to_file
 from srbval.report import reports
@@ -222,7 +222,7 @@ def test_a_ball_is_a_rolling_element(two_channels, srbval_json):
 @pytest.mark.parametrize(("verdict", "code"), [(Verdict.MET, 0), (Verdict.NOT_RESOLVED, 0), (Verdict.MISSED, 1)])
 def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, monkeypatch, srbval_json):
     rows = [{"endpoint": "e", "scene": "rig", "verdict": verdict.value}]
-    findings = SimpleNamespace(data={"table6": (), "headline": {"holds": holds(rows), "verdicts": rows}})
+    findings = SimpleNamespace(data={"table6": (), "headline": {"holds": none_missed(rows), "verdicts": rows}})
     monkeypatch.setattr(reports, "make_report", lambda *_, **__: (findings, {}))
     said = srbval_json("report", "-o", tmp_path / "out", code=code)["headline"]
     assert said["holds"] is (code == 0)

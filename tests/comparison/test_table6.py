@@ -8,7 +8,7 @@ from srbval.bearing import Fault, load_bearing
 from srbval.comparison.compared_quantities import RACE_LINE
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import paper_cases, run_cases
-from srbval.comparison.table6 import published_rows, sum_rule, sum_rules, table6
+from srbval.comparison.table6 import check_race_sum, check_table6_sums, published_rows, table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
@@ -31,7 +31,7 @@ def test_the_sum_is_blind_to_slip_sees_speed_and_closes_within_its_uncertainty()
     def pair(bpfo_hz: float, bpfi_hz: float, ci95: float | None = None) -> dict[str, Any]:
         """Both race lines of 19 rollers, read at 600 rpm."""
         stated = {"rolling_elements": 19, "ci95": ci95, "stated_rpm": 600.0}
-        return sum_rule({"bpfo_order": bpfo_hz / 10, "bpfi_order": bpfi_hz / 10, **stated})
+        return check_race_sum({"bpfo_order": bpfo_hz / 10, "bpfi_order": bpfi_hz / 10, **stated})
 
     exact, slipped, slower = pair(81.0, 109.0), pair(80.0, 110.0), pair(80.19, 107.91)
     assert (exact["difference_pct"], slipped["difference_pct"]) == pytest.approx((0.0, 0.0), abs=ROUNDING_PCT)
@@ -53,7 +53,7 @@ def test_lines_of_the_model() -> None:
         assert abs(row["model_deviation_pct"]) < FROM_KINEMATIC_PCT
         assert row["model_hz"] == pytest.approx(row["model_cage_hz"], rel=FROM_CAGE)
         assert row["verdict"] == "insufficient data"  # the paper states no uncertainty
-    (ours,) = [s for s in sum_rules(table6(), paper, runs, {}) if s["origin"] == "simulated"]
+    (ours,) = [s for s in check_table6_sums(table6(), paper, runs, {}) if s["origin"] == "simulated"]
     assert ours["closed"] is True  # once the slip of both runs is taken off
     assert abs(ours["slip_difference"]) < 0.01
     assert not any(x.detected for x in paper[Fault.HEALTHY].lines if x.name in ("BPFO", "BPFI"))
@@ -63,7 +63,7 @@ def test_the_papers_rig_lines_imply_a_slower_shaft_than_stated() -> None:
     """So that its inner race's -1 % is speed in the first place, not slip."""
     lines = {row.state.value: row.rig_hz / (row.rpm / 60) for row in table6().values()}
     stated = {"rolling_elements": 19, "ci95": None, "stated_rpm": 710.0}
-    found = sum_rule({"bpfo_order": lines["outer"], "bpfi_order": lines["inner"], **stated})
+    found = check_race_sum({"bpfo_order": lines["outer"], "bpfi_order": lines["inner"], **stated})
     assert found["implied_rpm"] == pytest.approx(706.6, abs=0.05)
 
 

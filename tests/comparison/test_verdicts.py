@@ -8,7 +8,7 @@ import pytest
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.compared_quantities import HARMONIC, LEAST_RECORDS, biases
+from srbval.comparison.compared_quantities import HARMONIC, MIN_RECORDS_FOR_BIAS, biases
 from srbval.comparison.comparison import (
     RIG_READING,
     TOLERANCE,
@@ -20,7 +20,7 @@ from srbval.comparison.comparison import (
     verdict_on_error,
     verdict_on_tolerance,
 )
-from srbval.comparison.verdicts import at_shares, endpoints, holds, verdicts
+from srbval.comparison.verdicts import endpoints, interpolate_effect, none_missed, verdicts
 from srbval.signal import NORMAL_95
 
 LIMIT = TOLERANCE.limit_pct
@@ -138,8 +138,8 @@ def test_each_scene_has_its_own_verdict_and_one_that_is_missed_does_not_hold() -
     rows = found(readings(), variant(), variant(2 * LIMIT, scene="paper"))
     assert [one["scene"] for one in rows] == ["rig"] * 3 + ["paper"] * 3
     assert (rows[LEVEL]["verdict"], rows[3 + LEVEL]["verdict"]) == (Verdict.MET, Verdict.MISSED)
-    assert holds(rows[:3])
-    assert not holds(rows)
+    assert none_missed(rows[:3])
+    assert not none_missed(rows)
 
 
 def test_words_follow_from_error_uncertainty_and_margin() -> None:
@@ -164,9 +164,9 @@ def test_endpoints_are_those_that_the_records_allow() -> None:
 
 def test_an_effect_between_its_values_is_a_line_and_of_two_values_a_step() -> None:
     at = np.array([0.0, 0.49, 0.51, 1.0])
-    assert at_shares(at, [0.0, 1.0], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
-    assert at_shares(at, [0.0, 0.5], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
-    assert at_shares(np.array([0.25]), [0.0, 0.5, 1.0], np.array([0.0, 1.0, 0.0])).tolist() == [0.5]
+    assert interpolate_effect(at, [0.0, 1.0], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
+    assert interpolate_effect(at, [0.0, 0.5], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
+    assert interpolate_effect(np.array([0.25]), [0.0, 0.5, 1.0], np.array([0.0, 1.0, 0.0])).tolist() == [0.5]
 
 
 # Three standard errors of mean and standard deviation of 4000 errors that scatter by 1.8; the data's is exact.
@@ -195,7 +195,7 @@ def test_scatter_of_the_data_is_not_the_model_s(bias, scatter):
 
 
 def test_fewer_than_five_records_claim_nothing_however_many_numbers_they_hold():
-    few = [row(1.0, record) for record in range(LEAST_RECORDS - 1) for _ in range(10)]
+    few = [row(1.0, record) for record in range(MIN_RECORDS_FOR_BIAS - 1) for _ in range(10)]
     (found,) = found_biases(few)
     assert (found["records"], found["bias"], found["ci95"], found["scatter"]) == (4, None, None, None)
     (found,) = found_biases([*few, row(1.0, "one more")])

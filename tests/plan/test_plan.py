@@ -10,7 +10,7 @@ from srbval import ConfigurationError, DataError, Scene, load_scene, paper_scene
 from srbval.bearing import Fault, load_bearing
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import KURTOSIS_BANDS, LEVEL_BANDS, PATTERN_HARMONICS, RMS_BANDS, SIDEBAND_SPACINGS
-from srbval.plan.measured import LEAST_SCENES, MeasuredErrors, read_errors, scene_values, table_about
+from srbval.plan.measured import MIN_SCENES_FOR_BOUND, MeasuredErrors, nearest_table, read_errors, scene_values
 from srbval.plan.measures import noise_floor, smooth_mean
 from srbval.plan.plan import Candidate, Plan, make_plan
 from srbval.plan.questions import MEANING, Question, answers, asked_of, error_pct, pct_of
@@ -126,18 +126,18 @@ def test_a_scene_outside_what_was_measured_is_not_known_and_left_to_the_full_mod
 
 def test_settings_that_change_no_answer_are_no_reason():
     scene = replace(paper("outer"), seed=7, settle_s=0.1, duration_s=12.0)
-    assert not table_about(scene).outside(scene)
+    assert not nearest_table(scene).list_gaps(scene)
 
 
 @pytest.mark.parametrize(("base", "kind"), [("paper", "inner"), ("rig", "outer"), ("rig-oil", "none")])
 def test_each_scene_is_planned_by_the_table_about_its_own_base(base, kind):
     scene = load_scene(base, {"defect": {"kind": kind}, "shaft_speed": "500 rpm", "load": {"radial": "70 kN"}})
-    table = table_about(scene)
-    assert (table.base, table.outside(scene)) == (base, ())
+    table = nearest_table(scene)
+    assert (table.base, table.list_gaps(scene)) == (base, ())
     for model in table.pace:
         bound = table.bound(scene, model, Question.LINES)
         assert bound is not None
-        assert bound.scenes >= LEAST_SCENES
+        assert bound.scenes >= MIN_SCENES_FOR_BOUND
     beyond = load_scene(base, {"defect": {"kind": kind}, "load": {"axial": "20 kN"}})
     assert make_plan(beyond).chosen == table.reference
 
@@ -145,7 +145,7 @@ def test_each_scene_is_planned_by_the_table_about_its_own_base(base, kind):
 def test_the_least_model_for_an_amplitude_depends_on_the_amplitude():
     """About the rig's scene: a lower model's load zone makes the depth, none of its contacts makes the level."""
     scene, three = load_scene("rig", {"defect": {"kind": "inner"}}), pct_of(3.0)
-    if table_about(scene).bound(scene, "slices", Question.DEPTH) is None:
+    if nearest_table(scene).bound(scene, "slices", Question.DEPTH) is None:
         pytest.skip("the stored result has too few scenes with amplitudes; srbval evidence model_levels")
     depth = make_plan(scene, question=Question.DEPTH, tolerance_pct=30.0)
     octaves = make_plan(scene, question=Question.THIRD_OCTAVES, tolerance_pct=three)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from srbval.studies.harness import FOLDER
+from srbval.studies.harness import STUDIES_FOLDER
 
 HERE = Path(__file__).parent
 
@@ -10,7 +10,7 @@ HERE = Path(__file__).parent
 def _tested(path: Path) -> bool:
     """True if the study, or the shared module, after which a test file is named exists."""
     name = path.stem.removeprefix("test_")
-    return (FOLDER / name).is_dir() or (FOLDER / f"{name}.py").is_file()
+    return (STUDIES_FOLDER / name).is_dir() or (STUDIES_FOLDER / f"{name}.py").is_file()
 
 
 collect_ignore = [path.name for path in HERE.glob("test_*.py") if not _tested(path)]

@@ -9,7 +9,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.progress import silent
 from srbval.studies.model_levels import study
-from srbval.studies.model_levels.page import least, question_table
+from srbval.studies.model_levels.page import cheapest_model, question_table
 
 FEW_HOLD = 0.8  # of the bounds on ten scenes; 0.95 on many
 
@@ -57,7 +57,7 @@ def test_the_page_names_the_cheapest_model_that_is_enough():
     found = pd.DataFrame({"base": "paper", "question": "power"} | measured)
     rows = study.summary(found, {"paper": {"pace": {"kinematic": 0.001, "line": 0.1, "full": 0.4}}})
     assert [row["enough"] for row in rows] == [None, True, True]
-    assert least(rows) == "line"
+    assert cheapest_model(rows) == "line"
     (line,) = question_table(rows).to_dict("records")
     assert (line["kinematic"], line["line"], line["least"]) == ("", "3 [3, 3] %", "line")
     assert line["line_note"] == "≤ 3"

@@ -15,7 +15,7 @@ from srbval import paper_scene
 from srbval.processes.worker import WorkerProcess
 from srbval.storage.stored_result import ResultKind, read_result
 from srbval.studies import scale
-from srbval.studies.outside import judged
+from srbval.studies.outside import judge_step_error
 from srbval.sweep.pool import attempt, side_by_side
 from tests.marked import marked, until
 
@@ -92,7 +92,7 @@ def test_ok_never_stands_beside_an_error_beyond_its_limit():
     right = {"cage_ratio": 0.43, "band_rms_m_s2": 1.0}
     row = {"model": "", "solver": "imex2", "status": "ok", "reason": ""}
     for factor, status in ((1.04, "ok"), (0.96, "ok"), (1.136, "inaccurate"), (1 / 1.205, "inaccurate")):
-        found = judged(row | right | {"band_rms_m_s2": factor}, right)
+        found = judge_step_error(row | right | {"band_rms_m_s2": factor}, right)
         assert (found["status"], found["ok"]) == (status, status == "ok")
     assert "its step is wrong by 1.62 dB of the level; accepted are 0.1 % of the line" in found["reason"]
 
@@ -161,12 +161,12 @@ def test_costs_by_size_are_those_of_the_command_alone(monkeypatch, srbval_json, 
     """Without this process's memory and its start in the cost per unit; a command that fails ends all."""
     held = np.ones(2**26)  # 512 MB, which a copy of this process would show
     monkeypatch.setattr(scale, "RUN", "kinematics {} --rpm ")
-    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse record-{}.npy " + scale.RECORD, (0.02, 0.03))})
+    monkeypatch.setattr(scale, "COST_SERIES", {"a": ("analyse record-{}.npy " + scale.RECORD, (0.02, 0.03))})
     found = srbval_json("bench", "--scale", "-o", tmp_path / "scale.json")
     first, second = found["rows"]
     assert 0.2 < second["cpu_s"] < second["wall_s"] * 4
     assert 30 < second["memory_mb"] < held.nbytes / 2**20
     assert second["cpu_per_unit_s"] == pytest.approx((second["cpu_s"] - first["cpu_s"]) / 0.01)
     assert read_result(tmp_path / "scale.json").kind is ResultKind.DOCUMENT
-    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse none-{}.npy", (1, 2))})
+    monkeypatch.setattr(scale, "COST_SERIES", {"a": ("analyse none-{}.npy", (1, 2))})
     assert "no such file" in srbval_text("bench", "--scale", "--quick", code=4).err

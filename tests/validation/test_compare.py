@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import pytest
 
 from srbval.bearing import Fault
-from srbval.comparison.compared_quantities import cage_of, values_of_model
+from srbval.comparison.compared_quantities import cage_ratio_of_order, read_quantities
 from srbval.comparison.comparison import INPUTS, Verdict
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
-from srbval.validation.case import Case, Tolerance
+from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.compare import compare_pair, table_of
 from srbval.validation.sides import QUANTITIES, SideReading
 
@@ -51,11 +51,11 @@ def known(*effects):
     return {("inner", one["quantity"]): one for one in effects}
 
 
-CASE = Case()
+CASE = ValidationCase()
 
 
 def side(*analyses, scene=None, order=None, state=Fault.INNER):
-    values = tuple(values_of_model(one, state, order, QUANTITIES) for one in analyses)
+    values = tuple(read_quantities(one, state, order, QUANTITIES) for one in analyses)
     return SideReading(analyses=analyses, values=values, scene=scene)
 
 
@@ -74,7 +74,7 @@ def outside(simulated, measured, **case):
 
 
 def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
-    values = values_of_model(analysis(), Fault.INNER, None)
+    values = read_quantities(analysis(), Fault.INNER, None)
     assert {name: value.value for name, value in values.items()} == {
         "cage ratio": pytest.approx(1 - 10.82 / 19),
         "2xBPFI": pytest.approx(20 * math.log10(0.5)),
@@ -124,7 +124,8 @@ def test_the_run_s_own_speed_gives_the_model_s_cage():
     assert (line["kind"], line["model"]) == ("race line", 10.83)
     assert (row["quantity"], row["scene"], row["model"]) == ("cage ratio", "rig", 1 - 10.83 / 19)
     assert list(compare_pair(1, Fault.HEALTHY, sides, CASE, known(CAGE), "withheld")) == []
-    assert cage_of(Fault.OUTER, 8.17, 19) == pytest.approx(cage_of(Fault.INNER, 10.83, 19))  # one cage, both races
+    of_inner = pytest.approx(cage_ratio_of_order(Fault.INNER, 10.83, 19))
+    assert cage_ratio_of_order(Fault.OUTER, 8.17, 19) == of_inner  # one cage, both races
 
 
 def test_a_simulation_from_outside_without_repeats_or_statement_has_an_error_and_no_verdict():

@@ -11,13 +11,13 @@ import pytest
 
 from srbval import Analysis, Origin, SrbvalError, Validation, analyse, paper_scene, simulate, write_run
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, SIDEBANDS, biases, values_of_model
+from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, SIDEBAND_LEVEL, biases, read_quantities
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.recordings.registry import add
 from srbval.report.findings.rows import select_comparisons
 from srbval.validation import sides
-from srbval.validation.case import Case, Source, case_of_pairs, files_of_source, load_case, write_case
+from srbval.validation.case import Source, ValidationCase, case_of_pairs, files_of_source, load_case, write_case
 from srbval.validation.sides import pair_files, state_in_name
 from srbval.validation.validate import validate
 from tests.recordings import files
@@ -176,7 +176,7 @@ def measured(
     return str(path)
 
 
-def case_of(folder: Path, shift_pct: float, seed: int = 1, **changes: Any) -> Case:
+def case_of(folder: Path, shift_pct: float, seed: int = 1, **changes: Any) -> ValidationCase:
     pair = {
         "state": "outer",
         "simulated": simulated(folder / "sim_outer.npy", Fault.OUTER, seed=2 * seed, shift_pct=shift_pct),
@@ -330,7 +330,7 @@ def another_impulse_model(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
     made = dataclasses.replace(rig.recording, origin=Origin.SIMULATED, channels=channels, channel="x")
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
-    values = values_of_model(analysis, state, order, sides.QUANTITIES)
+    values = read_quantities(analysis, state, order, sides.QUANTITIES)
     run = SimpleNamespace(cage_ratio=CAGE)
     return AnalysedRun(case=None, run=run, analysis=analysis, line_order=order, values=values)
 
@@ -356,7 +356,7 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
         assert cage["model"] == pytest.approx(CAGE)
         assert cage["verdict"] == "differs", "0.3 % are far beyond what is not known"
         assert cage["uncertainty"] > 0.09  # the known term's
-    assert frame.xs(SIDEBANDS.kind, level="kind")[["model_present", "rig_present"]].to_numpy().tolist() == [
+    assert frame.xs(SIDEBAND_LEVEL.kind, level="kind")[["model_present", "rig_present"]].to_numpy().tolist() == [
         [True, True]
     ]
     after = shipped_case(rig_files(tmp_path / "more", nominal=727.0, rpm=709.0))
@@ -383,7 +383,7 @@ def test_a_healthy_record_costs_no_run_and_a_failed_run_leaves_the_record(tmp_pa
     assert set(failed.table["verdict"]) == {"insufficient data"}
 
 
-def verdict_of(case: Case) -> pd.Series:
+def verdict_of(case: ValidationCase) -> pd.Series:
     found: pd.Series = validate(case).table.set_index("quantity").loc["BPFO", ["error", "uncertainty", "verdict"]]
     return found
 

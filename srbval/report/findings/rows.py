@@ -19,8 +19,8 @@ from srbval.comparison.comparison import (
     verdict_on_error,
 )
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
-from srbval.comparison.verdicts import holds, trend_pct, verdicts
+from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows
+from srbval.comparison.verdicts import none_missed, trend_pct, verdicts
 from srbval.reading.analyse import Analysis
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RegisterListing
@@ -28,7 +28,7 @@ from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import RecordView, power_share_near_line
 from srbval.signal import NORMAL_95, Scalogram, kurtosis
 from srbval.sweep.sweep import records
-from srbval.validation.compare import LINES, PAIR_KEYS
+from srbval.validation.compare import LINE_QUANTITIES, PAIR_KEYS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,14 +61,14 @@ def compared_rows(
     return {
         "schema_version": MAIN_REPORT_SCHEMA_VERSION,
         "status": "ok",
-        "headline": {"holds": holds(rows), "verdicts": rows},
+        "headline": {"holds": none_missed(rows), "verdicts": rows},
         "verdicts": rows,
         "cage_readings": found.cage_readings,
         "cage_ratios": ratios,
         "trend": change,
         "near": [*near_cage_rows(rows, ratios, change), *near_level_rows(levels, amplitudes)],
         "table6": [keys | row for row in lines],  # a value that a row does not have is None
-        "closure": tuple(sum_rules(printed, paper, runs, rig)),
+        "closure": tuple(check_table6_sums(printed, paper, runs, rig)),
         "comparisons": levels,
         "pairs": pairs,
         "line_deviations": list(line_deviations(pairs, found.validation.comparisons)),
@@ -169,7 +169,7 @@ def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
     The cage ratio has the same information in a form whose errors may be averaged over both races.
     """
     frame = comparison_frame(rows)
-    lines = frame[frame["kind"].isin([one.kind for one in LINES]) & frame["rig_present"].astype(bool)]
+    lines = frame[frame["kind"].isin([one.kind for one in LINE_QUANTITIES]) & frame["rig_present"].astype(bool)]
     kept = frame["pair"].isin(lines["pair"]) & (frame["kind"] != RACE_LINE.kind) & frame["error"].notna()
     return frame[kept].sort_values("pair", kind="stable").drop(columns=list(PAIR_KEYS))
 

@@ -14,7 +14,7 @@ from srbval.report.prose import Prose
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.pair_figures import PAIR_TEXTS, errors_panel
 from srbval.report.sections.table6 import SPEED_TEXTS, TABLE6_TEXTS, VERDICT_TONE
-from srbval.validation.case import Case
+from srbval.validation.case import ValidationCase
 from srbval.validation.validate import SIDES, Validation
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def _levels(table: "pd.DataFrame") -> Section | None:
     return _table_section("levels", levels.assign(verdict_tone=tones).to_dict("records"))
 
 
-def _published(case: Case) -> Section | None:
+def _published(case: ValidationCase) -> Section | None:
     rows = [
         vars(one)
         | {"defect": f"{one.state.code} ({one.state.line})"}

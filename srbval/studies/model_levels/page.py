@@ -11,7 +11,7 @@ from srbval.report.pages import study_page
 from srbval.report.prose import Prose
 from srbval.report.tables import Title
 
-SHOWN = {"paper": "paper's scene", "rig": "rig's scene"}
+SCENE_TITLES = {"paper": "paper's scene", "rig": "rig's scene"}
 ASKED = ("lines", "harmonic-levels", "sideband-levels", "noise-floor", "slip", "power", "amplitude", "levels")
 TOLD = ("power", "levels")  # of the tile, beside fault lines
 
@@ -20,7 +20,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     """One paragraph and a table for each scene."""
     scenes = max(row["scenes"] for row in content["bounds"])
     yield prose.paragraph("intro", scenes=scenes, percent=100 * scenes / (scenes + 1))
-    for base in SHOWN:
+    for base in SCENE_TITLES:
         about, rows = content["bases"][base], [one for question in ASKED for one in _asked(content, base, question)]
         columns: dict[str, Title] = {"question": "Question"}
         columns |= {model: (model, f"{about['pace'][model]:.2g} s/s") for model in about["models"]}
@@ -37,11 +37,11 @@ def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
         for row in own:
             line[row["model"]], line[f"{row['model']}_note"] = _shown(row)
             line[f"{row['model']}_tone"] = Tone.GOOD if row["enough"] else None
-        found.append(line | {"least": least(own) or "none"})
+        found.append(line | {"least": cheapest_model(own) or "none"})
     return pd.DataFrame(found)
 
 
-def least(rows: Sequence[Mapping[str, Any]]) -> str | None:
+def cheapest_model(rows: Sequence[Mapping[str, Any]]) -> str | None:
     """The cheapest model that is enough, of the rows of one question."""
     enough = [row for row in rows if row["enough"]]
     return str(min(enough, key=lambda row: row["wall_per_simulated_s"])["model"]) if enough else None
@@ -49,12 +49,12 @@ def least(rows: Sequence[Mapping[str, Any]]) -> str | None:
 
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
     """The cheapest model that answers where the fault lines are, and which one levels and power need."""
-    lines, pace = least(_asked(content, "paper", "lines")) or "none", content["bases"]["paper"]["pace"]
+    lines, pace = cheapest_model(_asked(content, "paper", "lines")) or "none", content["bases"]["paper"]["pace"]
     rest = []
     for question in TOLD:
         asked, found = MEANING[Question(question)], []
-        for base, scene in SHOWN.items():
-            model = least(_asked(content, base, question))
+        for base, scene in SCENE_TITLES.items():
+            model = cheapest_model(_asked(content, base, question))
             time = f", {content['bases'][base]['pace'][model]:.2g} s" if model else ""
             found.append(f"{model or 'none'} ({scene}{time})")
         rest.append(f"{asked.title.capitalize()} within {asked.tolerance:g} {asked.unit}: {', '.join(found)}")

@@ -13,7 +13,7 @@ from srbval.report.prose import Prose
 from srbval.sweep.scenes import PAPER
 
 SIZE_INCHES = (7.6, 4.2)
-SHOWN = {"interference-outer": "paper's scene", "rig-outer": "rig's scene"}  # scenes of the chart
+CHART_SCENES = {"interference-outer": "paper's scene", "rig-outer": "rig's scene"}  # scenes of the chart
 TICKS = (0.25, 0.5, 1, 2, 4)  # processor s per simulated s
 COST = "cpu_per_simulated_s"
 ERRORS = {"level_db": "Error of the level, dB", "line_pct": "Error of BPFO, %"}
@@ -27,7 +27,7 @@ def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s)
     """
     runs = runs.assign(series=runs.get("series", runs["solver"]), line_pct=100 * runs["cage_error"].astype(float))
     runs = runs.assign(level_db=runs["band_rms_error_db"].astype(float).abs()).astype({COST: float})
-    scenes = [scene for scene in SHOWN if scene in set(runs["scene"])] or list(runs["scene"].unique())
+    scenes = [scene for scene in CHART_SCENES if scene in set(runs["scene"])] or list(runs["scene"].unique())
     figure = new_figure(SIZE_INCHES)
     looks = dict(zip(runs["series"].unique(), cycle(SERIES), strict=False))
     for column, scene in zip(figure.subplots(2, len(scenes), squeeze=False, sharex="col").T, scenes, strict=True):
@@ -36,7 +36,7 @@ def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s)
             axes.set(xscale="log", yscale="log", ylabel=label)
             axes.set_xticks(TICKS, labels=[f"{x:g}" for x in TICKS])
             axes.minorticks_off()
-        column[0].set_title(SHOWN.get(scene, scene), fontsize=8.5, loc="left")
+        column[0].set_title(CHART_SCENES.get(scene, scene), fontsize=8.5, loc="left")
         column[0].set_title(f"the paper: {paper_s:,.0f} s →", fontsize=8.5, loc="right", color=VERMILION)
         column[1].set_xlabel("Processor s per simulated s")
     handles, labels = figure.axes[0].get_legend_handles_labels()
@@ -78,8 +78,10 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     values |= {"steps_per_s": 1 / paper["step_s"], "paper_s": paper["wall_s"] / paper["simulated_s"]}
     yield prose.paragraph("intro", **values)
     yield prose.figure("speed-accuracy-chart", panel(chart)(runs, values["paper_s"]), badge=Badge.SIMULATED)
-    shown = runs[runs["scene"].isin(SHOWN) & (runs["mark"] != "")]
-    noted = shown.assign(steps_per_s=1 / shown["dt_s"], solver_note=shown["mark"], scene=shown["scene"].map(SHOWN))
+    shown = runs[runs["scene"].isin(CHART_SCENES) & (runs["mark"] != "")]
+    noted = shown.assign(
+        steps_per_s=1 / shown["dt_s"], solver_note=shown["mark"], scene=shown["scene"].map(CHART_SCENES)
+    )
     tones = ["good" if ok else "bad" for ok in shown["ok"]]
     yield prose.table("speed-accuracy-table", noted.assign(line_pct=100 * shown["cage_error"], status_tone=tones))
 
