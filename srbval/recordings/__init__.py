@@ -1,6 +1,6 @@
-"""Recordings: one `Recording` for a measured file, a simulated run and a stand-in; loaders; register.
+"""Recordings: the type `Recording`, loaders for files, and the register of files.
 
-Other rooms import the names below from here, anything else from its module.
+Other rooms import the names below from this package and any other name from its module.
 """
 
 from srbval.recordings.load import load_recording, recording_from_run

@@ -1,4 +1,4 @@
-"""From a file of any format, arrays, a simulated run or a public data set to a `Recording`."""
+"""Functions that create a `Recording` from a file, from arrays, from a simulated run or from a public data set."""
 
 import contextlib
 import dataclasses
@@ -38,13 +38,12 @@ ErrorKind = TypeVar("ErrorKind", bound=SrbvalError)
 
 
 def load_recording(path: str | Path, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
-    """Load one measured file, simulated run or stand-in.
+    """Load one measured file, simulated run or synthetic record.
 
-    `stated` are fields of `RecordingSettings`, which answer what the file leaves open and override its own statements:
-    `channel` by name, sampling rate `fs_hz`, `unit` of the samples in the file (see `units.UNITS`), mean shaft speed
-    `rpm` and, if that is a set point, its tolerance `rpm_tolerance_pct`; they go over `settings`. The settings of the
-    register are not used, see `registry.load_registered`. Raises `DataError` for anything that cannot be read or is
-    ambiguous, `ConfigurationError` for an impossible option.
+    `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
+    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. They take precedence
+    over `settings`, and both over the file. Settings in the register are not used (see `registry.load_registered`).
+    Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
     """
     file = Path(path)
     reading = apply_settings(file, read_file(file), settings_of(stated).over(settings or RecordingSettings()))
@@ -59,15 +58,16 @@ def recording_from_columns(
     bearing: Bearing | str | Path | None = None,
     column_units: Mapping[str, str] | None = None,
     attributes: Mapping[str, Any] | None = None,
-    **asked: Any,
+    **stated: Any,
 ) -> Recording:
-    """Recording of arrays by name, read like the columns of a file: times by their name, units as in ``acc [g]``.
+    """Create a recording from named arrays, interpreted like the columns of a file.
 
-    `bearing` is a name, a file or a `Bearing`; `column_units` and `attributes` are what a file would state. `asked`
-    are fields of `RecordingSettings`, such as `fs_hz`, `unit`, `rpm`, `channel`. Raises what `load_recording` raises.
+    Times are recognised by their name, units by titles such as ``acc [g]``. `bearing` is a name, a file or a `Bearing`;
+    `column_units` and `attributes` are what a file could state. `stated` are fields of `RecordingSettings`, such as
+    `fs_hz`, `unit`, `rpm`, `channel`. Raises the errors of `load_recording`.
     """
     own = None if bearing is None else load_bearing(bearing)
-    settings = settings_of(asked | {"bearing": bearing.name if isinstance(bearing, Bearing) else bearing})
+    settings = settings_of(stated | {"bearing": bearing.name if isinstance(bearing, Bearing) else bearing})
     numbers = {key: _datetimes_to_seconds(values) for key, values in columns.items() if values.dtype.kind in "fiubmM"}
     stamps = {key: "s" for key, values in columns.items() if values.dtype.kind in "mM"}
     given = {key: value for key, value in (attributes or {}).items() if isinstance(value, str | int | float)}
@@ -80,12 +80,12 @@ def recording_from_columns(
 
 
 def _datetimes_to_seconds(values: NDArray[Any]) -> NDArray[Any]:
-    """Values as numbers; times of day as seconds since the first."""
+    """Convert dates to seconds since the first date; other values are returned unchanged."""
     return (values - values.flat[0]) / np.timedelta64(1, "s") if values.dtype.kind in "mM" else values
 
 
 def with_settings(recording: Recording, settings: RecordingSettings) -> Recording:
-    """The recording with statements of the user; itself without any."""
+    """Apply the user's settings to a recording; without settings, return the recording unchanged."""
     if not settings:
         return recording
     columns, course = {**recording.channels}, recording.speed_signal
@@ -96,26 +96,26 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
 def questions_error(
     kind: type[ErrorKind], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
 ) -> ErrorKind:
-    """Error with the `questions` that neither `subject` nor the user answers, each with its option."""
+    """Create an error that lists open questions about `subject`, each with the option that answers the question."""
     error = kind(f"{subject} leaves open: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)
     return error
 
 
 def subject_of(path: Path) -> str:
-    """A file and its format, for messages that ask for something."""
+    """Path and format of a file, for messages that list open questions."""
     return f"{path} ({detect_format(path).name})"
 
 
 def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
-    """The channels of a file that leaves open, under `settings`, which of them to analyse; else none."""
+    """Channels from which the user must choose one to analyse; empty if file and `settings` define the channel."""
     reading = apply_settings(path, read_file(path), settings)
     is_open = reading.channel is None and reading.axes is None
     return tuple(reading.vibrations or reading.channels) if is_open else ()
 
 
 def recording_from_run(run: Run) -> Recording:
-    """Radial axes of the outer ring, or the sensor's channel if the run has a path to it; its status is not checked."""
+    """Create a recording from a run of any status: its sensor signal, or if it has none the ring's radial axes."""
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
@@ -141,15 +141,15 @@ def recording_from_run(run: Run) -> Recording:
 
 
 def read_file(path: Path) -> Reading:
-    """Contents of the file, with open choices left open (`Reading.channel`, `Reading.fs_hz` may be None)."""
+    """Read and interpret a file; `Reading.channel` and `Reading.fs_hz` are None if the file leaves them open."""
     try:
         return recognise(detect_format(path).load(path))
-    except OSError as error:  # gone since, a disk that fails, no memory for a map of it
+    except OSError as error:  # deleted meanwhile, a failing disk, or no memory to map the file
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
 def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recording:
-    """Recording of a file, or of arrays, of which nothing is left open; `named`: its name, file and hash."""
+    """Create the recording from an interpreted file or arrays; `named` contains its name, file and hash."""
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
         remedy = " State it here, or of a file once for all times with `srbval data add`."
@@ -179,20 +179,21 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
     )
 
 
-# Of public data sets: units, theirs and ours, and states.
+# Units (of `bearing-datasets`, of a recording) and states of public data sets.
 SET_UNITS = {"acceleration": ("m/s^2", "m/s2"), "velocity": ("mm/s", "mm/s"), "displacement": ("um", "um")}
 SET_STATES = {"normal": Fault.HEALTHY, "inner": Fault.INNER, "outer": Fault.OUTER, "rolling_element": Fault.ROLLER}
 NOT_STATED = (None, "none", "unknown")
-SET_POINT_PCT = 1.5  # by which the shaft may be off a speed of which a set does not say that it was measured
+SET_POINT_PCT = 1.5  # tolerance of a speed, unless the data set states that the speed was measured
 
 
 def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, **stated: Any) -> list[Recording]:
-    """Recordings of a `Dataset` of `bearing-datasets`, one per row, in their order, with the facts that it states.
+    """Create a recording from each row of metadata of `public_set`, a `Dataset` of the package `bearing-datasets`.
 
-    `rows` are those of its `metadata()`, by default all of vibrations. A speed is that of the channel of the speed
-    recorded beside it, or else a set point kept within `SET_POINT_PCT`. What the set leaves open is asked for: a unit
-    here, bearing and speed when they are needed. `stated` are fields of `RecordingSettings`, which go over the set's;
-    only a `unit` holds for signals without one.
+    `rows` are rows of the set's `metadata()`, by default all vibration signals. The speed is measured by the speed
+    signal recorded with the vibration if there is one, otherwise it is the set point with a tolerance of
+    `SET_POINT_PCT`. `stated` are fields of `RecordingSettings`, which take precedence over the data set; only a `unit`
+    is ignored for signals whose unit the set states. A missing unit must be stated here, a missing bearing or speed
+    when an analysis needs it.
     """
     whole = public_set.metadata()
     kinds = whole["quantity"] if "quantity" in whole else whole["fs"].map(lambda _: "unknown")
@@ -205,7 +206,7 @@ def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, 
 def _recording_of_row(
     public_set: Any, facts: Mapping[str, Any], speeds: list[dict[str, Any]], stated: Mapping[str, Any]
 ) -> Recording:
-    """Recording of the signal with these `facts`, at the speed of its channel among `speeds` if there is one."""
+    """Create the recording of one row of metadata (`facts`), at the measured speed in `speeds` if there is one."""
     identity, channel, given = facts["signal_id"], facts["channel"], {"fs_hz": facts["fs"], **stated}
     theirs, ours = SET_UNITS.get(facts.get("quantity", ""), (None, None))
     try:
@@ -239,7 +240,7 @@ def _recording_of_row(
 
 
 def _bearing_of_set(facts: Mapping[str, Any], dataset: str) -> Bearing | None:
-    """Bearing by its orders, else by its designation; None if the set states neither; raises as `load_bearing`."""
+    """Bearing from the data set's fault orders, else from its designation; None if the set states neither."""
     model, orders = facts.get("bearing_model"), [str(facts.get(key)) for key in ("bpfo", "bpfi", "bsf", "ftf")]
     if "None" in orders:
         return load_bearing(model) if model else None

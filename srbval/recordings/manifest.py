@@ -1,4 +1,4 @@
-"""The manifest: an entry for each file, made by its inspection, in a JSON file of the user's home folder."""
+"""The manifest: one entry per inspected file, in a JSON file in the user's home folder."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
 NO_RECORDINGS: dict[str, Any] = {"schema_version": MANIFEST_SCHEMA, "recordings": []}
 OUTPUT_MARK_BYTES = 1000
-# Output of srbval: its name, a file with a mark that identifies its folder, and the names of its parts in that folder.
+# Output of srbval: its name, a file that identifies its folder by a mark, and the names of its parts in the folder.
 OWN_OUTPUT = (
     ("report", "report.html", b'<meta name="generator" content="srbval', ("report.pdf", "report.json", "figures")),
     ("campaign", "srbval-campaign.json", b'"campaign"', ("results.csv", "lock", "cases")),
@@ -43,16 +43,16 @@ class FileStatus(enum.StrEnum):
     MISSING = "missing"
     TRUNCATED = "truncated"
     UNREADABLE = "unreadable"
-    NO_RECORDING = "no recording"  # never registered: a licence, a report, a result of a campaign
+    NO_RECORDING = "no recording"  # such as a licence, a report, a result of a campaign; never registered
 
 
 @dataclass(frozen=True, kw_only=True)
 class RegisteredRecording:
-    """An entry of the manifest; `sha256`, `size_bytes` and `mtime_ns` are those at the first registration, if any.
+    """Entry of the manifest; `sha256`, `size_bytes` and `mtime_ns` are from the first registration.
 
-    `reason` explains every status but ok, and lists the open questions of an ok file. A fact is None if neither the
-    file nor the user states it, `cautions` if nothing was read. Files that are used without being registered have an
-    entry with `registered` false.
+    `reason` explains every status except ok, and lists the open questions of an ok file. A fact is None if neither the
+    file nor the user states it; `cautions` is None if the file was not read. If a file was used without being
+    registered, `registered` is false.
     """
 
     file: str
@@ -80,11 +80,11 @@ class RegisteredRecording:
 
     @property
     def operating_point(self) -> tuple[Fault | None, float | None, float | None, float | None]:
-        """State, radial and axial load [kN], nominal speed [rpm]."""
+        """State, radial load [kN], axial load [kN] and nominal speed [rpm]."""
         return self.state, self.radial_kn, self.axial_kn, self.nominal_rpm
 
     def with_status(self, status: FileStatus, reason: str) -> RegisteredRecording:
-        """The same file with another status."""
+        """Copy of the entry with another status and its reason."""
         return replace(self, status=status, reason=reason)
 
 
@@ -92,7 +92,7 @@ EntriesByFile = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
-    """The first recording of each SHA-256 and settings; files without a hash count as different."""
+    """First recording of each SHA-256 with the same settings; files without a hash are all included."""
     found: dict[object, RegisteredRecording] = {}
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
@@ -102,10 +102,10 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 def inspect_file(
     path: Path, settings: RecordingSettings | None = None, old: RegisteredRecording | None = None
 ) -> RegisteredRecording:
-    """Hash and read `path`; every failure becomes a status, settings that do not fit and open questions a reason.
+    """Hash and read a file; a failure becomes a `status`, settings that do not fit and open questions a `reason`.
 
-    A file that differs from its `old` entry keeps that, with its status now; one that does not is read again only for
-    other settings.
+    If the content differs from the `old` entry, this entry is returned with the new status. An unchanged file is read
+    again only if the settings differ.
     """
     entry = old or RegisteredRecording(file=str(path), registered=False)
     try:
@@ -113,7 +113,7 @@ def inspect_file(
         if mtime_ns < 0:
             return entry.with_status(FileStatus.MISSING, "the file is no longer there")
         if size_bytes < entry.size_bytes:
-            text = f"{size_bytes} bytes where {entry.size_bytes} were registered; copy the file again"
+            text = f"{size_bytes} bytes instead of the {entry.size_bytes} registered; copy the file again"
             return entry.with_status(FileStatus.TRUNCATED, text)
         if not path.is_file():
             return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
@@ -137,7 +137,7 @@ def inspect_file(
         text = str(error).removeprefix(f"{path}: ")
         if isinstance(error, NoRecordingError):
             return entry.with_status(FileStatus.NO_RECORDING, text)
-        cut = "truncated: " in text or "truncated file" in text  # the words of the loaders and of the HDF5 library
+        cut = "truncated: " in text or "truncated file" in text  # from a loader or the HDF5 library
         return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
     published = {f.name: f.sha256 for d in known_datasets() if d.name == entry.dataset for f in d.files}.get(path.name)
     if published not in (None, entry.sha256):
@@ -146,11 +146,11 @@ def inspect_file(
 
 
 def _describe_contents(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
-    """The entry with the contents of its file, read with the settings that fit it."""
+    """Add the contents of the file to its entry; settings that do not fit are left out and listed in `reason`."""
     file, wrong = read_file(path), []
     try:
         reading = apply_settings(path, file, settings)
-    except DataError:  # one by one, to keep the settings that fit
+    except DataError:  # apply each setting alone, to keep those that fit
         stated, settings = settings, RecordingSettings()
         for name, value in vars(stated).items():
             try:
@@ -182,7 +182,7 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
 
 
 def _own_output(path: Path) -> str | None:
-    """Text about the report or campaign that a file is a part of, None for any other file."""
+    """Description of the report or campaign by srbval to which the file belongs; None for any other file."""
     for folder in path.parents[:2]:
         for what, shown_by, mark, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():
@@ -193,21 +193,21 @@ def _own_output(path: Path) -> str | None:
 
 
 def size_and_time(path: str | Path) -> tuple[int, int]:
-    """Size [bytes] and time of change [ns]; 0 and -1 for a file that cannot be seen."""
+    """Size [bytes] and modification time [ns] of a file; 0 and -1 if the file cannot be accessed."""
     try:
         found = os.stat(path)
-    except (OSError, ValueError):  # the latter for a path that no file can have
+    except (OSError, ValueError):  # ValueError: a path that no file can have
         return 0, -1
     return found.st_size, found.st_mtime_ns
 
 
 def is_unchanged(entry: RegisteredRecording) -> bool:
-    """True if size and time of change of the file are those of its entry."""
+    """True if the file has the size and the modification time of its entry."""
     return size_and_time(entry.file) == (entry.size_bytes, entry.mtime_ns)
 
 
 def home_folder() -> Path:
-    """The folder of the manifest and of downloads: ``$SRBVAL_HOME``, else the platform's folder for user data."""
+    """Folder of the manifest and of downloads: ``$SRBVAL_HOME``, otherwise the platform's folder for user data."""
     if set_by_user := os.environ.get(HOME_VARIABLE):
         return Path(set_by_user).expanduser()
     import platformdirs
@@ -221,10 +221,7 @@ def manifest_path() -> Path:
 
 
 def read_manifest() -> EntriesByFile:
-    """Entries by the paths of their files, none without a manifest; `DataError` for one that cannot be read.
-
-    Files that are not registered and have changed since they were read are left out.
-    """
+    """Entries by file path, without unregistered files that have changed; `DataError` if they cannot be read."""
     path = manifest_path()
     try:
         entries = _parse_manifest(path.read_bytes()) if os.path.exists(path) else ()
@@ -237,7 +234,7 @@ def read_manifest() -> EntriesByFile:
 
 @functools.lru_cache(maxsize=1)
 def _parse_manifest(content: bytes) -> tuple[RegisteredRecording, ...]:
-    """Entries of a manifest, whose commands read it for every file again; raises what its damages raise."""
+    """Entries in the content of a manifest; cached, because a command may read the manifest once per file."""
     document = parse_json(content)
     if document["schema_version"] != MANIFEST_SCHEMA:
         raise ValueError(f"its schema is {document['schema_version']}; {MANIFEST_SCHEMA} is read")
@@ -245,7 +242,7 @@ def _parse_manifest(content: bytes) -> tuple[RegisteredRecording, ...]:
 
 
 def update_manifest(change: Callable[[EntriesByFile], EntriesByFile]) -> None:
-    """Replace the entries of the newest manifest, under a lock, by those that `change` makes of them."""
+    """Read the manifest under a lock and replace its entries by the entries that `change` returns."""
     import filelock
 
     path = manifest_path()
@@ -255,7 +252,7 @@ def update_manifest(change: Callable[[EntriesByFile], EntriesByFile]) -> None:
             remove_unfinished(path.parent, path.name.__eq__)
             entries = change(read_manifest())
             write_json(path, NO_RECORDINGS | {"recordings": [entries[file] for file in sorted(entries)]})
-    except OSError as error:  # also a lock that another process holds for too long
+    except OSError as error:  # or another process has locked the manifest for too long
         raise DataError(
             f"{path}: cannot be written ({error.strerror or error}). Set {HOME_VARIABLE} to a folder that you may "
             "write, or wait until no other srbval is running."

@@ -1,4 +1,4 @@
-"""Result of a loader: the named arrays and texts of a file, before anybody interprets them; and the loader's limits."""
+"""`RawFile`, the arrays and texts of a file before they are interpreted, and limits on their size."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -14,21 +14,21 @@ from srbval.errors import DataError
 ArrayOrText = NDArray[Any] | str
 TEXT = "text"  # format of text tables
 MAX_CODES = 64
-LARGEST_SAMPLE = 1e100  # above any vibration sample; its square and its spectrum must not overflow
+LARGEST_SAMPLE = 1e100  # above any vibration sample; neither squares nor spectra may overflow
 LONGEST_NAME = 80
 LONGEST_ERROR = 120  # characters quoted of another library's error message
-EXPANSION = 2  # times the file's own size: measured noise hardly compresses
-LONG_SAMPLES = 2**22  # longer signals are kept in single precision, and looked at in blocks of so many samples
-FREE_BYTES = 128 * 2**20  # small files may expand to this much in any case
+EXPANSION = 2  # size of the contents divided by the size of the file: measured noise hardly compresses
+LONG_SAMPLES = 2**22  # from which a signal is kept in single precision; also the length of a block
+FREE_BYTES = 128 * 2**20  # to which the contents of even a small file may expand
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RawFile:
-    """Numeric arrays and texts of a file under their own names; fields of nested structs are joined by dots.
+    """Numeric arrays and texts of a file by name; the names of nested structs are joined by dots.
 
-    `attributes` belong to the whole file, `units` and `rates_hz` to single variables; `notes` and `cautions` are the
-    loader's. With `full_scale` the samples are shares of a full scale that the file does not state. `unusable` gives
-    the reason for variables without samples in the file; they are NaN, and a `DataError` if used.
+    `attributes` belong to the whole file, `units` and `rates_hz` to single variables. `notes` and `cautions` come from
+    the loader. With `full_scale` the samples are fractions of a full scale that the file does not state. `unusable`
+    maps a variable without readable samples to the reason; its values are NaN, and using them raises `DataError`.
     """
 
     path: Path
@@ -43,22 +43,22 @@ class RawFile:
     unusable: Mapping[str, str] = field(default_factory=dict)
 
     def _value(self, name: str) -> ArrayOrText | float | None:
-        """The variable or attribute called `name`, if there is none that of another case."""
+        """Variable or attribute called `name`; if none has this name, the case of letters is ignored."""
         held = {**self.attributes, **self.variables}
         return held[name] if name in held else {key.lower(): value for key, value in held.items()}.get(name.lower())
 
     def check_usable(self, name: str) -> None:
-        """Refuse (`DataError`) a variable that is `unusable`."""
+        """Raise `DataError` if the variable is `unusable`."""
         if name in self.unusable:
             raise DataError(f"{self.path}: {self.unusable[name]}")
 
     def array(self, name: str) -> NDArray[Any] | None:
-        """The numeric array called `name`, or None; of one that is `unusable` the shape alone means something."""
+        """Numeric array called `name`, or None; only the shape of an `unusable` array is meaningful."""
         value = self.variables.get(name)
         return value if isinstance(value, np.ndarray) else None
 
     def number(self, name: str) -> float | None:
-        """The scalar called `name` (a one-element array, or a text that is a number), or None."""
+        """Finite number called `name` (an array of one element, or a text that is a number), or None."""
         self.check_usable(name)
         value = self._value(name)
         if isinstance(value, np.ndarray):
@@ -70,7 +70,7 @@ class RawFile:
         return number if math.isfinite(number) else None
 
     def text(self, name: str) -> str | None:
-        """The text called `name`, or None; a short array of 16-bit codes (MATLAB v7.3) is read as one."""
+        """Text called `name`, or None; a short array of 16-bit codes (MATLAB v7.3) is decoded."""
         self.check_usable(name)
         value = self._value(name)
         if isinstance(value, np.ndarray) and value.dtype == np.uint16 and 0 < value.size <= MAX_CODES:
@@ -78,15 +78,17 @@ class RawFile:
         return value if isinstance(value, str) else None
 
     def signal(self, name: str) -> NDArray[np.float64]:
-        """The array called `name` as samples, see `as_signal`."""
+        """Array called `name` as a vector of checked samples, see `as_signal`."""
         self.check_usable(name)
         return as_signal(self.variables[name], f"{self.path}: {name}")
 
 
 def as_signal(values: ArrayOrText, what: str) -> NDArray[np.float64]:
-    """Samples as a contiguous vector, [n]; NaN, infinite, absurdly large and complex values are refused.
+    """Convert values to a contiguous vector of samples [n]; `what` names them in error messages.
 
-    It is float64, or float32 from `LONG_SAMPLES` on: then a mapped file of single precision is used where it is.
+    The vector is float64, or float32 if it has at least `LONG_SAMPLES` samples, so that a memory-mapped file of single
+    precision is not copied. Raises `DataError` for texts, complex numbers, and samples that are NaN, infinite or too
+    large.
     """
     if isinstance(values, str) or values.dtype.kind not in "fiu":
         kind = "text" if isinstance(values, str) else values.dtype
@@ -107,35 +109,35 @@ def as_signal(values: ArrayOrText, what: str) -> NDArray[np.float64]:
 
 
 def blocks_of(samples: NDArray[Any]) -> Iterator[tuple[int, NDArray[Any]]]:
-    """Place of the first sample, and samples, of each block of at most `LONG_SAMPLES`."""
+    """Yield each block of at most `LONG_SAMPLES` samples with the index of its first sample."""
     for first in range(0, samples.size, LONG_SAMPLES):
         yield first, samples[first : first + LONG_SAMPLES]
 
 
 def orient_samples(values: NDArray[Any]) -> NDArray[Any]:
-    """A vector or matrix with the samples down and the channels across, shape [n, channels]."""
+    """Reshape an array to [n, channels]; the longer side of a matrix is taken as the samples."""
     matrix = values.reshape(len(values), -1) if values.ndim != 2 else values
     return matrix if matrix.shape[0] >= matrix.shape[1] else matrix.T
 
 
 def printable(text: str, longest: int = LONGEST_NAME) -> str:
-    """One line of a text out of a file, without control characters, cut after `longest`; markup is not escaped."""
+    """First `longest` characters of a text, with ``?`` for control characters and line ends; HTML is not escaped."""
     shown = "".join(c if c.isprintable() else "?" for c in text[: longest + 1])
     return shown if len(shown) <= longest else shown[: longest - 1] + "…"
 
 
 def first_line(error: Exception, longest: int = LONGEST_ERROR) -> str:
-    """First line of another library's error message, or the name of the error."""
+    """First line of another library's error message; the name of the error's class if the message is empty."""
     return str(error).split("\n", 1)[0][:longest] or type(error).__name__
 
 
 def memory_limit_bytes(path: Path, expansion: int = EXPANSION) -> int:
-    """The most memory that the contents of this file may take [bytes]: a few bytes can claim terabytes."""
+    """Largest memory that a file's contents may occupy; a few damaged bytes could request terabytes."""
     return expansion * path.stat().st_size + FREE_BYTES
 
 
 def check_claim(path: Path, claimed_bytes: int, what: str, expansion: int = EXPANSION) -> None:
-    """Refuse (`DataError`) an array whose claimed size is out of proportion to the file."""
+    """Raise `DataError` if `claimed_bytes`, the stated size of an array, exceeds `memory_limit_bytes` of the file."""
     limit = memory_limit_bytes(path, expansion)
     if claimed_bytes > limit:
         raise DataError(

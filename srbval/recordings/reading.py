@@ -1,4 +1,4 @@
-"""Contents of a file as a recogniser understood them, before the user's settings."""
+"""Contents of a file as interpreted by a recogniser, before the user's settings are applied."""
 
 import functools
 from collections.abc import Mapping
@@ -18,17 +18,17 @@ N_PER_KN = 1e3
 
 
 def scaled(value: float | str | None, factor: float) -> float | None:
-    """`value` times `factor`, None without a value."""
+    """Multiply `value` by `factor`; None remains None."""
     return None if value is None else float(value) * factor
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
-    """Samples of one channel as stored, float64, [n]; times `factor` they are in its `unit`.
+    """Stored samples [n] of one channel, float64 or if long float32; samples times `factor` are in `unit`.
 
-    `unit` is ``unknown`` if the data set is known to state none, None if the file should have stated one, or stated the
-    `unknown_unit`. With `whole_numbers` the samples are a converter's, of an unknown scale. A channel with a `problem`
-    must not be analysed.
+    `unit` is ``unknown`` if the data set is known to state none. `unit` is None if the file should have stated a unit,
+    or stated one that is not known (`unknown_unit`). With `whole_numbers` the samples are counts of a converter with an
+    unknown scale. A channel with a `problem` must not be analysed.
     """
 
     samples: FloatArray
@@ -46,29 +46,29 @@ class Channel:
 
     @property
     def scale_missing(self) -> bool:
-        """True if a unit is stated, but not how many of it a sample of 1 is."""
+        """True if a unit is stated but not the factor from the samples to this unit."""
         return self.whole_numbers and self.unit not in (None, UNKNOWN, CONVERTER_COUNTS)
 
     @property
     def rotates(self) -> bool:
-        """True for the speed or the angle of a rotation, which is no vibration."""
+        """True if the samples are the speed or the angle of a rotation, which is not a vibration."""
         return self.unit in SPEED_HZ or self.unit in REVOLUTIONS
 
     @functools.cached_property
     def vibrates(self) -> bool:
-        """True unless the channel is a rotation, another quantity, constant, or only rises or only falls."""
+        """True unless the samples are a rotation or another quantity, or never rise, or never fall."""
         first, last = self.samples[:-1], self.samples[1:]
         is_other = self.rotates or self.unit in OTHER_QUANTITIES
         return not is_other and bool((last > first).any()) and bool((last < first).any())
 
     @property
     def recording_unit(self) -> str:
-        """The unit in which a recording keeps the samples."""
+        """Unit to which a recording converts the samples."""
         unit = UNKNOWN if self.scale_missing else self.unit or UNKNOWN
         return UNITS.get(unit, (unit, 1.0))[0]
 
     def converted(self) -> FloatArray:
-        """The samples in `recording_unit`, copied unless they are long: a view would keep the whole file in memory."""
+        """Samples in `recording_unit`; short ones are copied, as a view would keep the whole file in memory."""
         factor = 1.0 if self.scale_missing else self.factor * UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
         if factor != 1.0:
             return self.samples * factor
@@ -77,10 +77,11 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading(SourceFacts):
-    """Contents of a file; `channel` and `fs_hz` are None if the file leaves them open, the latter for `rate_problem`.
+    """Contents of a file; `channel` and `fs_hz` are None if the file leaves them open.
 
-    `times` are the file's times by the length of the signals that they belong to. `speed_problem` is the reason not to
-    trust the speed in the file; only a speed from the user resolves it.
+    `rate_problem` is the reason why the rate is open. `times` contains the times of the samples by the length of the
+    signal. `speed_problem` is the reason not to trust the speed in the file; only a speed stated by the user resolves
+    it.
     """
 
     channels: Mapping[str, Channel]
@@ -93,30 +94,30 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of the channels that may be analysed; if none vibrates without a problem, all that are no rotation."""
+        """Names of the channels that may be analysed: vibrations without a problem, otherwise all but rotations."""
         sound = tuple(name for name, channel in self.channels.items() if channel.vibrates and not channel.problem)
         return sound or tuple(name for name, channel in self.channels.items() if not channel.rotates)
 
     @property
     def main(self) -> Channel:
-        """The channel to analyse, or the first one if the choice is open."""
+        """Channel to analyse, or the first candidate if the user has not chosen yet."""
         names = self.axes or self.vibrations or tuple(self.channels)
         return self.channels[names[0] if self.channel is None else self.channel]
 
     @property
     def time(self) -> TimeColumn | None:
-        """Times of the channel to analyse."""
+        """Times of the samples of the channel to analyse; None if the file contains none."""
         return self.times.get(self.main.samples.size)
 
     def check_main(self) -> None:
-        """Refuse (`DataError`) a channel to analyse with a problem, also if all that could be chosen have one."""
+        """Raise `DataError` if the channel to analyse, or every candidate for it, has a problem."""
         names = self.axes or ((self.channel,) if self.channel is not None else self.vibrations)
         problems = [self.channels[name].problem for name in names]
         if problems and all(problems):
             raise DataError(str(problems[0]))
 
     def all_cautions(self) -> tuple[str, ...]:
-        """Cautions of the file and of the channel to analyse; of every channel, by its name, if the choice is open."""
+        """Cautions about the file and the channel to analyse, or about every channel if the choice is open."""
         if self.channel is not None:
             return self.cautions + self.channels[self.channel].cautions
         return self.cautions + tuple(f"{printable(n)}: {c}" for n, ch in self.channels.items() for c in ch.cautions)

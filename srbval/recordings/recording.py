@@ -1,4 +1,4 @@
-"""The one type in which vibration enters the signal pipeline, whatever its origin."""
+"""`Recording`, the type in which measured, simulated and synthetic vibration enters the analysis."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-KIND_ATTRIBUTE, RECORDING_KIND = "srbval_kind", "recording"  # of a file or data set; of one that contains a recording
-IN_ARRAYS = ("channels", "speed_signal")  # fields of a recording that a data set contains as variables
+KIND_ATTRIBUTE, RECORDING_KIND = "srbval_kind", "recording"  # attribute of a file; its value for a recording
+IN_ARRAYS = ("channels", "speed_signal")  # fields that a data set of xarray contains as variables
 SPEED_VARIABLE, SPEED_TIME, SPEED_RATE = "shaft_speed_hz", "shaft_time_s", "shaft_rate_hz"
 
 
 class Origin(enum.StrEnum):
-    """Origin of the signal. Nothing but `MEASURED` is ever shown or counted as measured."""
+    """Origin of a signal; only `MEASURED` signals are reported and counted as measurements."""
 
     MEASURED = "measured"
     SIMULATED = "simulated"
@@ -35,7 +35,7 @@ class Origin(enum.StrEnum):
 
 
 class SpeedSource(enum.StrEnum):
-    """Source of a shaft speed, best first."""
+    """Source of a shaft speed, the most reliable first."""
 
     PRESCRIBED = "prescribed"  # the simulation drove the shaft at this speed
     TACHOMETER = "tachometer"  # measured together with the vibration
@@ -46,10 +46,10 @@ class SpeedSource(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class ShaftSpeed:
-    """Mean shaft speed of a record with the half width of its 95 % interval.
+    """Mean shaft speed of a record with the half width of its 95 % interval [Hz].
 
-    If the speed was measured over the record, `spread_hz` is its standard deviation and `drift_hz` its change from the
-    first to the last quarter.
+    If the speed was measured during the record, `spread_hz` is its standard deviation and `drift_hz` is its mean over
+    the last quarter minus its mean over the first.
     """
 
     value_hz: float
@@ -61,7 +61,7 @@ class ShaftSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpeedSignal:
-    """Shaft speed over a record: `values_hz` [k], evenly at `rate_hz`, the first with the first sample."""
+    """Shaft speed during a record: `values_hz` [k], sampled at `rate_hz` from the first vibration sample on."""
 
     values_hz: FloatArray
     rate_hz: float
@@ -69,12 +69,12 @@ class SpeedSignal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceFacts:
-    """Facts that the source of a record states; None if it does not.
+    """Facts stated by the source of a record; None if the source does not state the fact.
 
-    `own_bearing` is the bearing stored with a simulated run, `cage_hz` the mean speed of the cage in a simulation.
-    `interval_means`: the samples are means over output intervals, as this program's own runs write them.
-    `resampling_error` is the estimated error of resampling in the band, as a share of the signal's RMS there. `notes`
-    give the source of each fact, `cautions` list what may make the numbers wrong.
+    `own_bearing` is the bearing stored with a simulated run, `cage_hz` the mean cage speed of a simulation. With
+    `interval_means` the samples are means over output intervals, as in this program's runs. `resampling_error` is the
+    estimated error of resampling divided by the signal's RMS, both in the band. `notes` name the source of each fact;
+    `cautions` list reasons why results may be wrong.
     """
 
     origin: Origin
@@ -96,11 +96,13 @@ class SourceFacts:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording(SourceFacts, NotebookObject):
-    """Vibration of one bearing: `channels`, float64 or if long float32, each [n], all at one rate.
+    """Vibration of one bearing: `channels` contains samples [n] by name, all at the sampling rate `fs_hz`.
 
-    `channel` names the one to analyse; a simulated run has two radial `axes` instead, to be rotated onto the sensor's
-    direction. `unit` is ``m/s2`` if the source states enough to convert, else its own, else ``unknown``, as with
-    `scale_missing` (see `Channel`). `band_hz` is the demodulation band that the data set or the user states.
+    Samples are float64, or float32 if the record is long. `channel` is the channel to analyse; a simulated run has two
+    radial `axes` instead, which are rotated into the sensor's direction. `unit` is ``m/s2`` (velocities: ``mm/s``,
+    displacements: ``um``) if the samples could be converted, otherwise the unit in the file, or ``unknown``. With
+    `scale_missing` the file states a unit but not the factor from the samples to this unit. `band_hz` is the
+    demodulation band stated by the data set or the user.
     """
 
     name: str
@@ -133,12 +135,12 @@ class Recording(SourceFacts, NotebookObject):
 
     @property
     def cage_ratio(self) -> float | None:
-        """Mean speed of the cage over that of the shaft, None if either is not known."""
+        """Mean cage speed divided by mean shaft speed; None if either is unknown."""
         return None if self.cage_hz is None or self.speed is None else self.cage_hz / self.speed.value_hz
 
     @property
     def known_speed(self) -> ShaftSpeed:
-        """The speed of the shaft; `ConfigurationError` if none is stated."""
+        """Shaft speed; raises `ConfigurationError` if none is stated."""
         if self.speed is None:
             raise ConfigurationError(
                 f"{self.name}: no shaft speed: neither the file nor its data set states one; give it with --rpm."
@@ -146,10 +148,9 @@ class Recording(SourceFacts, NotebookObject):
         return self.speed
 
     def part(self, first: int, end: int) -> Recording:
-        """Samples `first` to `end` in double precision, with the course of the speed there and its mean."""
-        course, speed, channels = self.speed_signal, self.speed, {}
-        for name, samples in self.channels.items():
-            channels[name] = np.array(samples[first:end], dtype=np.float64)
+        """Copy samples `first` to `end` as float64; the mean speed is recomputed if the record has a speed signal."""
+        channels = {name: np.array(samples[first:end], dtype=np.float64) for name, samples in self.channels.items()}
+        course, speed = self.speed_signal, self.speed
         if course is not None and speed is not None:
             low, high = (round(place * course.rate_hz / self.fs_hz) for place in (first, end))
             there = course.values_hz[low : high + 1]
@@ -170,40 +171,41 @@ class Recording(SourceFacts, NotebookObject):
 
     @property
     def time_s(self) -> FloatArray:
-        """Time of each sample [s], [n]; the first is zero."""
+        """Time of each sample [s], shape [n]; the first is zero."""
         return np.arange(self.samples) / self.fs_hz
 
     @classmethod
-    def from_array(cls, samples: Any, *, fs_hz: float, **asked: Any) -> Recording:
-        """Recording of samples [n], or [n, channels], at one rate [Hz]; `asked`: see `recording_from_columns`."""
+    def from_array(cls, samples: Any, *, fs_hz: float, **stated: Any) -> Recording:
+        """Create a recording from samples [n] or [n, channels]; `stated` are fields of `RecordingSettings`."""
         recording: Recording = load_public("recording_from_columns")(
-            {"signal": np.asarray(samples)}, fs_hz=fs_hz, **asked
+            {"signal": np.asarray(samples)}, fs_hz=fs_hz, **stated
         )
         return recording
 
     @classmethod
-    def from_frame(cls, frame: pandas.DataFrame | pandas.Series, **asked: Any) -> Recording:
-        """Recording of the numeric columns of a pandas table; `asked`: see `recording_from_columns`.
+    def from_frame(cls, frame: pandas.DataFrame | pandas.Series, **stated: Any) -> Recording:
+        """Create a recording from the numeric columns of a pandas table.
 
-        Times are a column with such a name, or the index if it is not a plain count of the rows; otherwise state
-        `fs_hz`. A title such as ``acc [g]`` states the unit.
+        Times are read from a column with a name such as ``time``, or from the index unless it only counts rows;
+        otherwise `fs_hz` is required. A title such as ``acc [g]`` states the unit. `stated` are fields of
+        `RecordingSettings`.
         """
         table = frame.to_frame() if frame.ndim == 1 else frame
         if type(table.index).__name__ != "RangeIndex":
             name = str(table.index.name)
             table = table.rename_axis(index=name if is_time(name) else "time").reset_index()
         columns = {str(name): column.to_numpy() for name, column in table.items()}
-        recording: Recording = load_public("recording_from_columns")(columns, **asked)
+        recording: Recording = load_public("recording_from_columns")(columns, **stated)
         return recording
 
     @classmethod
-    def from_xarray(cls, data: xarray.Dataset | xarray.DataArray, **asked: Any) -> Recording:
-        """Recording of a data set of xarray: of `to_xarray`, of a run file, or any other with a time coordinate.
+    def from_xarray(cls, data: xarray.Dataset | xarray.DataArray, **stated: Any) -> Recording:
+        """Create a recording from an xarray data set with a time coordinate, such as from `to_xarray` or a run file.
 
-        Units are the attributes ``units``; `asked`: see `recording_from_columns`.
+        Units are read from the attributes ``units``. `stated` are fields of `RecordingSettings`.
         """
         whole = data
-        if hasattr(data, "to_dataset"):  # an array, of one signal or with the channels along its shorter side
+        if hasattr(data, "to_dataset"):  # an array of one signal, or with channels along its shorter dimension
             shorter = min(data.dims, key=data.sizes.__getitem__)
             whole = data.to_dataset(dim=shorter) if data.ndim == 2 else data.to_dataset(name=data.name or "signal")
         along = next((variable.dims[0] for variable in whole.data_vars.values() if variable.dims), None)
@@ -212,22 +214,19 @@ class Recording(SourceFacts, NotebookObject):
         units = {titles[name]: str(v.attrs["units"]) for name, v in whole.variables.items() if "units" in v.attrs}
         facts = {name: x.item() if isinstance(x, np.number) else x for name, x in whole.attrs.items()}
         recording: Recording = load_public("recording_from_columns")(
-            columns, column_units=units, attributes=facts, **asked
+            columns, column_units=units, attributes=facts, **stated
         )
         return recording
 
     def facts(self) -> dict[str, Any]:
-        """Attributes of the data set that contains this recording, from which it is read again."""
+        """Attributes of the data set that `to_xarray` returns, from which the recording can be restored."""
         stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in IN_ARRAYS}
         facts = {KIND_ATTRIBUTE: RECORDING_KIND, "fs_hz": self.fs_hz, "unit": self.unit}
         facts |= {SPEED_RATE: self.speed_signal.rate_hz} if self.speed_signal is not None else {}
         return facts | {"facts": json.dumps(to_json(stated))}
 
     def to_xarray(self) -> xarray.Dataset:
-        """Data set of the channels over ``time_s``, with everything that is known of the record in its attributes.
-
-        `from_xarray` makes the same recording of it, also from a file that ``to_netcdf`` wrote.
-        """
+        """Convert to an xarray data set, which `from_xarray` converts back, also from a file of its ``to_netcdf``."""
         signals: dict[str, Any] = {name: ("time_s", x, {"units": self.unit}) for name, x in self.channels.items()}
         times = {"time_s": ("time_s", self.time_s, {"units": "s"})}
         if (course := self.speed_signal) is not None:
@@ -237,7 +236,7 @@ class Recording(SourceFacts, NotebookObject):
         return data
 
     def to_frame(self) -> pandas.DataFrame:
-        """Pandas table of times and channels, one row per sample."""
+        """Convert to a pandas table of times and channels, one row per sample."""
         import pandas
 
         return pandas.DataFrame({"time_s": self.time_s, **self.channels})

@@ -1,4 +1,4 @@
-"""The register of recordings: `srbval data add`, `list`, `verify`, `remove`, `fetch`; recordings for a purpose."""
+"""The register of recordings: functions for `srbval data add`, `list`, `verify`, `remove`, `fetch`; searches in it."""
 
 import contextlib
 import logging
@@ -47,9 +47,9 @@ SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may 
 
 
 class RegisterListing:
-    """The register, or the part that a command changed, sorted by file; `unreadable` is the reason why it is empty.
+    """Entries of the register, or the entries that a command changed, sorted by file.
 
-    `left_out` are files that are no recordings.
+    `unreadable` is the reason if the register could not be read. `left_out` are files that are not recordings.
     """
 
     def __init__(self, entries: Iterable[RegisteredRecording], unreadable: str = "") -> None:
@@ -60,7 +60,7 @@ class RegisterListing:
 
     @property
     def problems(self) -> tuple[RegisteredRecording, ...]:
-        """Recordings that are not ok."""
+        """Recordings whose status is not ok."""
         return tuple(r for r in self.recordings if r.status is not FileStatus.OK)
 
 
@@ -72,13 +72,14 @@ def add(
     settings: RecordingSettings | None = None,
     table: str | Path | None = None,
 ) -> RegisterListing:
-    """Register every file under `folder` (or one file), or the files of a `table` of labels; nothing is copied.
+    """Register the file `folder`, all files below the folder `folder`, or the files in a `table` of labels.
 
-    A file whose SHA-256 is not that of its first registration is reported as changed. `settings` are stored for each
-    file, under those of its row of the table (`label_table`); without any, the stored ones stay, also if the file has
-    moved. With `repin` hash and settings are replaced. Files that are no recordings are `left_out` of the listing.
-    Raises `DataError` for a folder without recordings, a named file that is none, or a manifest that cannot be written,
-    `ConfigurationError` for an unknown bearing or an unusable table.
+    No file is copied. A file whose SHA-256 differs from its first registration is reported as changed. `settings` are
+    stored with each file; settings in the file's row of the table (`label_table`) take precedence. If none are given,
+    the stored settings remain, even if the file has moved. `repin` replaces the stored hash and settings. Files that
+    are not recordings are in `left_out` of the listing. Raises `DataError` if a folder contains no recordings, a named
+    file is not a recording, or the manifest cannot be written; `ConfigurationError` for an unknown bearing or an
+    unusable table.
     """
     if table is None:
         stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
@@ -106,10 +107,7 @@ def add(
 
 
 def remove(name: str | Path) -> RegisterListing:
-    """Take a file, a folder with all below it, a data set, or the only file of a name out of the register.
-
-    Returns the removed entries; raises `DataError` if there are none.
-    """
+    """Remove entries from the register by file, folder, data set or file name; `DataError` if none matches."""
     path, wanted = Path(os.path.abspath(name)), str(name)
     registered = [entry for entry in read_manifest().values() if entry.registered]
     named = [entry for entry in registered if Path(entry.file).name == wanted]
@@ -121,17 +119,17 @@ def remove(name: str | Path) -> RegisterListing:
     if not removed:
         raise DataError(
             f"{wanted}: no registered file, folder or data set, or the name of several files; nothing was removed. "
-            f"Give a path of `srbval data list`. What {RECORDINGS_VARIABLE} names is listed as long as that is set."
+            f"Give a path of `srbval data list`. Files of {RECORDINGS_VARIABLE} are listed while it is set."
         )
     update_manifest(lambda entries: {file: entry for file, entry in entries.items() if entry not in removed})
     return RegisterListing(removed)
 
 
 def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
-    """All registered files, and those in SRBVAL_RECORDINGS, compared with their entries.
+    """Compare all registered files, and the files in SRBVAL_RECORDINGS, with their entries.
 
-    Only files of another size or time of change are hashed, or all of them with `hash_all`. With `or_none` a register
-    that cannot be read counts as empty, and the listing has the reason in `unreadable`.
+    Files are hashed if their size or modification time has changed, or always with `hash_all`. With `or_none` an
+    unreadable register counts as empty, and the listing contains the reason in `unreadable`.
     """
     known, unreadable = _manifest_or_none() if or_none else (read_manifest(), "")
     files = [Path(file) for file, entry in known.items() if entry.registered]
@@ -144,18 +142,18 @@ def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress
 
 
 def verify_recordings(*, progress: Progress = silent) -> RegisterListing:
-    """All registered files, each hashed again and compared with its entry."""
+    """Hash all registered files again and compare them with their entries."""
     return listing(hash_all=True, progress=progress)
 
 
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
-    """The rig's open excerpts that come with the program, in compact form; a file in their folder states the source."""
+    """Entries of the rig's open recordings that are installed with the program, in compact form."""
     known, _ = _manifest_or_none()  # the shipped files do not depend on it
     return RegisterListing(_inspect_and_store(files_under(shipped_folder(RIG_EXCERPTS)), known)).recordings
 
 
 def _manifest_or_none() -> tuple[EntriesByFile, str]:
-    """Entries of the manifest, or none and the reason if it cannot be read."""
+    """Entries of the manifest; no entries and the reason if the manifest cannot be read."""
     try:
         return read_manifest(), ""
     except DataError as error:
@@ -192,7 +190,7 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 
 
 def files_under(folder: Path) -> list[Path]:
-    """Files below `folder`, sorted; hidden ones and links to folders are skipped."""
+    """Files below `folder`, sorted, without hidden files and linked folders; `DataError` if there are none."""
     whole = Path(os.path.abspath(folder))
     if whole.is_file():
         return [whole]
@@ -202,12 +200,12 @@ def files_under(folder: Path) -> list[Path]:
         path for path in whole.rglob("*") if not path.is_dir() and "/." not in f"/{path.relative_to(whole).as_posix()}"
     ]
     if not found:
-        raise DataError(f"{folder}: holds no file. Name the folder that holds the recordings.")
+        raise DataError(f"{folder}: contains no files. Name the folder of the recordings.")
     return sorted(found)
 
 
 def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
-    """The settings with a bearing that can be loaded from every folder: a file by its whole path."""
+    """Replace the bearing in the settings by its name or absolute path, so that it loads from every folder."""
     if settings.bearing is None:
         return settings
     name, given = load_bearing(settings.bearing).name, settings.bearing
@@ -218,7 +216,7 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect_and_store(
     files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
-    """Entries of `files` as these are now; the manifest keeps new ones as not registered, to read them once only."""
+    """Inspect `files`; entries of new files are stored as not registered, so that no file is read twice."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
     new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
     if new:
@@ -230,10 +228,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Entries of `files` with the settings stated for each, compared with the `known` entries.
-
-    The known entry of a file that has not changed is taken as it is, unless `again` or settings are stated.
-    """
+    """Current entries of `files`; an unchanged file is read again only if `again`, or if settings are stated."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]
@@ -257,7 +252,7 @@ def _inspect(
 def rig_recordings(
     registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
 ) -> Registered:
-    """Usable recordings of the rig, full ones first, each content once; shipped ones if no own one is equal."""
+    """Usable recordings of the rig, full records first; shipped excerpts if no other has their operating point."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
     shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and r.operating_point not in points]
@@ -270,7 +265,7 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 
 
 def is_unopened(entry: RegisteredRecording) -> bool:
-    """True for a record of the rig with neither the content nor the operating point of an opened one (`used_for`)."""
+    """True for a rig record if no record with its content or operating point was opened (`ExpectedFile.used_for`)."""
     excerpts = dataset(RIG_DATASETS[-1])
     opened = {file.sha256 for file in excerpts.files if file.used_for}
     known = entry.sha256 in opened or entry.operating_point in excerpts.operating_points
@@ -278,17 +273,17 @@ def is_unopened(entry: RegisteredRecording) -> bool:
 
 
 def find_recording(*, state: Fault, nominal_rpm: float) -> RegisteredRecording | None:
-    """The rig recording at one speed [rpm] under `RADIAL_KN` alone, or None; the longest if there are several."""
+    """Longest rig recording at this state and speed [rpm] with the radial load `RADIAL_KN` only, or None."""
     found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
     at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (RADIAL_KN, 0.0)]
     return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
 
 
 def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
-    """The longest other healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
+    """Longest other healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
 
-    Without a data set the bearing must be the same and the mean speeds must agree to `SAME_SPEED`; a record without a
-    speed has no baseline.
+    If the record belongs to no data set, the bearing must be the same and the mean speeds must agree within
+    `SAME_SPEED`. A record without a speed has no baseline.
     """
     mean_rpm = None if recording.speed is None else recording.speed.value_hz * RPM_PER_HZ
     rpm = mean_rpm if recording.dataset is None else recording.nominal_rpm
@@ -312,7 +307,7 @@ def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
 
 
 def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
-    """Identity of the machine of a record: the data set; its folder without one, or if a set contains several."""
+    """Identify the machine of a record by its data set and folder; the folder is empty if the set has one machine."""
     if dataset in RIG_DATASETS:
         return RIG_DATASETS[0], ""
     per_folder = dataset is None or any(d.name == dataset and d.one_rig_a_folder for d in known_datasets())
@@ -320,7 +315,7 @@ def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
 
 
 def load_entry(entry: RegisteredRecording) -> Recording:
-    """A registered recording, read with its settings; raises what `load_recording` raises."""
+    """Load a registered recording with its stored settings; raises the errors of `load_recording`."""
     return load_recording(entry.file, entry.settings)
 
 
@@ -328,20 +323,20 @@ RecordSource = str | Path | Recording | Run  # a record's file, itself, or a sim
 
 
 def files_of(paths: Iterable[str | Path]) -> list[str]:
-    """Files as they are named, and all files below the folders named, each once."""
+    """List the named files and all files below the named folders, each once."""
     found = (files_under(Path(path)) if Path(path).is_dir() else [find_shipped(path)] for path in paths)
     return list(dict.fromkeys(str(file) for files in found for file in files))
 
 
 def recording_of(source: RecordSource, settings: RecordingSettings = NO_SETTINGS) -> Recording:
-    """The recording in a file (see `load_registered`), of a run, or itself; with the `settings` stated."""
+    """Return the recording of a file (`load_registered`) or a run, or `source` itself, after applying `settings`."""
     if isinstance(source, str | Path):
         return load_registered(find_shipped(source), settings)
     return with_settings(recording_from_run(source) if isinstance(source, Run) else source, settings)
 
 
 def find_shipped(name: str | Path) -> str | Path:
-    """A file that is there; else the recording of this name that comes with the program, found in any folder."""
+    """Return `name` if this file exists or no shipped recording has this name, otherwise the shipped file."""
     shipped = shipped_folder(RIG_EXCERPTS) / name
     return shipped if not Path(name).exists() and Path(name).name == str(name) and shipped.is_file() else name
 
@@ -349,16 +344,17 @@ def find_shipped(name: str | Path) -> str | Path:
 def load_registered(
     path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
 ) -> Recording:
-    """`load_recording` with `registered_settings`."""
+    """Load a recording with its settings from `registered_settings`."""
     return load_recording(path, registered_settings(path, settings, band_hz))
 
 
 def registered_settings(
     path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
 ) -> RecordingSettings:
-    """`settings`, and the register's for a file if these are not given and it can be read.
+    """Merge `settings` with the settings stored in the register for this file; `settings` take precedence.
 
-    A signal that is resampled is resampled for the band of its analysis, `band_hz`.
+    If the signal is to be resampled, `band_hz`, the band of its analysis, replaces the stored band. A register that
+    cannot be read is ignored.
     """
     entry = _manifest_or_none()[0].get(os.path.abspath(path))
     merged = (settings or NO_SETTINGS).over((entry and entry.settings) or NO_SETTINGS)

@@ -1,4 +1,4 @@
-"""Cautions that follow from the samples of a measured channel: clipped, or held instead of measured."""
+"""Cautions about measured samples that are clipped, or repeated instead of measured."""
 
 import math
 
@@ -9,20 +9,20 @@ from srbval.arrays import FloatArray
 from srbval.recordings.raw import blocks_of
 
 MIN_CLIPPED_IN_ROW, MIN_CLIPPED_TOTAL = 3, 10  # equal samples at an extreme, more than a vibration has there
-# As many times more samples at the extreme as next to it, within this share of the range or at the next value: a
-# coarsely digitised sine has 2.4; one that is sampled evenly at its peaks has none next to them.
+# Least ratio of the samples at the extreme to the samples next to it (within this share of the range, or at the next
+# value). A coarsely digitised sine has a ratio of 2.4; a sine sampled only at its peaks has no samples next to them.
 PILED_UP, NEAR = 3, 0.01
-SHORTEST_HOLD = 8  # samples; the recordings known here repeat a value three times at most
-COARSE, LONG_HOLD = 2.5, 1000  # digital steps of a usual change from sample to sample; samples
-MAX_CHANCE_HOLDS = 1e-3  # holds of this length expected by chance in the record
-FULL_SCALES = {12: 2, 14: 2, 16: 1, 24: 1}  # bits of a converter; more samples at both extremes are no coincidence
+SHORTEST_HOLD = 8  # samples; known recordings repeat a value three times at most
+COARSE, LONG_HOLD = 2.5, 1000  # usual change [digital steps] below which only long holds count [samples]
+MAX_CHANCE_HOLDS = 1e-3  # expected number of such runs in a record
+FULL_SCALES = {12: 2, 14: 2, 16: 1, 24: 1}  # by bits of a converter: samples at both extremes that may be a coincidence
 CODE_ROUNDING = 0.01  # of a digital step
 
 
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
-    """Clipped and held samples, with their counts; none for a constant signal, which the analysis refuses.
+    """Cautions about clipped and repeated samples, with their numbers; none for a constant signal.
 
-    A long signal is looked at in blocks; the first block with a caution of each kind stands for all.
+    A long signal is checked in blocks; a caution describes the first block and gives the number of affected blocks.
     """
     blocks = [(first, _block_cautions(block, first, samples.size)) for first, block in blocks_of(samples)]
     if len(blocks) == 1:
@@ -35,7 +35,7 @@ def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
 
 
 def _block_cautions(samples: FloatArray, begin: int, total: int) -> tuple[str, ...]:
-    """Cautions of a block of a signal of `total` samples, which begins with sample `begin`."""
+    """Cautions about one block of a signal of `total` samples; `begin` is the index of the first sample."""
     if samples.size < 2 or samples.min() == samples.max():
         return ()
     starts = np.concatenate(([0], np.flatnonzero(samples[1:] != samples[:-1]) + 1))
@@ -55,7 +55,7 @@ def _block_cautions(samples: FloatArray, begin: int, total: int) -> tuple[str, .
     if held.any():
         first = int(np.argmax(lengths * held))
         said.append(
-            f"held, not measured: {_share(int(lengths[held].sum()), samples)} in {held.sum()} run(s) of equal samples, "
+            f"repeated instead of measured: {_share(int(lengths[held].sum()), samples)} in {held.sum()} runs, "
             f"the longest {lengths[first]} times {values[first]:.6g} from sample {begin + starts[first]} on"
         )
     return tuple(said)
@@ -66,11 +66,7 @@ def _share(count: int, samples: FloatArray) -> str:
 
 
 def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
-    """Length from which a run of equal samples is no coincidence in a record of `total` samples.
-
-    Chance produces fewer than `MAX_CHANCE_HOLDS` such runs in the record. The length is greater if the digital step is
-    coarse compared with the changes between samples.
-    """
+    """Length [samples] from which a run of equal samples is no coincidence in a record of `total` samples."""
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf
@@ -79,7 +75,7 @@ def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int
 
 
 def _full_scale(samples: FloatArray, extreme: float) -> int | None:
-    """Bits of the converter whose limit `extreme` is; its digital step is 1 or the smallest value but 0."""
+    """Bits of a converter with the limit `extreme`, or None; its digital step is 1 or the smallest nonzero value."""
     smallest = float(np.abs(samples[samples != 0]).min())
     for step in (1.0, smallest):
         code = extreme / step if step > np.abs(samples).max() / 2**32 else 0.0

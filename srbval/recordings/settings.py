@@ -1,4 +1,4 @@
-"""Statements of the user about a file, by options or a table of labels; they go over the file's own."""
+"""Statements of the user about a file, from options or from a table of labels; they take precedence over the file."""
 
 from __future__ import annotations
 
@@ -24,29 +24,21 @@ from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
 from srbval.recordings.simulated import as_accelerations, as_rotation, mean_hz, resample_channels, without_settling
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
 from srbval.recordings.times import PLAUSIBLE_HZ
-from srbval.recordings.units import (
-    CONVERTER_COUNTS,
-    DERIVATIVE_UNITS,
-    DERIVATIVES,
-    FINE_UNITS,
-    UNITS,
-    UNKNOWN,
-    known_unit,
-    split_unit,
-)
+from srbval.recordings.units import CONVERTER_COUNTS, DERIVATIVES, FINE_UNITS, UNITS, UNKNOWN, known_unit, split_unit
 from srbval.storage.files import read_limited
 from srbval.storage.json_files import to_json
 from srbval.storage.tables import build
 
 FILE_COLUMN = "file"  # column of a table of labels
 ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a channel of a rotation
-USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
-MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
+USER_RPM_CI95 = 1.0  # a speed given by the user counts as rounded to about 1 rpm
+MOST_TOLERANCE_PCT = 10.0  # the widest search for the speed in a record
 NAMED_CHANNELS, MAX_SUGGESTIONS = 16, 5
-LIKELY_HZ = 25600.0  # for the example of a question
-LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by names
+LIKELY_HZ = 25600.0  # rate in the example of a question
+LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by name
 VOLTAGES = ("V", "mV", "uV")
 MV_PER_V = 1e3
+DERIVATIVE_UNITS = {1: "m/s", 2: "m"}  # default units by the stated order of the derivative
 POSITIVE = ("fs_hz", "rpm", "rpm_tolerance_pct", "scale", "sensitivity_mv_per_g", "pulses_per_rev", "resample_hz")
 NOTED = ("unit", "scale", "sensitivity_mv_per_g", "state", "bearing", "radial_kn", "axial_kn", "band_hz")
 SETTING_LABELS = {"sensitivity_mv_per_g": "sensitivity [mV/g]", "band_hz": "demodulation band [Hz]"}
@@ -57,15 +49,16 @@ SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --p
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings:
-    """Statements of the user about a record; None if nothing is stated, `ConfigurationError` for an impossible value.
+    """Statements of the user about a record; None if not stated, `ConfigurationError` if a value is impossible.
 
-    `unit` belongs to the samples times `scale`; `sensitivity_mv_per_g` converts V or mV. `tacho` is the tachometer's
-    channel. With `rpm_tolerance_pct` the speed is a set point that the shaft keeps within it (95 %), else a measured
-    one. `bearing` is a name or a TOML file. `auto_band` chooses a demodulation band on the record.
+    `unit` is the unit of the samples times `scale`; `sensitivity_mv_per_g` converts V or mV to g. `tacho` is the
+    tachometer's channel. With `rpm_tolerance_pct`, `rpm` is a set point that the shaft keeps within this tolerance (95
+    %), otherwise a measured speed. `bearing` is a name or a TOML file. `auto_band` selects a demodulation band by the
+    record.
 
-    For simulated signals: `origin` simulated, if the file does not state it; `resample_hz` makes even times of those of
-    a variable-step solver; the first `skip_s` are cut; `derivative` states that the samples are velocities (1) or
-    positions (2); `cage_channel` and `shaft_channel` are channels of an angle or a speed.
+    For simulated signals: `origin` is simulated, if the file does not state so; `resample_hz` is the new rate for the
+    uneven times of a variable-step solver; the first `skip_s` are cut; `derivative` is 1 if the samples are velocities,
+    2 if they are positions; `cage_channel` and `shaft_channel` are channels of an angle or a speed.
     """
 
     channel: str | None = None
@@ -116,7 +109,7 @@ class RecordingSettings:
         return self != RecordingSettings()
 
     def over(self, stored: RecordingSettings) -> RecordingSettings:
-        """These settings, and the `stored` ones if these are not given."""
+        """Combine with `stored` settings; a stored setting is used if these settings do not state it."""
         given = {key: value for key, value in vars(self).items() if value is not None}
         if self.rpm is not None:  # a stored tolerance belongs to the stored speed
             given["rpm_tolerance_pct"] = self.rpm_tolerance_pct
@@ -125,19 +118,19 @@ class RecordingSettings:
         return dataclasses.replace(stored, **given)
 
 
-def settings_of(asked: Mapping[str, Any]) -> RecordingSettings:
-    """Settings from keywords of a call, in which states and origins may be words; None is not stated."""
-    given = {key: to_json(value) for key, value in asked.items() if value is not None}
+def settings_of(stated: Mapping[str, Any]) -> RecordingSettings:
+    """Create settings from keyword arguments; states and origins may be texts, None means not stated."""
+    given = {key: to_json(value) for key, value in stated.items() if value is not None}
     return build(RecordingSettings, given, "keywords")
 
 
-# Settings by the names of their options, which are without units.
+# Settings by the names of their options, which contain no units.
 ALIASES = {
     re.sub("_(hz|pct|s|mv_per_g)$", "", field.name): field.name for field in dataclasses.fields(RecordingSettings)
 }
 
 
-# Keywords of options whose name is not that of a setting or of the option itself.
+# Keywords of options that are named neither like a setting nor like the option.
 KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
 KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solver": 'solver={"name": ...}'}
 KEYWORDS |= {kind: f'bearing="{kind} ..."' for kind in ("elements", "orders")}
@@ -149,10 +142,7 @@ OPTION = re.compile(
 
 
 def with_keywords(text: str) -> str:
-    """An error's text with the keywords of Python in place of options: ``rpm=R`` for ``--rpm R``.
-
-    Commands stay as they are.
-    """
+    """Replace options in an error message by Python's keywords (``--rpm R`` by ``rpm=R``), except in commands."""
 
     def keyword(found: re.Match[str]) -> str:
         if found["command"] or found["folder"]:
@@ -166,7 +156,7 @@ def with_keywords(text: str) -> str:
 
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
-    """`reading` with the user's settings; `DataError` if the file has no such channel, or a setting does not fit it."""
+    """Apply the user's settings to `reading`; `DataError` if a setting does not fit the contents of the file."""
     reading = _with_origin(path, reading, settings.origin)
     changes: dict[str, Any] = {"channels": _apply_to_channels(path, reading, settings)}
     notes, channel = [], reading.channel
@@ -185,14 +175,14 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     given = {SETTING_LABELS.get(key, key): getattr(settings, key) for key in NOTED}
     notes += [f"{label} {value} given by the user" for label, value in given.items() if value is not None]
     if settings.rpm is not None:
-        changes["speed"], how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading)
+        changes["speed"], how = _speed_from_user(settings.rpm, settings.rpm_tolerance_pct, reading)
         changes |= {"speed_signal": None, "speed_problem": None}
         notes.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
     for load in ("radial", "axial"):
         if (load_kn := getattr(settings, f"{load}_kn")) is not None:
             changes[f"{load}_n"] = load_kn * N_PER_KN
     states = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
-    cautions = [f"the file or its data set says {s}, the user {settings.state}: the user's is used" for s in states]
+    cautions = [f"the file or its data set states {s}, the user {settings.state}: the latter is used" for s in states]
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
     if (time := changed.time) and changed.fs_hz and (against := time.rate_caution(changed.fs_hz)):
         cautions += [] if time.uneven and settings.resample_hz else [against]
@@ -210,7 +200,7 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 
 def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading:
-    """`reading` with the origin that the user states; `DataError` if the file states another one than measured."""
+    """Set the origin that the user states; `DataError` if the file states an origin other than measured."""
     if stated in (None, reading.origin):
         return reading
     if reading.origin is not Origin.MEASURED:
@@ -220,11 +210,11 @@ def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading
 
 
 def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Any]:
-    """The sampling rate that the user, the file, its times or the channel states, and the reason if none does."""
+    """Fields of `Reading`: sampling rate by the user, the file, its times or the channel, or the reason for none."""
     time, fs_hz = reading.time, reading.fs_hz
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
-            raise DataError(f"{path}: {time.problem}; --fs would take them as even. Leave it out beside --resample.")
+            raise DataError(f"{path}: {time.problem}; --fs would treat them as even. Leave it out with --resample.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))
@@ -238,15 +228,12 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
 def _prepare_signals(
     path: Path, reading: Reading, settings: RecordingSettings, rotations: Mapping[str, str]
 ) -> Reading:
-    """Cut, resample and differentiate; read the speeds of cage and shaft from their channels, which are removed.
-
-    Velocities and positions of a simulation, and those that the user names, become accelerations.
-    """
+    """Cut, resample and differentiate channels; replace channels of rotations by the cage and shaft speeds."""
     cage, shaft = (rotations.get(key) for key in ROTATIONS[1:])
     turning = {name: as_rotation(path, reading.channels[name]) for name in (cage, shaft) if name is not None}
     reading = dataclasses.replace(reading, channels={**reading.channels, **turning})
     if reading.channel in turning or not set(reading.channels) - set(turning):
-        raise DataError(f"{path}: no vibration beside {' and '.join(turning)}; choose another --channel.")
+        raise DataError(f"{path}: no vibration except {' and '.join(turning)}; choose another --channel.")
     wanted, unit, time = settings.derivative, reading.main.recording_unit, reading.time
     if wanted is not None and DERIVATIVES.get(unit) != wanted:
         fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
@@ -255,7 +242,7 @@ def _prepare_signals(
     times_s = time.times_s if time is not None and settings.resample_hz else None
     is_other_rate = times_s is not None or settings.resample_hz != reading.fs_hz
     if times_s is None:
-        if reading.fs_hz is None:  # which is asked for
+        if reading.fs_hz is None:  # an open question
             return reading
         needed = settings.skip_s or cage is not None or (settings.resample_hz and is_other_rate)
         times_s = np.arange(reading.main.samples.size if needed else 0) / reading.fs_hz
@@ -274,7 +261,7 @@ def _prepare_signals(
 
 
 def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
-    """All channels, with unit, scale and sensitivity if they fit, state and bearing."""
+    """Channels with the stated unit, scale, sensitivity, state, bearing and band."""
     stated = {key: getattr(settings, key) for key in ("state", "bearing", "band_hz")}
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
@@ -282,8 +269,8 @@ def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings
     for name, own in reading.channels.items():
         c = dataclasses.replace(own, **given | ({} if own.rotates else _unit_changes(path, name, own, settings)))
         caution = (
-            f"its samples are whole numbers of a converter, and no --scale says what they are in {c.unit}: levels "
-            "are not known, and not compared with another record's"
+            f"its samples are whole numbers of a converter, and no --scale converts them to {c.unit}: levels are "
+            "unknown and are not compared with other records"
         )
         channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution)) if c.scale_missing else c
     if (per_g := settings.sensitivity_mv_per_g) is None:
@@ -302,7 +289,7 @@ def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings
 
 
 def _unit_changes(path: Path, name: str, channel: Channel, settings: RecordingSettings) -> dict[str, Any]:
-    """Changes of a channel by the user's unit, with a caution or a problem if the file states another one."""
+    """Changes of a channel by the user's unit; a caution or a problem if the file states another unit."""
     unit, own = settings.unit, channel.unit
     if unit is None and own is None and settings.derivative is not None:
         unit = DERIVATIVE_UNITS[settings.derivative]
@@ -320,11 +307,8 @@ def _unit_changes(path: Path, name: str, channel: Channel, settings: RecordingSe
     return {"unit": unit, "whole_numbers": whole and not settings.scale}
 
 
-def _given_speed(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
-    """The user's speed: a set point if a tolerance is given or it repeats the file's own, else a measured one.
-
-    The speed of a simulation is the one at which it drove the shaft.
-    """
+def _speed_from_user(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
+    """Shaft speed from the user's `rpm` (a set point, a prescribed or a measured speed), and its source in words."""
     own = reading.speed
     if tolerance_pct is not None:
         return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
@@ -334,14 +318,14 @@ def _given_speed(rpm: float, tolerance_pct: float | None, reading: Reading) -> t
         return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
     if MOST_TOLERANCE_PCT * rpm < 100 * USER_RPM_CI95:
         raise ConfigurationError(
-            f"--rpm {rpm:g} counts as rounded to {USER_RPM_CI95:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; say "
-            "how far the shaft may be off with --rpm-tolerance PCT."
+            f"--rpm {rpm:g} counts as rounded to {USER_RPM_CI95:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; "
+            "state how far the true speed may differ with --rpm-tolerance PCT."
         )
     return stated_speed(rpm, USER_RPM_CI95), ""
 
 
 def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
-    """Questions that neither the file nor the user answers."""
+    """Questions about channel, rate, unit and speed that neither the file nor the user answers."""
     questions, names = list[OpenQuestion](), reading.vibrations or tuple(reading.channels)
     if reading.channel is None and reading.axes is None:
         known = _printable_names(names)
@@ -362,7 +346,7 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
 
 
 def _rate_question(reading: Reading) -> OpenQuestion:
-    """The question for the rate; its example is a rate that the times allow."""
+    """Question for the sampling rate, with an example that agrees with the times in the file."""
     because, time = f" ({reading.rate_problem})" if reading.rate_problem else "", reading.time
     if time is None or not time.uneven:
         possible = (rate for rate in (time.rates_hz if time else ()) if PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1])
@@ -376,7 +360,7 @@ def _rate_question(reading: Reading) -> OpenQuestion:
 
 
 def _likely_unit(channel: Channel) -> str:
-    """A unit for the example of a question, which nothing in the file contradicts: by the name of the channel."""
+    """Unit for the example in a question, by the name of the channel."""
     if channel.whole_numbers or channel.unknown_unit:
         return UNKNOWN
     name = (channel.variable or "").lower()
@@ -384,7 +368,7 @@ def _likely_unit(channel: Channel) -> str:
 
 
 def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:
-    """Questions about bearing and speed, which an analysis needs and a record does not."""
+    """Questions about bearing and speed, which an analysis needs and a recording does not."""
     questions: list[OpenQuestion] = []
     if reading.main.bearing is None and reading.own_bearing is None:
         questions.append(BEARING_QUESTION)
@@ -413,10 +397,11 @@ def _printable_names(channels: Iterable[str]) -> list[str]:
 
 
 def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping[Path, RecordingSettings]:
-    """Settings by file below `folder`, from a CSV with the columns ``file`` and any of `RecordingSettings`.
+    """Read a CSV table of labels: settings by file below `folder`.
 
-    An empty field leaves `common`. Separated by semicolons or tabs, decimals may have a comma. `ConfigurationError`
-    lists everything that is wrong.
+    The columns are ``file`` and fields of `RecordingSettings`; an empty field leaves the value in `common`. If
+    semicolons or tabs separate the columns, decimals may have commas. `ConfigurationError` lists all errors in the
+    table.
     """
     fields = {field.name: str(field.type) for field in dataclasses.fields(RecordingSettings)}
     columns = (FILE_COLUMN, *(name for name in fields if name != "auto_band"))
@@ -427,7 +412,7 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     names = [ALIASES.get(name.strip().lower(), name.strip().lower()) for name in header]
     wrong = [f"unknown column {name!r}{did_you_mean(name, columns)}" for name in names if name not in columns]
     if FILE_COLUMN not in names or len(set(names)) < len(names):
-        wrong.append(f"each of its columns must be there once, {FILE_COLUMN!r} among them")
+        wrong.append(f"each column must occur once, and {FILE_COLUMN!r} is required")
     if wrong or not body:
         raise ConfigurationError(f"{table}: {'; '.join(wrong) or 'no row below its header'}.")
     found: dict[Path, RecordingSettings] = {}
@@ -442,7 +427,7 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
             for key, text in stated.items():
                 if "float" in fields[key]:
                     stated[key] = text.replace(",", ".") if separator != "," else text
-                if "tuple" in fields[key]:  # both edges of a band in one field
+                if "tuple" in fields[key]:  # one field contains both edges of a band
                     stated[key] = stated[key].split()
                 elif "int" in fields[key] and text.isdecimal():
                     stated[key] = int(text)

@@ -1,4 +1,4 @@
-"""Signals as solvers write them: settling cut, even times made, accelerations derived, rotations read."""
+"""Preparation of simulated signals: cut the start, resample uneven times, differentiate to accelerations."""
 
 import math
 from collections.abc import Mapping
@@ -14,21 +14,21 @@ from srbval.recordings.datasets.generic import MIN_SAMPLES
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.units import ACCELERATION, REVOLUTIONS, SI_FACTORS, SPEED_HZ, UNITS, known_unit, split_unit
 
-PASSED, STOPPED = 0.4, 0.5  # shares of the sampling rate: all below the first is kept, nothing above the second
+PASSED, STOPPED = 0.4, 0.5  # shares of the sampling rate: unchanged below the first, zero above the second
 STOPPED_DB = 80.0
-# Longest step, in periods of the band's upper edge: a cubic spline through four samples of each period of a sine is
-# good to 1.5 % of it. Without a band the highest frequency that is kept needs two samples in each of its periods.
+# Longest step, in periods of the band's upper edge: a cubic spline through four samples per period of a sine has an
+# error of 1.5 %. Without a band, the highest frequency that is kept needs two samples per period.
 LONGEST_STEP, LONGEST_WITHOUT_BAND = 1 / 4, 1 / 2
-CUBIC, QUINTIC = 3, 5  # degrees of splines; the difference of both estimates the error of the first
+CUBIC, QUINTIC = 3, 5  # degrees of splines; their difference estimates the error of the first
 FINE_SAMPLES_PER_STEP = 4  # samples of the fine grid in a usual step
-MOST_SAMPLES = 8  # times as many as were written
-SAME_TIME = 0.01  # of a new step: values within it are averaged, or the rounding of two of them would become a slope
+MOST_SAMPLES = 8  # after resampling, per sample in the file
+SAME_TIME = 0.01  # of a new step: closer values are averaged, because their rounding would become a slope
 LARGE_ERROR = 0.01  # of the RMS in the band
-MIRRORED = 4096  # samples of the mirror image that continues a signal at either end
+MIRRORED = 4096  # length of the mirror image that extends a signal at each end [samples]
 
 
 def without_settling(path: Path, reading: Reading, times_s: FloatArray, skip_s: float) -> Reading:
-    """Cut the first `skip_s` off all channels with these times; `DataError` if too little remains."""
+    """Cut the first `skip_s` seconds off all channels with these times; `DataError` if too little remains."""
     first, signal = int(np.searchsorted(times_s, times_s[0] + skip_s)), reading.speed_signal
     if times_s.size - first < MIN_SAMPLES:
         raise DataError(
@@ -45,15 +45,12 @@ def without_settling(path: Path, reading: Reading, times_s: FloatArray, skip_s: 
 
 
 def _with_times(reading: Reading, times_s: FloatArray) -> list[str]:
-    """Names of the channels that have a sample at each of these times."""
+    """Names of the channels with as many samples as there are times."""
     return [name for name, channel in reading.channels.items() if channel.samples.size == times_s.size]
 
 
 def as_rotation(path: Path, channel: Channel) -> Channel:
-    """The channel in Hz if it is a speed, else its angle in revolutions without jumps.
-
-    `DataError` if neither its unit nor the end of its name is that of an angle or a speed.
-    """
+    """Convert a channel to a speed [Hz] or to an angle without jumps [rev]; `DataError` if its unit fits neither."""
     name = channel.variable or ""
     behind = known_unit(split_unit(name)[1] or name.rpartition("_")[2])
     unit = channel.unit if channel.rotates else behind
@@ -68,7 +65,7 @@ def as_rotation(path: Path, channel: Channel) -> Channel:
 
 
 def mean_hz(path: Path, rotation: Channel, times_s: FloatArray) -> float:
-    """Mean of a speed over time, or the slope of the least-squares line through an angle; positive."""
+    """Mean frequency of a rotation [Hz], positive: mean of a speed, or slope of the line fitted to an angle."""
     if (count := rotation.samples.size) != times_s.size:
         raise DataError(f"{path}: {rotation.variable} has {count} samples, the vibration {times_s.size}.")
     if rotation.unit == "Hz":
@@ -79,10 +76,11 @@ def mean_hz(path: Path, rotation: Channel, times_s: FloatArray) -> float:
 def resample_channels(
     path: Path, reading: Reading, times_s: FloatArray, fs_hz: float, derivatives: Mapping[str, int]
 ) -> Reading:
-    """Resample all channels with these times to `fs_hz`, with the estimated error of the channel to analyse.
+    """Resample all channels with these times to `fs_hz`, and estimate the error for the channel to analyse.
 
-    The error is the difference between cubic and quintic splines, as a share of the RMS in the band, after the
-    derivative if there is one. Raises `DataError` if the steps are too long for the band, or the rate does not fit.
+    The error is the difference between cubic and quintic splines divided by the RMS, both in the band and after the
+    derivative that `derivatives` contains for the channel's unit. Raises `DataError` if the steps are too long for the
+    band, or the rate does not fit the record.
     """
     main, band_hz = reading.main, reading.main.band_hz
     cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
@@ -101,7 +99,7 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Refuse a rate or steps that do not fit the band; a caution if no band is known and the steps are long."""
+    """Raise `DataError` if rate or steps do not fit the band; return a caution for long steps if there is no band."""
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:
@@ -128,7 +126,7 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
 def resampled(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
     """Samples at even times, from a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
 
-    Times within about `SAME_TIME` of a new step count as one, such as both sides of an event.
+    Times closer than about `SAME_TIME` of a new step, such as both sides of an event, are averaged first.
     """
     from scipy.interpolate import make_interp_spline
     from scipy.signal import firwin, kaiserord, resample_poly
@@ -148,14 +146,14 @@ def resampled(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: in
 def _average_groups(
     begins: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Means of the groups of neighbours, of which each but the first `begins` after the value before it."""
+    """Mean time and sample of each group; `begins` [n - 1] is true if the next value begins a new group."""
     group = np.concatenate(([0], np.cumsum(begins)))
     count = np.bincount(group)
     return np.bincount(group, times_s) / count, np.bincount(group, samples) / count
 
 
 def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of `error` over that of `signal`, both in the band."""
+    """RMS of `error` divided by the RMS of `signal`, both in the band."""
     frequency_hz, window = np.fft.rfftfreq(signal.size, 1 / fs_hz), np.hanning(signal.size)
     inside = (frequency_hz >= band_hz[0]) & (frequency_hz <= band_hz[1])
     off, whole = (np.linalg.norm(np.fft.rfft(window * (x - x.mean()))[inside]) for x in (error, signal))
@@ -163,7 +161,7 @@ def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz:
 
 
 def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Reading:
-    """Replace channels with as many samples as the one to analyse by their `derivatives`, whose orders are by unit."""
+    """Differentiate channels to accelerations; `derivatives` contains the order of the derivative by unit."""
     count, changed, said = reading.main.samples.size, dict(reading.channels), set()
     for name, c in reading.channels.items():
         order = derivatives.get(c.recording_unit, 0)
@@ -176,11 +174,11 @@ def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Readin
 
 
 def differentiated(samples: FloatArray, fs_hz: float, order: int) -> FloatArray:
-    """Derivative of this order over time [s], in the frequency domain.
+    """Derivative of this order with respect to time [s], computed in the frequency domain.
 
-    It is exact up to `PASSED` of the sampling rate and falls to zero at `STOPPED`, so that noise above any band is not
-    amplified. A polynomial of this degree is taken off and differentiated by itself; the rest is continued at both ends
-    by its mirror image through the end, which fades out, so that the periodic continuation has no step.
+    It is exact up to `PASSED` times the sampling rate and falls to zero at `STOPPED`, so that noise above any band is
+    not amplified. A polynomial of this degree is fitted, removed and differentiated exactly. Both ends of the remainder
+    are extended by a fading mirror image, so that its periodic continuation has no step.
     """
     if order == 0:
         return samples

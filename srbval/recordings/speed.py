@@ -1,4 +1,4 @@
-"""Shaft speed: stated, a set point, or from a tachometer, whose channel contains a speed or pulses."""
+"""Shaft speed: stated, a set point, or measured by a tachometer whose channel contains a speed or pulses."""
 
 import dataclasses
 import math
@@ -16,24 +16,24 @@ Z95 = 1.96
 MIN_TACHOMETER_SAMPLES = 8
 PROFILE_STEP_S = 1e-3
 LIMIT_HZ = 2000.0  # above the speed of any rolling bearing
-# Share that a counting tachometer's speed may be off by its scale (95 %): its own quartz clock and the recorder's, 50
-# parts in a million each and a little more for warmth and age. Stated, not measured; an analogue one may be worse.
+# Scale error of the speed by a counting tachometer (95 %): quartz clocks of tachometer and recorder, 50 parts in a
+# million each, with a margin for temperature and age. An assumption; an analogue tachometer may be worse.
 SCALE_CI95 = 1e-4
 HYSTERESIS = 0.25  # of the swing from low to high, to either side of its middle
 LEAST_TURNS = 4  # for an interval and a spline
-SPIKES = 2e-4  # share of the samples at either end that may be no level of the signal
-ODD_INTERVAL = 0.4  # off the median of its neighbours by more: a pulse is missing, or is none
-NEIGHBOURS = 2  # turns to either side
+SPIKES = 2e-4  # share of the highest and of the lowest samples that is ignored
+ODD_INTERVAL = 0.4  # largest relative deviation from the neighbours; beyond, a pulse is missing or spurious
+NEIGHBOURS = 2  # turns on each side
 POINTS_PER_TURN = 8  # of the speed signal
-AGREES = 0.1  # of the speed stated by the user: more is a wrong number of pulses per revolution
+AGREES = 0.1  # largest deviation from the stated speed; beyond, the pulses per revolution are wrong
 
 
 def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
-    """Mean of a tachometer signal [Hz], sampled evenly at `rate_hz`, with its 95 % interval and drift.
+    """Mean of a speed signal [Hz] sampled at `rate_hz`, with 95 % interval, drift and standard deviation.
 
-    The interval contains the errors of the clocks (`SCALE_CI95`), white noise (a sixth of the variance of the second
-    differences), and the errors of the angle at both ends (`turn_error_s`), which remain if the sensor smooths its
-    signal. Raises `DataError` for a signal that cannot be a shaft speed.
+    The interval contains the errors of the clocks (`SCALE_CI95`), white noise (a sixth of the mean square of the second
+    differences) and the errors of the angle at both ends (`turn_error_s`), which remain if the sensor smooths its
+    signal. Raises `DataError` if the signal cannot be a shaft speed.
     """
     if speed_hz.size < MIN_TACHOMETER_SAMPLES:
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")
@@ -55,9 +55,10 @@ def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> Shaf
 
 
 def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
-    """White error of the times at which a sensor's signal completes a revolution [s]; 0 below `LEAST_TURNS` of them.
+    """Standard deviation of errors in the times at which a speed signal completes revolutions [s].
 
-    Too large if the shaft changes from one revolution to the next, too small if the sensor smooths over several.
+    It is 0 below `LEAST_TURNS` revolutions, too large if the speed changes between revolutions, and too small if the
+    sensor averages over several revolutions.
     """
     turns = np.abs(np.concatenate(([0.0], np.cumsum((speed_hz[1:] + speed_hz[:-1]) / 2) / rate_hz)))
     marks = np.interp(np.arange(math.floor(turns[-1]) + 1), turns, np.arange(turns.size) / rate_hz)
@@ -65,39 +66,40 @@ def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
 
 
 def _white_error(times_s: FloatArray) -> float:
-    """Standard deviation of independent errors of `times_s` [n] of an even motion, from second differences."""
+    """Standard deviation of independent errors in the times of a uniform motion [s], from second differences."""
     return math.sqrt(float(np.mean(np.diff(times_s, 2) ** 2)) / 6)
 
 
 def profile_signal(time_s: FloatArray, speed_rad_s: FloatArray, seconds: float) -> SpeedSignal:
-    """A prescribed speed, linear between its entries, sampled about every `PROFILE_STEP_S` over `seconds`."""
+    """Sample a prescribed speed, linear between its entries, about every `PROFILE_STEP_S` over `seconds`."""
     count = math.ceil(seconds / PROFILE_STEP_S) + 1
     values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
     return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)
 
 
 def prescribed_speed(value_hz: float) -> ShaftSpeed:
-    """The speed at which a simulation drove the shaft [Hz]."""
+    """Speed at which a simulation drives the shaft [Hz], known exactly."""
     return ShaftSpeed(value_hz=value_hz, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
 
 
 def nominal_speed(rpm: float, ci95_pct: float) -> ShaftSpeed:
-    """A set point [rpm]; `ci95_pct` is how far the data set's description trusts it."""
+    """Set point of the speed [rpm], with the half width of its 95 % interval in per cent."""
     return stated_speed(rpm, rpm * ci95_pct / 100, SpeedSource.NOMINAL)
 
 
 def stated_speed(rpm: float, ci95_rpm: float, source: SpeedSource = SpeedSource.STATED) -> ShaftSpeed:
-    """A value written down by somebody [rpm]; of a measured one `ci95_rpm` covers its rounding."""
+    """Speed stated by a file or a user [rpm], with the half width of its 95 % interval [rpm]."""
     if not 0 < rpm < LIMIT_HZ * RPM_PER_HZ:
         raise DataError(f"shaft speed {rpm} rpm must be above 0 and below {LIMIT_HZ * RPM_PER_HZ:.0f}.")
     return ShaftSpeed(value_hz=rpm / RPM_PER_HZ, ci95_hz=ci95_rpm / RPM_PER_HZ, source=source)
 
 
 def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float | None, rpm: float | None) -> Reading:
-    """`reading` with the speed that `channel` shows, or the reason why it has none as its `speed_problem`.
+    """Set the speed of `reading` from the tachometer's `channel`, or set `speed_problem` to the reason why not.
 
-    A channel in rpm, Hz or rad/s is a speed, in rad, deg or rev an angle, any other one pulses. Its rate is the
-    record's if both have as many samples, unless the file states another one. `rpm` is the mean that the user states.
+    A channel in rpm, Hz or rad/s contains a speed, a channel in rad, deg or rev an angle, any other channel pulses. The
+    channel has the record's sampling rate if both have the same number of samples, unless the file states another rate.
+    If `rpm`, the mean stated by the user, disagrees, this is a `speed_problem` as well.
     """
     name, factor, problem = channel.variable or "", SPEED_HZ.get(channel.unit or ""), None
     main = reading.channels[reading.channel] if reading.channel is not None else channel
@@ -125,7 +127,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
         return dataclasses.replace(reading, speed=None, speed_signal=None, speed_problem=f"tachometer {name}: {error}")
     found = speed.value_hz * RPM_PER_HZ
     if rpm is not None and abs(found / rpm - 1) > AGREES:
-        problem = f"tachometer {name} shows {found:.6g} rpm, stated are {rpm:g}: check --pulses-per-rev."
+        problem = f"tachometer {name} measures {found:.6g} rpm, stated are {rpm:g} rpm: check --pulses-per-rev."
     if reading.origin is Origin.SIMULATED and channel.rotates:  # exact
         speed = dataclasses.replace(speed, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
     notes = (*reading.notes, f"speed from tachometer {name}, {said}")
@@ -133,13 +135,13 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
 
 
 def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) -> tuple[ShaftSpeed, SpeedSignal, int]:
-    """Mean speed, its course over the record, and the number of pulses, from a channel of pulses at `fs_hz` [Hz].
+    """Mean speed, speed signal and number of pulses, from a channel of pulses sampled at `fs_hz`.
 
-    The mean is the whole revolutions over their time. Its 95 % interval joins the white error of a pulse at both ends
-    (`_white_error`, at least 1 / (sqrt(12) `fs_hz`)) and the part of the record that no whole revolution covers, at the
-    spread of the speed. Pulses and vibration have one clock, so its scale cancels in every order. The course is the
-    derivative of a cubic spline through the times of whole revolutions: errors of the disc within a revolution cancel.
-    Raises `DataError` if there are too few pulses, or some are missing or too many.
+    The mean is the number of whole revolutions divided by their duration. Its 95 % interval combines the white error of
+    a pulse at both ends (`_white_error`, at least 1 / (sqrt(12) `fs_hz`)) and the spread of the speed in the part of
+    the record outside whole revolutions. Pulses and vibration have one clock, so errors of the clock cancel in every
+    order. The speed signal is the derivative of a cubic spline through the times of whole revolutions, so errors of the
+    disc within a revolution cancel. Raises `DataError` if there are too few pulses, or some are missing or spurious.
     """
     from scipy.interpolate import CubicSpline
     from scipy.ndimage import median_filter

@@ -1,4 +1,4 @@
-"""Times of samples: time columns, time stamps and counters, stated rates and steps, and samples that are missing."""
+"""Times of samples: columns of times, time stamps, counters, stated rates and steps, and missing samples."""
 
 import math
 import re
@@ -16,18 +16,18 @@ from srbval.recordings.units import PATTERNS, rows_by_spelling, split_unit
 TIME_UNITS_S, RATE_UNITS_HZ = (
     {word: float(row["factor"]) for word, row in rows_by_spelling(kind).items()} for kind in ("time", "rate")
 )
-# Rates of vibration records: below, no resonance that a fault excites is sampled (the lowest band here begins at
-# 500 Hz); above lies acoustic emission. A record at 0.5 to 500 kHz with its times in ms reads as 0.5 to 500 Hz.
+# Rates of vibration records. Lower rates sample no resonance that a fault excites (the lowest band here begins at
+# 500 Hz), or mean times in ms; higher rates belong to acoustic emission.
 PLAUSIBLE_HZ = (500.0, 5e6)
 EPOCH_S = 9e8, 4e9  # seconds since 1970 in the years 1998 to 2096
 DAYS = 2e4, 8e4  # since 1900, as spreadsheets count them, in the years 1954 to 2119
 LARGEST_TIME = 1e19
-MAX_STEP_DEVIATION = 1e-3  # of a step, beside the rounding of the digits
-COARSEST = 0.5  # of a step: digits that hide no missing sample
-SAME_RATE = 1e-3  # of a rate
+MAX_STEP_DEVIATION = 1e-3  # of a step, in addition to the rounding of the digits
+COARSEST = 0.5  # largest last digit, as a share of a step; coarser digits may hide a missing sample
+SAME_RATE = 1e-3  # largest relative difference of two equal rates
 MOST_MISSING = 0.5  # of the samples, between the first and the last
-MOST_GAPS = 0.1  # of the steps of times; more are the steps of a solver
-COUNTER_BITS = (8, 16, 32)  # at which counters begin again
+MOST_GAPS = 0.1  # of the steps; more gaps mean the steps of a solver
+COUNTER_BITS = (8, 16, 32)  # sizes of counters that overflow
 _UNITS = "|".join(map(re.escape, sorted(TIME_UNITS_S, key=len, reverse=True)))
 _WITH_UNIT = rf"(?:(?: in |[ _/,.-]+)({_UNITS})|[ _/]*[\[(]\s*([^\])]*?)\s*[\])])?"
 _TIME = re.compile(rf"(?:.*\.)?(?:(?:{PATTERNS['time']}){_WITH_UNIT}|({_UNITS}))")
@@ -39,11 +39,11 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimeColumn:
-    """Meaning of times: `rates_hz` are the possible rates, the first one settled unless there is a `problem`.
+    """Interpretation of a column of times; `rates_hz` are the possible rates, the first is valid without a `problem`.
 
-    `times_s` [n] are uneven times that never fall and whose unit is known, so that the signal can be resampled.
-    `places` [n] are the numbers of the samples on an even grid if some of it are missing; a counter has places and no
-    rate. `likely_hz` is the mean rate of times too coarse to state one.
+    `times_s` [n] are uneven, never falling times in a known unit, from which the signal can be resampled. `places` [n]
+    are the indices of the samples on an even grid if some samples are missing; a counter has places and no rate.
+    `likely_hz` is the mean rate of times that are too coarse to state a rate.
     """
 
     name: str
@@ -60,7 +60,7 @@ class TimeColumn:
         return 0 if self.places is None else int(self.places[-1]) + 1 - self.places.size
 
     def rate_caution(self, fs_hz: float) -> str | None:
-        """The caution for a record that is read at `fs_hz` [Hz] all the same."""
+        """Caution if the record is read at a rate `fs_hz` that contradicts its times, else None."""
         if self.uneven:
             return f"{self.problem}; read as even, at {fs_hz:g} Hz"
         if not self.rates_hz or any(abs(rate / fs_hz - 1) < SAME_RATE for rate in self.rates_hz):
@@ -68,11 +68,11 @@ class TimeColumn:
         return f"the times of {self.name} mean {self.rates_hz[0]:.9g} Hz, read at {fs_hz:.9g} Hz"
 
     def fill_missing(self, samples: FloatArray) -> FloatArray:
-        """Samples on the even grid of their places, the missing ones on straight lines between their neighbours."""
+        """Interpolate missing samples linearly on the even grid of `places`."""
         return samples if self.places is None else np.interp(np.arange(self.places[-1] + 1), self.places, samples)
 
     def missing_caution(self) -> str:
-        """The caution for samples that are missing and were filled in."""
+        """Caution about samples that are missing and were interpolated."""
         assert self.places is not None
         gaps, count = int((np.diff(self.places) > 1).sum()), int(self.places[-1]) + 1
         share = f"{self.missing} of {count} samples ({100 * self.missing / count:.2g} %)"
@@ -80,7 +80,7 @@ class TimeColumn:
 
 
 def is_time(name: str, unit: str | None = None, values: NDArray[np.generic] | None = None) -> bool:
-    """True if a variable of this name contains times, or of this unit of time, if its `values` rise."""
+    """True if a variable contains times, by its name, or by a unit of time if its `values` rise."""
     if _TIME.fullmatch(name.lower().strip()):
         return True
     unit = unit or split_unit(name)[1] or ""
@@ -88,10 +88,7 @@ def is_time(name: str, unit: str | None = None, values: NDArray[np.generic] | No
 
 
 def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Sampling rate [Hz] that a value of this name states, also as a time step; True with it if the unit is stated.
-
-    None if the name means neither, or a step without a unit leads to no rate of a vibration.
-    """
+    """Sampling rate [Hz] from a named rate or time step, and True if its unit is stated; None for any other name."""
     bare = re.sub(r"\s*[\[({].*", "", name)
     unit = name[len(bare) :].strip(" []{}()").lower() or None
     plain = re.sub(r"[\W_]+", "", bare.rpartition(".")[2].lower())
@@ -108,10 +105,7 @@ def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
 
 
 def parse_time_stamps(texts: Sequence[str]) -> FloatArray | None:
-    """Times [s] of time stamps from the first, [n], in one of `STAMPS`; None if they are in no such form.
-
-    Times of day without a date go on past midnight, minutes and seconds past the hour.
-    """
+    """Seconds since the first time stamp [n], continued past midnight; None if no format in `STAMPS` fits."""
     import pandas as pd
 
     series = pd.Series(texts, dtype="str").str.strip().str.replace(r"(:\d\d:\d\d)[,:](\d+)", r"\1.\2", regex=True)
@@ -119,9 +113,8 @@ def parse_time_stamps(texts: Sequence[str]) -> FloatArray | None:
     if re.match(r"\d{1,2}:\d\d", first):
         turn = 3600.0 if first.count(":") == 1 else 86400.0
         series = ("2000-01-01 00:" if first.count(":") == 1 else "2000-01-01 ") + series
-    plain = series.str.replace(r"(\d)T(\d)", r"\1 \2", regex=True).str.replace(
-        r"\s+([AaPp])\.?([Mm])", r"\1\2", regex=True
-    )
+    plain = series.str.replace(r"(\d)T(\d)", r"\1 \2", regex=True)
+    plain = plain.str.replace(r"\s+([AaPp])\.?([Mm])", r"\1\2", regex=True)
     plain = plain.str.replace(r"(:\d\d)(?=[AaPp]|$)", r"\1.0", regex=True)
     for form in STAMPS:
         stamps = pd.to_datetime(series if form == "ISO8601" else plain, format=form, errors="coerce", utc=True)
@@ -133,7 +126,7 @@ def parse_time_stamps(texts: Sequence[str]) -> FloatArray | None:
 
 
 def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
-    """Meaning of the file's times for a signal of so many `samples`, of a counter without any; None without either."""
+    """Interpret the file's times, or its counter of samples, for a signal of `samples` samples; None without either."""
     arrays = {name: a for name in raw.variables if (a := raw.array(name)) is not None and a.size == samples > 2}
     numeric = {name: a for name, a in arrays.items() if a.dtype.kind in "fiu"}
     found = [interpret_times(raw, name) for name, a in numeric.items() if is_time(name, raw.units.get(name), a)]
@@ -151,7 +144,7 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
 
 
 def rises(values: NDArray[np.generic]) -> bool:
-    """True for numbers that never fall and mostly rise, which no vibration does."""
+    """True if values never fall and mostly rise, as times do and vibrations do not."""
     with np.errstate(invalid="ignore"):
         steps = np.diff(np.ravel(values).astype(np.float64))
     return steps.size > 0 and bool((steps >= 0).all() and np.mean(steps > 0) > MOST_MISSING)
@@ -163,7 +156,7 @@ def all_whole(samples: NDArray[Any]) -> bool:
 
 
 def read_counter(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
-    """Numbers of the samples, from 0, that a counter of single steps states, which may begin again; else None."""
+    """Numbers of the samples, from 0, by a counter with gaps and overflows; None if the values are no counter."""
     flat = np.asarray(values).ravel()
     with np.errstate(invalid="ignore"):
         whole = flat.size > 2 and flat.dtype.kind in "fiu" and all_whole(flat)
@@ -179,12 +172,12 @@ def read_counter(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
 
 
 def interpret_times(raw: RawFile, name: str) -> TimeColumn:
-    """Meaning of the variable `name` as times."""
+    """Find unit, rate, gaps and problems of the variable `name`, which contains times."""
     shown, values = printable(name), np.ravel(np.asarray(raw.array(name)))
     column = TimeColumn(name=shown)
     if name in raw.unusable:
         return replace(column, problem=raw.unusable[name], uneven=True)
-    with np.errstate(invalid="ignore"):  # damaged numbers, which are counted below
+    with np.errstate(invalid="ignore"):  # damaged numbers are counted below
         wrong = np.count_nonzero(~(np.abs(values.astype(np.float64)) < LARGEST_TIME))
     if wrong:
         return replace(column, problem=f"{wrong} of the times of {shown} are not finite numbers", uneven=True)
@@ -223,7 +216,7 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
 
 
 def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
-    """Unit of times: stated by the file or the name, else by the size of the first one, since 1970 or 1900."""
+    """Unit of times stated by the file or the name, else guessed from the first time (since 1970 or 1900)."""
     match = _TIME.fullmatch(name.lower().strip())
     stated = raw.units.get(name) or (match and (match[1] or match[2] or match[3])) or ""
     if stated or match is None:
@@ -236,10 +229,7 @@ def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
 
 
 def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
-    """The last digit of the largest time, below `coarsest`, if all have as many, behind the point or in all; else 0.
-
-    In single precision it is the spacing of such numbers.
-    """
+    """Last digit of the largest time, if no time has more significant digits and it is below `coarsest`; else 0."""
     values = np.asarray(times, np.float64)
     sizes, largest = np.abs(values), float(np.abs(values).max())
     places = np.floor(np.log10(sizes, where=sizes > 0, out=np.zeros(sizes.shape)))

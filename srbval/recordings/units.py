@@ -1,9 +1,9 @@
-"""Units in files, and names of times, rates and units: ``units.csv``, where a new spelling is a word of a row.
+"""Units in files, and names of times, rates and units, from the table ``units.csv``.
 
-Spellings are without blanks, dots, carets and parentheses, in any case if longer than a letter. The `kind` of a row is
-``signal`` (with the unit in which a recording keeps the samples and the factor to it), ``other`` for rotations and
-quantities beside a vibration, ``time`` or ``rate``, and ``name`` for a pattern of lower-case names, all but those of
-times without blanks and signs, and behind NI's prefixes.
+A new spelling is a new word in a row of the table. Spellings contain no blanks, dots, carets and parentheses; case is
+ignored if they are longer than a letter. The `kind` of a row is ``signal`` (with the unit to which a recording converts
+and the factor), ``other`` for rotations and other quantities, ``time``, ``rate``, or ``name`` for a pattern of names in
+lower case. The patterns, except for times, match names without blanks, signs and NI's prefixes.
 """
 
 import csv
@@ -19,29 +19,28 @@ PATTERNS = {row["unit"]: row["spellings"] for row in _UNIT_ROWS if row["kind"] =
 
 
 def rows_by_spelling(*kinds: str) -> dict[str, Mapping[str, str]]:
-    """Rows of these kinds by every spelling of their units."""
+    """Rows of the table with these kinds, by each spelling of their units."""
     rows = [row for row in _UNIT_ROWS if row["kind"] in kinds]
     return {word: row for row in rows for word in (*row["spellings"].split(), row["unit"])}
 
 
-ACCELERATION, VELOCITY, DISPLACEMENT = "m/s2", "mm/s", "um"  # kept by a recording
+ACCELERATION, VELOCITY, DISPLACEMENT = "m/s2", "mm/s", "um"  # units in a recording
 UNKNOWN = "unknown"
-ENVELOPE = "gE"  # a meter's acceleration envelope, which is demodulated already
-CONVERTER_COUNTS = "counts"  # of a converter: whole numbers without a scale
+ENVELOPE = "gE"  # acceleration envelope computed by a meter
+CONVERTER_COUNTS = "counts"  # whole numbers of a converter, without a scale
 # unit of files and options -> unit of the stored samples and factor to it
 UNITS: dict[str, tuple[str, float]] = {
     row["unit"]: (row["kept"], float(row["factor"])) for row in _UNIT_ROWS if row["kind"] == "signal"
 }
-DERIVATIVES = {VELOCITY: 1, DISPLACEMENT: 2}  # order of the derivative that makes an acceleration of a unit
+DERIVATIVES = {VELOCITY: 1, DISPLACEMENT: 2}  # order of the derivative from a unit to an acceleration
 SI_FACTORS = {VELOCITY: 1e-3, DISPLACEMENT: 1e-6}  # to m/s and m
-DERIVATIVE_UNITS = {1: "m/s", 2: "m"}  # units of samples of which only the order of the derivative is stated
 # units of a speed and an angle of rotation, and the factors to Hz and to revolutions
 SPEED_HZ = {"rpm": 1 / 60, "Hz": 1.0, "rad/s": 1 / (2 * math.pi)}
 REVOLUTIONS = {"rad": 1 / (2 * math.pi), "deg": 1 / 360, "rev": 1.0}
 OTHER_QUANTITIES = {row["unit"] for row in _UNIT_ROWS if row["kind"] == "other"} - {*SPEED_HZ, *REVOLUTIONS, ENVELOPE}
 # Units so small that a sensor may state whole numbers of them.
 FINE_UNITS = ("mg", "mm/s2", "um/s", "um", "nm", "mV", "uV", CONVERTER_COUNTS, UNKNOWN)
-_SHORT = ("m", "in", "A", "N", "W", "%", "degC", "degF", "deg", "rev")  # mean no unit behind a name
+_SHORT = ("m", "in", "A", "N", "W", "%", "degC", "degF", "deg", "rev")  # no units after a name without brackets
 _AMPLITUDE_KIND = re.compile(r"(?<=.)[ _]?(?:rms|eff|pk-?pk|p-?p|0-?p|pk|peak|true)$", re.IGNORECASE)
 _IN_NAME = re.compile(r"(.*?\S)\s*(?:[\[({]\s*([^\[\]{}]*?)\s*[\])}]|\s(?:in|/)\s+(\S+))")
 _UNIT_SUFFIX = re.compile(r"(.*?\w)(?:\s*[,;:/-]\s*|[\s_]+)((?:m|mm|rad|in|g)_[a-z]\w*|[^\s_]+)")
@@ -54,7 +53,7 @@ def _spellings() -> dict[str, str]:
 
 
 def known_unit(text: str) -> str | None:
-    """The unit of signals, rotations or other quantities that a text out of a file means, None for any other."""
+    """Unit that a text from a file means, of a signal, a rotation or another quantity; None if it is unknown."""
     plain = re.sub(r"[\s^*·().\[\]]", "", unicodedata.normalize("NFKC", text)).replace("\u2212", "-")
     plain = re.sub("^[\u03bc\u00b5]", "u", plain)
     bare = _AMPLITUDE_KIND.sub("", plain)
@@ -63,7 +62,7 @@ def known_unit(text: str) -> str | None:
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """Split a column's title into its name and unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``, ``acc_g``, ``g``."""
+    """Split a column's title into name and unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``, ``acc_g``, ``g``."""
     if found := _IN_NAME.fullmatch(name):
         return found[1], found[2] or found[3] or None
     behind = _UNIT_SUFFIX.fullmatch(name)
@@ -74,6 +73,6 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 
 def is_unit_key(name: str) -> bool:
-    """True if a value of this name, of any program, is a unit of samples."""
+    """True if an attribute with this name states the unit of samples, as some program writes it."""
     plain = re.sub(r"[\W_]", "", name.rpartition(".")[2].lower())
     return re.fullmatch(rf"(?:ni|nicm)?(?:{PATTERNS['unit']})", plain) is not None

@@ -1,4 +1,4 @@
-"""Files as the world writes them, made for the tests: nothing here uses the package's own writers."""
+"""Files in the layouts of other programs, written for the tests without the package's own writers."""
 
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ def vibration(n: int = 4096, seed: int = 0) -> np.ndarray:
 
 
 def excerpt(path: Path, **changes: Any) -> Path:
-    """The layout of the rig's open excerpts."""
+    """Write a file in the layout of the rig's open excerpts."""
     acceleration = vibration()
     values = {
         "acc_m_s2": acceleration,
@@ -47,14 +47,14 @@ def mfpt(path: Path, load: Any = 100.0) -> Path:
 
 
 def nested(value: Any) -> np.ndarray:
-    """A value wrapped in a 1 x 1 object array, as MATLAB's cells arrive."""
+    """Wrap a value in a 1 x 1 object array, as scipy represents MATLAB's cells."""
     box = np.empty((1, 1), dtype=object)
     box[0, 0] = value
     return box
 
 
 def signal_struct(values: np.ndarray, label: str, factor: float | None, increment: float) -> dict[str, Any]:
-    """One quantity of the rig's full layout."""
+    """One quantity of a file in the rig's full layout, as a struct."""
     quantity: dict[str, Any] = {"label": nested(label)}
     if factor is not None:
         quantity["unit_transformation"] = {"factor": factor, "offset": 0.0}
@@ -66,7 +66,7 @@ def signal_struct(values: np.ndarray, label: str, factor: float | None, incremen
 
 
 def rig_signals(*, speed_rpm: float = 700.0, speed_fs_hz: float = 100.0) -> dict[str, Any]:
-    """Temperatures first, the speed in rad/s next, four accelerometers in m/s2 labelled g last."""
+    """Signals of a rig file: temperatures, the speed in rad/s, then four accelerometers in m/s2 with the label g."""
     sensors = np.stack([vibration(seed=i) * (i + 1) for i in range(4)], axis=1)
     count = int(4096 / FS_HZ * speed_fs_hz)
     speed = (speed_rpm + 0.3 * vibration(count, 9)) * np.pi / 30
@@ -83,7 +83,7 @@ def rig_v5(path: Path, signals: dict[str, Any]) -> Path:
 
 
 def rig_v73(path: Path, signals: dict[str, Any]) -> Path:
-    """The same as MATLAB v7.3 stores it: groups, transposed arrays, 16-bit texts, references to cells."""
+    """Write the rig's signals as MATLAB v7.3: groups, transposed arrays, 16-bit texts, references to cells."""
     import h5py
 
     with h5py.File(path, "w", userblock_size=512) as file:

@@ -1,4 +1,4 @@
-"""One synthetic record, two sensors, in every format that has a loader, and what the user must state of it."""
+"""One synthetic record of two sensors in every format that has a loader, with the settings each format needs."""
 
 import functools
 import tempfile
@@ -23,7 +23,7 @@ FULL_SCALE_V = 1.0
 
 @functools.cache
 def record():
-    """Two channels [g]: a sensor without and one with an outer-race fault."""
+    """Samples [g] of two sensors: one without a fault, one with an outer-race fault."""
     other, sensor = (
         vibration(state, BEARING.orders, TIME * SHAFT_HZ, np.random.default_rng(i)) / G
         for i, state in enumerate((Fault.HEALTHY, Fault.OUTER))
@@ -111,7 +111,7 @@ WRITERS = {
 
 @functools.cache
 def whole(kind):
-    """The file of a kind; skips visibly where the library that writes it is missing."""
+    """Content of an intact file of a kind; skips the test if the library that writes this kind is missing."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "record.dat")
         WRITERS[kind][0](path, *record())

@@ -1,9 +1,9 @@
-"""A synthetic record: a seeded stochastic impulse model.
+"""Synthetic record from a seeded stochastic impulse model.
 
-Impacts at the fault's kinematic order (McFadden & Smith, Model for the vibration produced by a single
-point defect in a rolling element bearing, J. Sound Vib. 96, 1984), their spacing a random walk of slip
-(Antoni & Randall, A stochastic model for simulation and diagnostics of rolling element bearings with
-localized faults, J. Vib. Acoust. 125, 2003), ringing one resonance, under noise.
+Impacts at the fault's kinematic order (McFadden & Smith, Model for the vibration produced by a single point defect in a
+rolling element bearing, J. Sound Vib. 96, 1984) excite one resonance under noise. Slip makes their spacing a random
+walk (Antoni & Randall, A stochastic model for simulation and diagnostics of rolling element bearings with localized
+faults, J. Vib. Acoust. 125, 2003).
 """
 
 import math
@@ -27,7 +27,7 @@ LOAD_ZONE = 0.5  # load distribution factor of a bearing without play
 
 
 def write_synthetic_record(path, *, state=Fault.OUTER, shaft_hz=14.3, seconds, seed=1):
-    """Write a record at a steady speed to `path` as srbval writes its own files, of origin `Origin.STAND_IN`."""
+    """Write a record at a steady speed in srbval's own format, with origin `Origin.STAND_IN`."""
     turns = np.arange(round(seconds * FS_HZ)) / FS_HZ * shaft_hz
     signal = vibration(state, load_bearing(DEFAULT_BEARING).orders, turns, np.random.default_rng(seed))
     facts = {"srbval_kind": "stand-in", "name": "SYNTHETIC", "fs_hz": FS_HZ, "unit": "m/s2", "state": state.value}
@@ -38,7 +38,7 @@ def write_synthetic_record(path, *, state=Fault.OUTER, shaft_hz=14.3, seconds, s
 
 
 def vibration(state, orders, turns, rng):
-    """Acceleration [m/s2], shape of `turns` (shaft turns at each sample), of a bearing in `state`."""
+    """Acceleration [m/s2] of a bearing in `state`, at the shaft angles `turns` [revolutions] of the samples."""
     ring = np.arange(math.ceil(RING_S * FS_HZ))
     noise = rng.normal(0, NOISE_M_S2, len(turns))
     rattle = fftconvolve(rng.normal(0, 1, len(turns)), _response(ring / FS_HZ))[: len(turns)]
@@ -61,6 +61,6 @@ def vibration(state, orders, turns, rng):
 
 
 def _response(seconds):
-    """Impulse response of the resonance, amplitude about 1, zero before the impact."""
+    """Impulse response of the resonance at times [s]; amplitude about 1, zero before the impact."""
     omega = 2 * math.pi * RESONANCE_HZ
     return np.where(seconds > 0, np.exp(-DAMPING_RATIO * omega * seconds) * np.sin(omega * seconds), 0.0)

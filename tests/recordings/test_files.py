@@ -1,4 +1,4 @@
-"""One record in every format, files in the layouts of known data sets, and runs that srbval wrote."""
+"""One record in every format, files in the layouts of known data sets, and runs written by srbval."""
 
 import re
 import shlex
@@ -28,7 +28,7 @@ LINE_DIGITS = 1e-5  # relative, of a line: six digits of a time step, and those 
 
 @pytest.fixture(scope="module")
 def direct():
-    """The same samples without any file."""
+    """Load the same samples from arrays instead of a file."""
     facts = {"origin": Origin.MEASURED, "unit": "m/s2", "fs_hz": FS_HZ, "speed": stated_speed(SHAFT_HZ * 60, 1.0)}
     made = Recording(name="x", channels={"a": record()[1] * G}, channel="a", **facts)
     return analyse(made, bearing=BEARING, band_hz=(1400.0, 2800.0))
@@ -129,7 +129,7 @@ FULL_NAME = "IR_727rpm_124.8kN_49kN.mat"
 
 @pytest.mark.parametrize("d", known_datasets(), ids=lambda d: d.name)
 def test_names_patterns_addresses_and_bands_are_usable(d):
-    """All open sets share a band: 500 Hz to 10 kHz, or to 0.46 of a rate too low for it; nothing is fitted to a set."""
+    """All open sets have the same band, 500 Hz to 10 kHz or 0.46 of the sampling rate; no band is fitted to a set."""
     assert {c.bearing for c in d.channels} - {None} <= set(known_bearings())
     for pattern in (d.match.file, *d.match.variables, *(c.variable for c in d.channels)):
         re.compile(pattern or "")
@@ -154,7 +154,7 @@ def upm_citef(path):
 
 
 def rig(path, write=files.rig_v5):
-    """The rig's full layout, whose signals are found by their quantity: in another order."""
+    """Write a file in the rig's full layout with its signals in another order; their quantities identify them."""
     first, second, third = files.rig_signals(speed_rpm=700.0).values()
     return write(path, {"Signal_1": third, "Signal_7": first, "Signal_2": second})
 
@@ -231,9 +231,9 @@ def test_ims_asks_for_one_of_its_channels(tmp_path):
 
 
 def test_cwru_name_against_list(tmp_path):
-    with pytest.raises(DataError, match=r"name says 48000 Hz.*12000 Hz"):
+    with pytest.raises(DataError, match=r"name states 48000 Hz.*12000 Hz"):
         load_recording(files.cwru(tmp_path / "105_IR007_0_48kDE.mat", "105"))
-    said = "its name says OR007, the data set's list IR007 for record 105: the name is used"
+    said = "its name states OR007, the data set's list IR007 for record 105: the name is used"
     for name, cautions in (("105_OR007at6_0_12kDE.mat", (said,)), ("105_IR007_0_12kDE.mat", ())):
         assert load_recording(files.cwru(tmp_path / name, "105")).cautions == cautions
 
@@ -247,7 +247,7 @@ def test_cwru_two_records_in_one_file(tmp_path):
         assert f"left out: signals of record {left}" in r.notes
         assert r.speed.value_hz * 60 == pytest.approx(1772 if expected == 98 else 1750)
     savemat(tmp_path / "both.mat", values)
-    with pytest.raises(DataError, match="holds cwru records 98, 99"):
+    with pytest.raises(DataError, match="contains cwru records 98, 99"):
         load_recording(tmp_path / "both.mat")
 
 
@@ -304,7 +304,7 @@ def test_unit_factor(full):
 @pytest.mark.parametrize(
     ("place", "value", "said"),
     [
-        ("x_values number_of_values", 9999.0, "announces 9999 values, holds 4096: truncated"),
+        ("x_values number_of_values", 9999.0, "states 9999 values and contains 4096: truncated"),
         ("x_values increment", 0.0, "increment must be a positive time step"),
         (
             "y_values quantity unit_transformation factor",

@@ -1,8 +1,8 @@
-"""Damaged and hostile files: each a recording or one clear refusal, never a crash, a hang, or anything executed.
+"""Damaged and hostile files give a recording or one clear error, never a crash or a hang, and execute nothing.
 
-Every format with random damage, seeded; then single claims with their messages; then names that attack whoever shows
-them; then files with which a library hangs, crashes or takes all memory: the process that reads them ends, nothing else
-does. The long run: ``SRBVAL_FUZZ=10000 pytest tests/recordings/test_hostile_files.py``.
+First every format with seeded random damage, then single defects with their messages, then names with control
+characters or markup, then files with which a library hangs, crashes or exhausts the memory: only the child process that
+reads them ends. Long run: ``SRBVAL_FUZZ=10000 pytest tests/recordings/test_hostile_files.py``.
 """
 
 import contextlib
@@ -53,7 +53,7 @@ NPY_SHAPES += (f"({'1,' * 70})", "(" * 5000, "a" + ".b" * 4900, "{" * 150 + "}" 
 
 
 class Trap:
-    """Makes a folder when it is unpickled, which must never happen."""
+    """Creates a folder if it is unpickled, which must never happen."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -67,7 +67,7 @@ def cut(rng, whole):
 
 
 def changed(rng, whole):
-    """Bits are flipped; sizes, counts, types, addresses and longer pieces become others, zeros or noise."""
+    """Flip bits, or replace sizes, counts, types, addresses and longer pieces by other values, zeros or noise."""
     data = bytearray(whole)
     for _ in range(int(rng.integers(1, 8))):
         width = int(rng.choice((1, 2, 4, 8, 8, 100)))
@@ -81,7 +81,7 @@ def changed(rng, whole):
 
 
 def values(rng, path):
-    """Values, types, shapes or texts that are not what they should be, in a file that is whole."""
+    """Write an intact file with wrong values, types, shapes or texts."""
     spoilt, hostile = _spoilt(rng), str(rng.choice(HOSTILE))
     choice = rng.integers(4)
     if choice == 0:
@@ -118,7 +118,7 @@ def _spoilt(rng):
 
 
 def npy_header(rng, path):
-    """A NumPy header of pieces that are wrong by themselves or together."""
+    """Write a NumPy header from pieces that are wrong alone or in combination."""
     kind, shape = (str(rng.choice(pieces)) for pieces in (NPY_TYPES, NPY_SHAPES))
     header = f"{{'descr': {kind}, 'fortran_order': {rng.choice(('False', '0'))}, 'shape': {shape}, }}"
     version = int(rng.choice((1, 1, 1, 2, 3, 9)))
@@ -138,7 +138,7 @@ def pickled(rng, path, trap):
 
 
 def whole_files(folder):
-    """A file of every format."""
+    """Write an intact file of every format."""
     found = {}
     for kind in formats.WRITERS:
         with contextlib.suppress(pytest.skip.Exception):
@@ -151,9 +151,9 @@ def whole_files(folder):
 
 
 def used():
-    """Most memory so far [bytes], and computing time [s] of this process and of those it has ended.
+    """Peak memory [bytes] and computing time [s] of this process and its ended children.
 
-    A machine with other work to do adds nothing.
+    The numbers do not depend on the load of the machine.
     """
     import resource  # of POSIX
 
@@ -165,7 +165,7 @@ def used():
 @pytest.mark.skipif(sys.platform == "win32", reason="peak memory is read as POSIX gives it")
 @pytest.mark.timeout(max(600, COUNT))
 def test_every_format_with_every_damage(tmp_path, monkeypatch):
-    """A library that loops or crashes does so in the process that reads, which is ended and replaced."""
+    """A library that loops or crashes affects only its child process, which is ended and replaced."""
     monkeypatch.setattr(limited, "COMPUTING_S", 2.0)
     monkeypatch.setattr(limited, "WAITING", 100)  # on a busy machine; what hangs without computing fails the test
     for name in ("whole", "work", "here"):
@@ -198,7 +198,7 @@ def test_every_format_with_every_damage(tmp_path, monkeypatch):
 
 
 def load(path):
-    """``read`` or ``refused``; anything but a recording or a refusal in one line fails the test."""
+    """Load a file; returns ``read`` or ``refused``, and fails unless the error is one line."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -249,7 +249,7 @@ def npy_with_hidden_samples(path):
 
 
 def hdf5(make):
-    """A writer of an HDF5 file that `make` fills."""
+    """Create a writer of HDF5 files whose content `make` writes."""
 
     def write(path):
         with h5py.File(path, "w") as file:
@@ -279,7 +279,7 @@ def huge_claim(file, shape):
 
 
 def wide_chunk(file):
-    """A few bytes of a compressed chunk that claims to expand to two gigabytes."""
+    """Write a compressed chunk of a few bytes that claims to expand to two gigabytes."""
     data = file.create_dataset("x", (4000,), "f8", chunks=(2**28,), maxshape=(None,), compression="gzip")
     data.id.write_direct_chunk((0,), zlib.compress(bytes(2**20)))
 
@@ -336,7 +336,7 @@ def test_refused_with_the_reason(tmp_path, write, match):
 
 @pytest.mark.parametrize("used", ["x", "time", "fs", "spare"])
 def test_hdf5_datasets_never_written(tmp_path, used):
-    """Refused if they are used as a signal, a time or a number; a text beside them is not."""
+    """An unwritten dataset is refused as a signal, a time or a number, but not as an unused text."""
     with h5py.File(tmp_path / "a.h5", "w") as file:
         if used != "x":
             file["x"] = files.vibration()
@@ -349,7 +349,7 @@ def test_hdf5_datasets_never_written(tmp_path, used):
 
 
 def test_dimension_without_values(tmp_path):
-    """As netCDF-4 writes a dimension without coordinates: a data set that is never written, and no variable."""
+    """netCDF-4 stores a dimension without coordinates as an unwritten dataset, which is no variable."""
     with h5py.File(tmp_path / "a.nc", "w") as file:
         file["x"], file.attrs["fs_hz"] = files.vibration(), 1000.0
         scale = "This is a netCDF dimension but not a netCDF variable.      4096"
@@ -359,7 +359,7 @@ def test_dimension_without_values(tmp_path):
 
 
 def test_hdf5_attributes_that_are_no_numbers_are_not_read(tmp_path):
-    """Arrays, fields and lists of any size cost nothing; too many are refused."""
+    """Arrays, fields and lists of any size are not read; too many attributes are refused."""
     pair, number = np.dtype([("a", "f8"), ("b", "S1000")]), h5py.h5t.NATIVE_DOUBLE
     with h5py.File(tmp_path / "a.h5", "w", libver="latest") as file:
         file["x"] = files.vibration()
@@ -409,7 +409,7 @@ def good(path):
 
 
 def hanging(path):
-    """A file whose first text of variable length lies in a heap object of no size: HDF5 1.14 and 2.0 never return."""
+    """Write a file whose text is in a heap object without a size, in which HDF5 1.14 and 2.0 loop for ever."""
     damaged = bytearray(good(path).read_bytes())
     damaged[damaged.find(b"GCOL") + 24] = 0
     path.write_bytes(damaged)
@@ -417,7 +417,7 @@ def hanging(path):
 
 @pytest.fixture(params=[False, True], ids=["started", "forked"])
 def _own_readers(request, monkeypatch):
-    """New ones for each test, copies of this process too, which may wait for long on a busy machine."""
+    """Start new reader processes for each test; they are forked and may need long on a busy machine."""
     end_readers()
     monkeypatch.setattr(worker, "is_single_threaded", lambda: request.param)
     monkeypatch.setattr(limited, "WAITING", 200)
@@ -438,7 +438,7 @@ def test_one_that_hangs_does_not_stop_the_others(tmp_path, monkeypatch):
 
 @pytest.fixture
 def run(tmp_path):
-    """Let a reader do what a damaged file would make it do."""
+    """Let a reader process execute a function, as a damaged file could make it do."""
 
     def read(text):
         path = tmp_path / "does.py"
@@ -463,7 +463,7 @@ def run(tmp_path):
     ],
 )
 def test_how_it_ended_is_said(run, does, match, tmp_path, monkeypatch, capfd):
-    """Nothing else is printed, and no memory is dumped into the folder."""
+    """The error is the only output, and no memory dump is written to the folder."""
     monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
     monkeypatch.setattr(limited, "WAITING", 2.0 if "within" in match else 200)
     with pytest.raises(DataError, match=match) as caught:
@@ -503,7 +503,7 @@ def test_ctrl_c_ends_the_reader(run, tmp_path):
 @pytest.mark.usefixtures("_own_readers")
 @posix
 def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path):
-    """Readers of other threads end too, and the files still to come are not begun."""
+    """Readers of other threads end too, and files still to be read are not started."""
     for i in range(4):
         hanging(tmp_path / f"{i}.h5")
     before = os.times()

@@ -1,4 +1,4 @@
-"""Files of kinds that loggers, spreadsheets, LabVIEW, MATLAB, NI, gateways and pandas write: read, or named."""
+"""Files as loggers, spreadsheets, LabVIEW, MATLAB, NI, gateways and pandas write them are read, or clearly refused."""
 
 import json
 
@@ -38,7 +38,7 @@ X_Value\tDE\tComment"""
 
 
 def rows(form, *, comma=False):
-    """A line for each sample: of its number i, its time t or milliseconds, its value x, or a mark at every ninth."""
+    """A line for each sample i with its number, time, value, or the text OVLD (1.0 in every ninth line)."""
     facts = (
         {"i": i, "t": t, "ms": 1e3 * t, "x": x, "n": "OVLD" if i % 9 else 1.0}
         for i, (t, x) in enumerate(zip(T, X, strict=True))
@@ -125,7 +125,7 @@ def test_spellings_of_units(written, unit):
 
 @pytest.mark.parametrize(("unit", "factor"), [("mm/s", 1.0), ("ips", 25.4), ("m/s", 1e3), ("um", None), ("mil", None)])
 def test_velocities_and_displacements_stay_what_they_are(tmp_path, unit, factor):
-    """A sine of 50 Hz: its RMS in its own unit, and the velocity of ISO 20816 from it."""
+    """A sine of 50 Hz has the right RMS in its own unit, and the right velocity of ISO 20816."""
     at = np.arange(4 * N) / FS_HZ
     table = np.stack([at, np.sin(2 * np.pi * 50 * at)], 1)
     np.savetxt(tmp_path / "a.csv", table, header=f"t [s],x [{unit}]", delimiter=",", comments="")
@@ -222,7 +222,7 @@ def tdms(path, cut=0):
 
 
 def uff(path):
-    """Binary, with the mark of an end among its samples, and right behind them."""
+    """Write a binary data set with the mark of an end among its samples and directly after them."""
     names = "\n".join(["DE".ljust(80), *["NONE".ljust(80)] * 4])
     axis = "    0    0    0 NONE                 "
     head = f"""    -1

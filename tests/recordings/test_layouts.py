@@ -1,6 +1,6 @@
-"""Tables in any layout: the right rate, unit and samples, or a message that names what is in the way.
+"""Tables in any layout give the right rate, unit and samples, or an error that names the obstacle.
 
-Every combination of header, lines above it, separator, decimal sign, times, unit and missing samples, drawn at random.
+Combinations of header, lines above the header, separator, decimal sign, times, unit and missing samples are random.
 """
 
 import datetime
@@ -44,14 +44,14 @@ TIMES = ("none", "s", "ms", "us", "ns", "iso", "iso T", "hms", "german", "americ
 # What an example may be refused for: the commas of two kinds cannot be told apart.
 OBSTACLES = re.compile(
     "decimal commas that cannot be told|three digits after every comma|both decimal commas and points"
-    "|where commas stand between columns, decimals need a point"
+    "|if commas separate columns, decimals need a point"
 )
 SHAFT_HZ = 40.0
 START = datetime.datetime(2024, 5, 6, 23, 59, 59, 900_000, tzinfo=datetime.UTC)
 
 
 def drawn(rng):
-    """A layout; its values are the names of what is written."""
+    """Draw a random layout; its values are names of the variants to write."""
 
     def one(*values):
         return values[int(rng.integers(len(values)))]
@@ -72,7 +72,7 @@ def drawn(rng):
 
 
 def stamps(layout, places):
-    """The columns of times, none of a counter that starts at 7."""
+    """Columns of times for the samples (none if the layout has no times), or of a counter that starts at 7."""
     t = places / layout.fs_hz
     number = {"s": (1.0, 7), "ms": (1e3, 5), "us": (1e6, 2), "ns": (1e9, 0)}
     if layout.times in number:
@@ -93,7 +93,7 @@ def stamps(layout, places):
 
 
 def written(layout, rng, samples):
-    """The text of a table, and the places of the samples that it has."""
+    """Text of a table in the layout, and the indices of the samples that it contains."""
     count = samples.size
     places = np.arange(count)
     if layout.gaps:
@@ -144,13 +144,13 @@ def states_unit(layout):
 
 @pytest.mark.timeout(300)
 def test_any_layout(tmp_path):
-    """Never a wrong number: what is read is what was written; what is refused is refused for a known obstacle."""
+    """Samples that are read are equal to those written; a table is refused only for a known obstacle."""
     read = sum(is_read_right(i, tmp_path / "table.csv") for i in range(DRAWN))
     assert read > 0.7 * DRAWN
 
 
 def is_read_right(i, path):
-    """False for a table that is refused for a known obstacle."""
+    """True if the table is read with the right samples, False if it is refused for a known obstacle."""
     rng = np.random.default_rng((52, i))
     layout = drawn(rng)
     samples = np.round(rng.normal(0, 1, 512), 5) if i % ANALYSED else knocks(layout.fs_hz, rng)
@@ -171,7 +171,7 @@ def is_read_right(i, path):
 
 
 def answers(layout, asked):
-    """Options for what the file leaves open; it must not ask for what it states."""
+    """Settings for the questions that the file leaves open; no question may concern a stated fact."""
     rate_known = layout.above in ("key: value", "# key = value") or layout.times not in ("none", "counter")
     assert ("no sampling rate" in asked) <= (not rate_known or layout.header == "none"), (layout, asked)
     assert ("no unit" in asked) <= (not states_unit(layout)), (layout, asked)
@@ -202,7 +202,7 @@ def check(i, layout, found, full, places):
 
 
 def knocks(fs_hz, rng):
-    """Knocks at BPFO, that ring at 1.8 kHz."""
+    """Impacts at BPFO that excite a resonance at 1.8 kHz."""
     t = np.arange(int(0.4 * fs_hz)) / fs_hz
     since = np.mod(t, 1 / (BEARING.orders.bpfo * SHAFT_HZ))
     return np.round(rng.normal(0, 0.1, t.size) + np.exp(-600 * since) * np.sin(2 * np.pi * 1800 * since), 5)

@@ -1,4 +1,4 @@
-"""Public data sets of the package `bearing-datasets` arrive as recordings."""
+"""Public data sets of the package `bearing-datasets` become recordings."""
 
 import json
 from pathlib import Path
@@ -29,7 +29,7 @@ TABLE["signal_id"], TABLE["n_samples"] = TABLE["recording_id"] + "/" + TABLE["ch
 
 
 def built(root: Path) -> Any:
-    """The data set as the package itself writes, checks and opens it."""
+    """Build a data set that the package itself writes, checks and opens."""
     package = pytest.importorskip("bearing_datasets")
     from bearing_datasets.build import SignalWriter
     from bearing_datasets.schema import validate
@@ -48,7 +48,7 @@ def built(root: Path) -> Any:
 
 
 def test_facts_of_a_set_are_those_of_the_recordings(tmp_path: Path) -> None:
-    """Statements of the set are used, missing ones are asked for, and statements of the user replace them."""
+    """Statements of the set are used, missing ones are open questions, and the user's statements replace them."""
     dataset = built(tmp_path)
     first, far, healthy = srbval.dataset_recordings(dataset, unit="g")
     np.testing.assert_allclose(first.channels["DE"], 9.80665 * NOISE[0], rtol=1e-6)

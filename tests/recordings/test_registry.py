@@ -1,4 +1,4 @@
-"""The register: add, list, verify, remove, what users state and the recordings that ship; download of an open set."""
+"""The register: add, list, verify, remove, settings of users, shipped recordings, and download of an open set."""
 
 import dataclasses
 import os
@@ -51,7 +51,7 @@ RIG, EXCERPT = "IR_727rpm_124.8kN_0kN.mat", "OR_353rpm_x.mat"
 
 @pytest.fixture
 def folder(tmp_path):
-    """A rig excerpt, a full rig recording, a CWRU record and a stand-in; a readme."""
+    """Create a folder with a rig excerpt, a full rig recording, a CWRU record, a synthetic record and a readme."""
     folder = tmp_path / "data"
     (folder / "below").mkdir(parents=True)
     files.excerpt(folder / EXCERPT, condition="OR", rpm_nominal=353)
@@ -128,7 +128,7 @@ def test_recordings_of_the_rig(folder):
 
 
 def test_environment_folder_is_there_without_add(folder, monkeypatch):
-    """Files of a named folder are read once, and again after a change, but not registered."""
+    """Files in the folder of SRBVAL_RECORDINGS are read once, and again after a change, but not registered."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
     first = listing().recordings
     assert (len(first), {entry.registered for entry in read_manifest().values()}) == (4, {False})
@@ -170,7 +170,7 @@ def test_a_copy_is_no_further_recording(folder, tmp_path):
 
 @pytest.mark.parametrize("unit", [None, "g"])
 def test_a_folder_that_moved(unit, folder, tmp_path):
-    """Its old entries go, stored settings stay; files that went for good stay missing."""
+    """Old entries are removed and stored settings kept; files that no longer exist remain missing."""
     add(folder)
     add(folder / "below", settings=RecordingSettings(rpm=700.0))
     (folder / "105.mat").unlink()
@@ -199,7 +199,7 @@ def test_adds_at_once_lose_nothing(tmp_path):
 
 @pytest.mark.recordings
 def test_real_folder(recordings_dir, monkeypatch):
-    """Every file is read, accused of nothing, or left out with its reason; a set of several channels asks for one."""
+    """Every file is read without cautions, or left out with a reason; several channels are an open question."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
     found = listing()
     assert (found.problems, {r.cautions for r in found.recordings}) == ((), {()})
@@ -212,7 +212,7 @@ def test_real_folder(recordings_dir, monkeypatch):
 
 
 def test_what_srbval_wrote_itself_is_no_recording(folder):
-    """Tables that figures show and results of a campaign hold signals, too."""
+    """Tables of figures and results of a campaign contain signals but are not recordings."""
     tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
@@ -264,7 +264,7 @@ HEADER = "file;state;bearing;rpm;radial_kn;channel;fs;unit"
 
 @pytest.fixture
 def machine(tmp_path):
-    """A folder with files of two channels, and one file of one channel."""
+    """Create a folder with two files of two channels and one file of one channel."""
     (tmp_path / "rig").mkdir()
     for i, name in enumerate(("a.npy", "b.npy")):
         np.save(tmp_path / "rig" / name, np.stack([files.vibration(seed=2 * i + k) for k in range(2)], axis=1))
@@ -334,7 +334,7 @@ def test_impossible_settings(wrong, said):
 
 
 def test_a_table_of_labels(machine, srbval_json):
-    """Files that it does not name are not registered; an empty field leaves the option of the command."""
+    """Files not named in the table are not registered; an empty field leaves the option of the command."""
     rows = ("a.npy;healthy;skf-6205;1480,5;2,5;data[2];25600;g", "b.npy;outer;skf-6205;1478;2,5;data[2];25600;")
     labels = labelled(machine, *rows)
     first, second = srbval_json("data", "add", machine, "--table", labels, "--unit", "m/s2")["recordings"]
@@ -363,7 +363,7 @@ WRONG_ROWS += ("a.npy;;;1;;;;", "a.npy;;;2;;;;")
     ("header", "rows", "said"),
     [
         ("file;bearng", ("a.npy;x",), "unknown column 'bearng'; did you mean 'bearing'"),
-        ("state", ("outer",), "'file' among them"),
+        ("state", ("outer",), "'file' is required"),
         (
             HEADER,
             WRONG_ROWS,
@@ -468,7 +468,7 @@ class Handler(SimpleHTTPRequestHandler):
 
 @pytest.fixture
 def server(tmp_path, monkeypatch):
-    """Serves the files of its folder; `asked` lists the requests."""
+    """Serve the files of a folder by HTTP; `asked` lists the requests."""
     made = tmp_path / "made"
     made.mkdir()
     served = ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, directory=made))
@@ -501,7 +501,7 @@ def test_what_cannot_be_fetched_and_the_way_out(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("damage", [lambda body: body[:5000], lambda body: body[:5000] + b"x" + body[5001:]])
 def test_damaged_then_resumed_at_the_file_that_is_missing(server, tmp_path, damage):
-    """A file that is cut or is not the pinned one is refused, and not kept."""
+    """A file that is cut or has another hash is refused and deleted."""
     path = server.folder / NAMES[1]
     whole = path.read_bytes()
     path.write_bytes(damage(whole))

@@ -1,4 +1,4 @@
-"""Signals as solvers and simulators write them: even times, accelerations, cage and shaft, or refused; tachometers."""
+"""Simulated signals: uneven times, accelerations, speeds of cage and shaft, and errors; signals of tachometers."""
 
 import csv
 import os
@@ -36,7 +36,7 @@ RATIO = 1e-5  # of a cage ratio, read without noise
 
 
 def uneven_times(step_s=STEP_S, seconds=0.5):
-    """Steps of 0.6 to 1.4 times the mean one."""
+    """Times with steps of 0.6 to 1.4 times the mean step."""
     steps = np.random.default_rng(0).uniform(0.6, 1.4, round(seconds / step_s)) * step_s
     return np.concatenate(([0.0], np.cumsum(steps)))
 
@@ -64,7 +64,7 @@ def test_uneven_times_become_even(tmp_path):
     path = table(tmp_path / "a.csv", {"time": times, "acc [m/s2]": tones(times)})
     with pytest.raises(DataError, match=r"no even times \(the times of time are uneven.*\): --resample HZ"):
         load(path)
-    with pytest.raises(DataError, match=r"uneven.*--fs would take them as even. Leave it out"):
+    with pytest.raises(DataError, match=r"uneven.*--fs would treat them as even. Leave it out"):
         load(path, fs_hz=20_000.0, resample_hz=FS_HZ)
     found = load(path, resample_hz=FS_HZ, band_hz=BAND_HZ)
     assert (found.fs_hz, found.cautions) == (FS_HZ, ())
@@ -75,13 +75,13 @@ def test_uneven_times_become_even(tmp_path):
 
 
 def test_what_the_new_rate_does_not_hold_is_removed():
-    """A tone above half of the new rate would appear at the difference of both."""
+    """A tone above half of the new rate would otherwise appear at the difference frequency."""
     times = uneven_times(1e-5)
     assert np.abs(resampled(times, tones(times, (4500.0,)), FS_HZ)[ENDS:-ENDS]).max() < STOPPED
 
 
 def test_events_are_written_twice(tmp_path):
-    """A solver writes both sides of an event; the rounding of two values a nanosecond apart is no slope."""
+    """A solver writes both sides of an event; rounding of two values a nanosecond apart must not give a slope."""
     times = np.sort(np.concatenate([uneven_times(), [0.1, 0.1, 0.2, 0.2 + 1e-9]]))
     rounding = 1e-4 * (np.arange(times.size) % 2)
     path = table(tmp_path / "a.csv", {"t": times, "a [m/s2]": tones(times) + rounding})
@@ -145,7 +145,7 @@ def test_steps_that_do_not_carry_the_band(tmp_path, times, settings, said):
 )
 @pytest.mark.parametrize("drift", [0.0, 3.0])
 def test_accelerations(tmp_path, unit, per_m, stated, drift):
-    """A tone of 123.4 Hz, no whole number of periods in the record: sign, (2 pi f)^n, and no step at the ends."""
+    """A tone of 123.4 Hz without a whole number of periods: sign, (2 pi f)^n, and no step at the ends."""
     rate = 2 * np.pi * 123.4
     acceleration, samples = np.cos(rate * EVEN), drift * EVEN - np.cos(rate * EVEN) / rate**2
     if unit.endswith("/s") or stated.get("derivative") == 1:
@@ -187,7 +187,7 @@ SHAFT_HZ, CAGE = 12.0, 0.4315
 )
 @pytest.mark.parametrize("resample_hz", [None, FS_HZ])
 def test_cage_and_shaft(tmp_path, name, of_turns, resample_hz):
-    """The settling, in which the cage slips, is cut."""
+    """The start, during which the cage slips, is cut."""
     times = uneven_times() if resample_hz else EVEN
     turns = CAGE * SHAFT_HZ * times + 0.3 * np.clip(0.1 - times, 0, None)
     columns = {"time [s]": times, "a [m/s2]": tones(times), name: of_turns(turns)}
@@ -207,7 +207,7 @@ def test_cage_and_shaft(tmp_path, name, of_turns, resample_hz):
     ("cage", "said"),
     [
         ("b", "b is no angle or speed by its unit, m; one of rad, deg, rev, rpm, Hz, rad/s"),
-        ("a", "no vibration beside a"),
+        ("a", "no vibration except a"),
         ("kage", "no channel 'kage'; it has a"),
     ],
 )
@@ -247,7 +247,7 @@ def test_options_and_a_table_of_labels_state_the_same(tmp_path, srbval_json):
 
 @pytest.mark.parametrize("name", ["variable_step", "uniform_step", "mujoco_outer", "mujoco_inner"])
 def test_the_handed_simulations(name):
-    """Lines and cage ratios that the makers of the files state."""
+    """Lines and cage ratios agree with the values stated by the authors of the files."""
     if not (path := HANDED / f"{name}.csv").is_file():
         pytest.skip("no folder of handed simulations beside SRBVAL_RECORDINGS")
     settings = {"rpm": 710.0, "band_hz": BAND_HZ, "origin": Origin.SIMULATED, "resample_hz": 20_480.0}
@@ -293,7 +293,7 @@ def test_simulink(tmp_path, contents, channel, settings):
 
 
 def test_times_of_the_channel_that_is_chosen(tmp_path):
-    """Two blocks log at two rates."""
+    """Two blocks record at two rates."""
     slow = {"time": np.arange(1000) / 2e3, "signals": structure("slow", X[:1000])}
     fast = {"time": TIMES, "signals": structure("fast", X)}
     savemat(tmp_path / "out.mat", {"a": slow, "b": fast}, oned_as="column")
@@ -302,7 +302,7 @@ def test_times_of_the_channel_that_is_chosen(tmp_path):
 
 
 def test_objects_of_matlab(tmp_path, monkeypatch):
-    """Without the library the message has both ways out; with it, a series and a timetable are read."""
+    """Without mat-io the error states two remedies; with mat-io a timeseries and a timetable are read."""
     import pandas as pd
 
     monkeypatch.setitem(sys.modules, "matio", None)
@@ -342,7 +342,7 @@ def letters(*texts):
 
 
 def modelica(path, layout, times=TIMES):
-    """A model with a parameter, two variables, and the second one again with the other sign."""
+    """Write a result with a parameter, two variables, and an alias of the second variable with a changed sign."""
     names = ("Time", "bearing.d", "ring.a[1]", "ring.a[2]", "ring.f", "ring.phi")
     described = ("Time in [s]", "Diameter [m]", "Acceleration [m/s2|m/s2]", "[m/s2]", "", "[rad]")
     info = np.array([[0, 1, 0, -1], [1, 1, 0, 0], [2, 2, 0, -1], [2, 3, 0, -1], [2, -3, 0, -1], [2, 4, 0, -1]])
@@ -397,7 +397,7 @@ COVERED = (176, 198)  # 200 intervals: 88 to 99 %
 
 
 def pulses(per_rev, *, width=0.1):
-    """A square signal, high for `width` of each pulse."""
+    """Square signal, high for the fraction `width` of each pulse."""
     return np.where((TURNS * per_rev + 0.3) % 1 < width, 4.8, 0.2)
 
 
@@ -415,7 +415,7 @@ def test_a_ramp(per_rev, width):
 
 
 def test_the_interval_holds_under_noise():
-    """Noise moves every edge that is not steep: a steady 25 Hz, one sine per turn, sampled at 2 kHz."""
+    """The interval of a steady 25 Hz, one noisy sine per turn sampled at 2 kHz, contains the true speed."""
     rng, inside, time = np.random.default_rng(1), 0, np.arange(8000) / 2000.0
     for _ in range(200):
         signal = np.sin(2 * np.pi * (25.0 * time + rng.uniform())) + rng.normal(0, 0.05, time.size)
@@ -453,7 +453,7 @@ def test_a_channel_beside_the_vibration(tmp_path):
         ({"tacho": "key"}, r"tachometer key: pulses per revolution of the shaft: --pulses-per-rev N"),
         (
             {"tacho": "key", "pulses_per_rev": 1, "rpm": 1500},
-            r"shows 300\d\.?\d* rpm, stated are 1500: check --pulses-per-rev",
+            r"measures 300\d\.?\d* rpm, stated are 1500 rpm: check --pulses-per-rev",
         ),
     ):
         with pytest.raises(DataError, match=said):
@@ -469,7 +469,7 @@ def test_a_channel_beside_the_vibration(tmp_path):
 
 
 def test_the_shaft_s_own_variation_is_no_error_of_the_record_s_mean():
-    """A wave of half a per cent, well sampled: the mean of what was is known to the clocks alone."""
+    """The mean of a speed that varies by half a per cent is uncertain only by the clocks."""
     wave = 14.3 * (1 + 0.005 * np.sin(2 * np.pi * 5 * np.arange(4096) / 2048))
     speed = tachometer_speed(wave)
     assert speed.spread_hz == pytest.approx(0.005 * 14.3 / np.sqrt(2), rel=SPREAD)
@@ -478,7 +478,7 @@ def test_the_shaft_s_own_variation_is_no_error_of_the_record_s_mean():
 
 @pytest.mark.parametrize("smoothed", [15, 45, 91])
 def test_noise_of_a_smoothed_signal_is_an_error_of_the_mean(smoothed, monkeypatch):
-    """Angles read at 640 Hz with errors of a thousandth of a turn; the speed is smoothed, by up to a revolution."""
+    """The speed from noisy angles (0.001 turns, 640 Hz) is smoothed over up to one revolution."""
     monkeypatch.setattr(speed_module, "SCALE_CI95", 0.0)
     rng, window, covered = np.random.default_rng(4), np.hanning(smoothed + 2)[1:-1], [0, 0]
     for _ in range(200):

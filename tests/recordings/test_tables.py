@@ -1,4 +1,4 @@
-"""Tables and their times: what is not as it should be is an error, a question or a caution; nothing is guessed."""
+"""Tables and their times: an irregularity is an error, a question or a caution; nothing is guessed."""
 
 import codecs
 
@@ -47,10 +47,10 @@ REFUSED = [
     (changed(5, "NaN,0.1", "0.1,inf"), r"1 line\(s\) with a field that is not finite \('NaN'\) in col_1, .* line 6\."),
     (changed(5, "0.1,0.2 V"), r"not finite \('0\.2 V'\) in col_2.* line 6\."),
     (changed(5, "0.1,0.2 # later"), r"1 line\(s\) with a # after its beginning, the first is line 6\."),
-    (changed(5, "#0.1,0.2", "# remark"), r"1 line\(s\) of numbers behind a # among the samples.* line 6"),
+    (changed(5, "#0.1,0.2", "# remark"), r"1 line\(s\) of numbers after a # among the samples.* line 6"),
     (changed(5, "0.1,0.2\r3"), r"1 line\(s\) with control characters, the first is line 6"),
     ([*(TABLE * 3)[:999], "0.1,0.2\x003", *TABLE], r"1 line\(s\) with control characters, the first is line 1000\."),
-    (["# fs = 1000", "# fs = 2000", *TABLE], r"says fs = 1000\.0 and 2000\.0"),
+    (["# fs = 1000", "# fs = 2000", *TABLE], r"states fs = 1000\.0 and 2000\.0"),
     (codecs.BOM_UTF16_LE + "\n".join(TABLE).encode("utf-16-le")[:-1], "damaged UTF-16 text"),
 ]
 COMMAS = [
@@ -171,7 +171,7 @@ def test_speeds_that_contradict_each_other(tmp_path):
     ids=["jitter", "gaps", "repeated", "backwards", "drift"],
 )
 def test_uneven_times_leave_the_rate_open(tmp_path, times, said):
-    """A tolerance of a microsecond would take jitter of 2 % at 20 kHz for even."""
+    """With an absolute tolerance of 1 us, jitter of 2 % at 20 kHz would count as even."""
     remedy = "export them again, rising" if "run forwards" in said or "backwards" in said else "--resample HZ"
     with pytest.raises(DataError, match=rf"no even times \(the times of t.*{said}\): {remedy}") as refused:
         load(tmp_path, {"t": times})
@@ -196,7 +196,7 @@ NOT_FINITE = "1 of the times of t are not finite numbers; read as even, at 20480
     ],
 )
 def test_a_rate_against_the_times(tmp_path, times, fs_hz, cautions):
-    """Stated by the file or by the user."""
+    """The rate is stated by the file or by the user."""
     assert load(tmp_path, {"t": times, "fs": fs_hz}).cautions == cautions
     assert load(tmp_path, {"t": times}, fs_hz=fs_hz).cautions == cautions
 
@@ -222,7 +222,7 @@ def clipped(top=1.5):
 @pytest.mark.parametrize("scale", [1.0, 9.80665 / 2**15, 1e-3])
 @pytest.mark.parametrize("bits", [12, 16, 24])
 def test_limits_of_a_converter_are_clipping(tmp_path, bits, scale):
-    """As integers or scaled: at either end of the range, even where no two in a row are clipped."""
+    """Integer or scaled samples at the limits of a converter are clipped, even if never two in a row."""
     half = 2 ** (bits - 1)
     samples = np.round(files.vibration(20_000) * half / 9)
     samples[[100, 300, 500]], samples[700], samples[701] = half - 1, -half, 1
@@ -235,7 +235,7 @@ def test_limits_of_a_converter_are_clipping(tmp_path, bits, scale):
 def test_held_samples_and_zeros(tmp_path):
     samples = files.vibration(40_000)
     samples[1000:1020], samples[5000:5100] = samples[1000], 0.0
-    held = "held, not measured: 120 of 40000 samples (0.3 %) in 2 run(s) of equal samples"
+    held = "repeated instead of measured: 120 of 40000 samples (0.3 %) in 2 runs"
     assert cautions_of(tmp_path, samples) == (f"{held}, the longest 100 times 0 from sample 5000 on",)
 
 
@@ -275,7 +275,7 @@ def test_analyse_and_data_show_cautions(tmp_path, srbval_text, srbval_json):
 
 
 def test_a_cautioned_healthy_baseline_is_said(tmp_path, srbval_text):
-    """The fault call rests on it."""
+    """The verdict depends on the baseline, so its caution is reported."""
     acceleration = files.vibration(40_000)
     common = {"time_acc": np.arange(40_000) / files.FS_HZ, "rpm_nominal": 353, "mean_rpm": 353.0}
     common |= {"rpm": 353 + 0.5 * files.vibration(1250, 1), "time_rpm": np.arange(1250) / 640}

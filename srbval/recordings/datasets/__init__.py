@@ -1,4 +1,4 @@
-"""Recognisers: from named variables to a `Reading`; a new layout is a module and its entry in `READERS`."""
+"""Recognisers, which interpret the variables of a file as a `Reading`; a new one needs an entry in `READERS`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -21,10 +21,7 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 
 
 def recognise(raw: RawFile) -> Reading:
-    """Read a file of this program, else by the first description that fits, else as plain named vectors.
-
-    The origin is simulated if a text ``origin`` of the file states that.
-    """
+    """Interpret a file as one of this program, else by the first data set that matches, else as named vectors."""
     own = read_srbval_file(raw)
     known = (READERS[description.reader](raw, description) for description in known_datasets())
     reading = own or next((one for one in known if one is not None), None)

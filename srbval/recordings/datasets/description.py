@@ -1,4 +1,4 @@
-"""Description of a published data set, as `data_manifest/*.toml` states it, and the rules to recognise its files."""
+"""Descriptions of published data sets (`data_manifest/*.toml`) and the rules by which their files are recognised."""
 
 import functools
 import re
@@ -17,11 +17,12 @@ from srbval.storage.tables import build, read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class MatchRule:
-    """Marks of a file of the set: `file` is searched in its name, every `variables` pattern must match one.
+    """Rules that a file of the data set fulfils.
 
-    Named groups of `file` describe the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end``,
-    ``record``, ``hp``; variables of the file take precedence. `columns` are the column counts of a text table,
-    `vectors` the number of numeric vectors.
+    The regular expression `file` is searched in the file's name; each of the patterns `variables` must match a
+    variable. A text table has one of the numbers of `columns`; `vectors` is the number of numeric vectors. The named
+    groups of `file` describe the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end``,
+    ``record``, ``hp``; the variables `label_variable` and `nominal_rpm_variable` take precedence.
     """
 
     file: str | None = None
@@ -33,7 +34,7 @@ class MatchRule:
     nominal_rpm_variable: str | None = None
 
     def groups(self, raw: RawFile) -> dict[str, str] | None:
-        """Facts from name and variables of a file of this set, perhaps none; None for any other file."""
+        """Facts from the name and variables of a file (perhaps none); None if the file does not belong to the set."""
         found = re.search(self.file, raw.path.name, re.IGNORECASE) if self.file else None
         if found is None and self.file_required:
             return None
@@ -52,7 +53,7 @@ class MatchRule:
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelRule:
-    """A channel with the pattern of its variable; if none of several is marked `analyse`, the user must choose."""
+    """Name of a channel and pattern of its variable; `analyse` marks the channel that is analysed by default."""
 
     name: str
     variable: str
@@ -62,17 +63,14 @@ class ChannelRule:
     note: str | None = None
 
     def channel(self, raw: RawFile, variable: str, state: Fault | None) -> Channel:
-        """The channel with the samples of `variable`."""
+        """Create the channel from the samples of `variable`."""
         samples = raw.signal(variable)
         return Channel(samples=samples, unit=self.unit, bearing=self.bearing, state=state, variable=variable)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedRule:
-    """Shaft speed: tachometer signal, stated measured value, nominal value; best first.
-
-    `stated_rpm` is a variable, with ``{record}`` for the number of the record in a set that has them.
-    """
+    """Sources of the shaft speed, best first; ``{record}`` in `stated_rpm` is replaced by the number of the record."""
 
     tachometer_rpm: str | None = None
     stated_rpm: str | None = None
@@ -83,7 +81,7 @@ class SpeedRule:
     nominal_ci95_pct: float = 1.5
 
     def speed(self, stated_rpm: float | None, nominal_rpm: float | None) -> ShaftSpeed | None:
-        """The measured value that the file states, else its set point, else None."""
+        """Measured speed that the file states, else the set point, else None."""
         if stated_rpm is not None:
             return stated_speed(stated_rpm, self.stated_ci95_rpm)
         return None if nominal_rpm is None else nominal_speed(nominal_rpm, self.nominal_ci95_pct)
@@ -91,7 +89,7 @@ class SpeedRule:
 
 @dataclass(frozen=True, kw_only=True)
 class BandRule:
-    """Demodulation band [Hz] for records at `fs_hz` (any rate if None), and why."""
+    """Demodulation band [Hz] and its reason, for records sampled at `fs_hz` (at any rate if None)."""
 
     low_hz: float
     high_hz: float
@@ -102,7 +100,7 @@ class BandRule:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedSpeed:
-    """A published mean shaft speed [rpm] of the record of one state at one nominal motor speed."""
+    """Published mean shaft speed [rpm] of the record with this state and this nominal motor speed."""
 
     state: Fault
     nominal_rpm: float
@@ -111,7 +109,7 @@ class PublishedSpeed:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedSpeeds:
-    """Published mean shaft speeds of a set, over the first `seconds` of each record."""
+    """Published mean shaft speeds of a data set, over the first `seconds` of each record."""
 
     source: str
     seconds: float
@@ -120,7 +118,7 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRange:
-    """Records `first` to `last` of a numbered set: label, end with the fault, sampling rate, a note."""
+    """Records `first` to `last` of a numbered data set: label, end with the fault, sampling rate, note."""
 
     first: int
     last: int
@@ -132,9 +130,10 @@ class RecordRange:
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedFile:
-    """A file the set should have; `url` and `sha256` if it can be downloaded.
+    """File of a data set; it can be downloaded if it has `url` and `sha256`.
 
-    `used_for` is `fit` if the model was fitted to it, `withheld` if it was only looked at, None if it was never opened.
+    `used_for` is ``fit`` if the model was fitted to the file, ``withheld`` if the file was only inspected, None if it
+    was never opened.
     """
 
     name: str
@@ -145,7 +144,7 @@ class ExpectedFile:
 
 @dataclass(frozen=True, kw_only=True)
 class OperatingGrid:
-    """Operating points of a set: every state at every load case and nominal speed."""
+    """Operating points of a data set: every state at every load case and every nominal speed."""
 
     source: str
     states: tuple[Fault, ...]
@@ -156,11 +155,11 @@ class OperatingGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """One data set; `reader` names the recogniser: ``variables`` or ``signal-structs``.
+    """Data set; `reader` is the name of its recogniser, ``variables`` or ``signal-structs``.
 
-    The sampling rate is that of `rate_variable` in the file, else `rate_hz`.
-    `labels` are states of the bearing by the pattern of the file's label, `orders` published fault orders of a bearing.
-    With `one_rig_a_folder` the set contains several machines, each in its folder.
+    The sampling rate is in the variable `rate_variable` of the file, else it is `rate_hz`. `labels` contains the state
+    of the bearing by a pattern of the file's label, `orders` published fault orders of bearings. With
+    `one_rig_a_folder` the set contains several machines, each in a separate folder.
     """
 
     name: str
@@ -191,35 +190,33 @@ class DatasetDescription:
 
     @property
     def operating_points(self) -> tuple[tuple[Fault, float, float, float], ...]:
-        """State, radial and axial load [kN] and nominal speed [rpm] of each point of the grid, none without a grid."""
-        if self.grid is None:
+        """State, radial and axial load [kN] and nominal speed [rpm] of each point of the grid; empty without a grid."""
+        if (grid := self.grid) is None:
             return ()
-        loads = tuple(zip(self.grid.radial_kn, self.grid.axial_kn, strict=True))
-        return tuple(
-            (state, *load, rpm) for state in self.grid.states for load in loads for rpm in self.grid.nominal_rpm
-        )
+        loads = tuple(zip(grid.radial_kn, grid.axial_kn, strict=True))
+        return tuple((state, *load, rpm) for state in grid.states for load in loads for rpm in grid.nominal_rpm)
 
     def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
-        """The declared band at this sampling rate, or None; a band of the channel itself takes precedence."""
+        """Declared band at this sampling rate, or None; a band for this channel takes precedence."""
         fitting = [b for b in self.bands if b.fs_hz in (None, fs_hz) and b.channel in (None, channel)]
         fitting.sort(key=lambda b: (b.channel is None, b.fs_hz is None))
         return (fitting[0].low_hz, fitting[0].high_hz) if fitting else None
 
     def state_of(self, label: str | None) -> Fault | None:
-        """State of the bearing for a label of the file or of its name."""
+        """State of the bearing for the label of a file, or None."""
         rules = self.labels.items() if label is not None else ()
         return next((state for rule, state in rules if re.search(rule, label or "", re.IGNORECASE)), None)
 
 
 @functools.cache
 def known_datasets() -> tuple[DatasetDescription, ...]:
-    """All descriptions, in the order of their file names."""
+    """Load the descriptions of all data sets, in the order of their file names."""
     paths = sorted(shipped_folder("data_manifest").glob("*.toml"))
     return tuple(build(DatasetDescription, read_toml(path), path.stem) for path in paths)
 
 
 def dataset(name: str) -> DatasetDescription:
-    """The description called `name`; `ConfigurationError` names the known ones."""
+    """Description with this name; `ConfigurationError` with the known names if there is none."""
     known = {description.name: description for description in known_datasets()}
     if name not in known:
         raise ConfigurationError(f"data set {name!r} is not known. Known: {', '.join(known)}.")

@@ -28,7 +28,7 @@ _SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with 
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Take every numeric vector of at least `MIN_SAMPLES`, or matrix column, as a channel; no fact is guessed."""
+    """Make every numeric vector or matrix column of at least `MIN_SAMPLES` a channel; no fact is guessed."""
     channels: dict[str, Channel] = {}
     for name, channel in _find_channels(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
@@ -36,7 +36,7 @@ def read_generic(raw: RawFile) -> Reading:
         held = ", ".join(f"{printable(k)} {getattr(v, 'shape', 'text')}" for k, v in list(raw.variables.items())[:6])
         raise NoRecordingError(
             f"{raw.path}: a {raw.format} file without a numeric vector of at least {MIN_SAMPLES} samples; "
-            f"it holds {held or 'nothing'}."
+            f"it contains {held or 'nothing'}."
         )
     problems = [channel.problem for channel in channels.values() if channel.problem]
     if len(problems) == len(channels):
@@ -70,11 +70,11 @@ def read_generic(raw: RawFile) -> Reading:
 
 
 def with_named_signals(raw: RawFile) -> RawFile:
-    """Name the signals of Simulink's structures after their labels or blocks, those of structs with a name after it.
+    """Rename the signals of structs by their labels, and separate columns of times from matrices.
 
-    A struct's ``Unit`` and ``Raster`` are those of its signal. Times are split off matrices.
-
-    The first column of a matrix is its times if it never falls, as in Simulink's arrays; a vibration does not do that.
+    In a structure by Simulink, the name of a signal is its label or block. In a struct with a ``Name``, the ``Unit``
+    and ``Raster`` belong to its signal. The first column of a matrix contains times if it never falls, as in Simulink's
+    arrays.
     """
     variables, notes, units, rates = dict[str, ArrayOrText](), raw.notes, dict(raw.units), dict(raw.rates_hz)
     for name, value in raw.variables.items():
@@ -107,7 +107,7 @@ def with_named_signals(raw: RawFile) -> RawFile:
 
 
 def _split_off_times(value: ArrayOrText) -> NDArray[np.generic] | None:
-    """Columns of a matrix, [k, n], if the first one never falls and mostly rises, as times do; else None."""
+    """Columns of a matrix, [k, n], if the first column contains times, else None."""
     if isinstance(value, str) or value.ndim != 2 or value.dtype.kind not in "fiu":
         return None
     columns = orient_samples(value).T
@@ -128,7 +128,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
         except DataError as error:
             problem, samples = str(error), np.ravel(column).astype(np.float64)
         if not any(np.isfinite(block).any() for _, block in blocks_of(samples)):
-            if variable not in raw.unusable:  # a column that nobody filled
+            if variable not in raw.unusable:  # an empty column
                 continue
         elif unit == ENVELOPE:
             problem = f"{shown} is in gE, an acceleration envelope of a meter, demodulated: export the acceleration."
@@ -149,7 +149,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """Unit of a variable as the file states it: the first that is known, else the first text."""
+    """Unit of a variable as the file states it: the first known unit, else the first text."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
@@ -160,7 +160,7 @@ def _unit_text(raw: RawFile, variable: str) -> str | None:
 
 
 def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
-    """Variable, name of the vector, and the vector: a matrix has one per column."""
+    """Yield the variable, a name and the samples of each vector; each column of a matrix is a vector."""
     for name in raw.variables:
         array = raw.array(name)
         if array is None or array.dtype.kind not in "fiu" or array.size < MIN_SAMPLES:
@@ -172,7 +172,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """A speed [rpm] that a value of this name states; True with it if the unit is stated."""
+    """Speed [rpm] of a value whose name means a speed, with False: the number must be plausible; else None."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -188,7 +188,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """The number under names of this `meaning`, or why it is not used: outside `likely` its unit must be stated."""
+    """Number whose name has this `meaning`; a problem if several disagree, or one without unit is not `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

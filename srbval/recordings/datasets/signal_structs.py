@@ -1,7 +1,7 @@
 """Recogniser for files with one struct per quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
 
-The layout of the rig's full recordings (an LMS Test.Lab export). Stored values are SI; the quantity's label names the
-display unit, and ``unit_transformation.factor`` leads to it.
+The rig's full recordings have this layout (export by LMS Test.Lab). Stored values are in SI units. The quantity's label
+is the display unit, and ``unit_transformation.factor`` converts to the display unit.
 """
 
 import math
@@ -19,15 +19,15 @@ from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
 FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4
-IMPLAUSIBLE_RATIO = 3.0  # to the nominal motor speed; rpm taken for rad/s is off by 9.5
+IMPLAUSIBLE_RATIO = 3.0  # of the speed to the nominal motor speed; rpm instead of rad/s give 9.5
 
-# One of the display unit in SI (m/s2, rad/s), by the label of a quantity.
+# Factors from a display unit to SI (m/s2, rad/s), by the label of a quantity.
 ACCELERATION_TO_SI = {"g": STANDARD_GRAVITY_M_S2, "m/s2": 1.0, "m/s^2": 1.0}
 ROTATION_TO_SI = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
 
 
 class StructSignal(NamedTuple):
-    """One struct: the samples of each column in SI, shape [n], and their rate [Hz]."""
+    """Contents of a struct: samples [n] of each column in SI units, and their sampling rate `fs_hz`."""
 
     name: str
     columns: list[FloatArray]
@@ -35,10 +35,10 @@ class StructSignal(NamedTuple):
 
 
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
-    """The accelerometers and the speed signal of the file; None if it has no such struct.
+    """Read acceleration and speed from the structs of a file; None if no struct contains an acceleration.
 
-    Bearing and choice of sensor are known for a file named as in this set, since other rigs export the same layout; the
-    sensor stays open if the sensors are arranged differently.
+    The bearing is known only if the file is named as in this set, because other rigs export the same layout. The sensor
+    is an open question if the sensors are arranged differently.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION_TO_SI))]
@@ -62,7 +62,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         speed, note = tachometer_speed(values_hz, rate_hz), f"speed from {source}, {rate_hz:g} Hz"
         found_rpm = speed.value_hz * RPM_PER_HZ
         if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
-            problem = f"{source} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."
+            problem = f"{source} measures {found_rpm:.6g} rpm, the file's name states {nominal_rpm:g}: a wrong unit."
         else:
             signal = SpeedSignal(values_hz=values_hz, rate_hz=rate_hz)
     sensors, tested = _sensors(raw, accelerations, description if known else None)
@@ -90,24 +90,24 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal | None:
-    """The struct as a signal if its label is one of `labels`; without a stated factor its values are SI."""
+    """Read a struct whose label is in `labels`, else None; values without a stated factor are in SI units."""
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
         return None
     raw.check_usable(f"{name}.y_values.values")
     values = raw.array(f"{name}.y_values.values")
     if values is None or values.size == 0:
-        raise DataError(f"{raw.path}: {name} ({label}) holds no values.")
+        raise DataError(f"{raw.path}: {name} ({label}) contains no values.")
     increment = raw.number(f"{name}.x_values.increment")
     if increment is None or increment <= 0:
         raise DataError(f"{raw.path}: {name}.x_values.increment must be a positive time step in seconds.")
     matrix = orient_samples(values)
     count = raw.number(f"{name}.x_values.number_of_values")
     if count is not None and int(count) != len(matrix):
-        raise DataError(f"{raw.path}: {name} announces {count:.0f} values, holds {len(matrix)}: truncated.")
+        raise DataError(f"{raw.path}: {name} states {count:.0f} values and contains {len(matrix)}: truncated.")
     columns = [as_signal(column, f"{raw.path}: {name}[{i}]") for i, column in enumerate(matrix.T, 1)]
     factor = raw.number(f"{name}.y_values.quantity.unit_transformation.factor")
-    to_si = {1 / labels[label]: 1.0, 1.0: labels[label]}  # by the factor from the stored to the display unit
+    to_si = {1 / labels[label]: 1.0, 1.0: labels[label]}  # by the factor from the stored unit to the display unit
     fitting = [to_si[f] for f in to_si if factor is None or abs(factor / f - 1) < FACTOR_TOLERANCE]
     if not fitting:
         expected = " or ".join(f"{f:.4f}" for f in to_si)
@@ -119,7 +119,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
 def _sensors(
     raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
-    """Channels by sensor, and the one at the tested bearing if the layout is the description's."""
+    """Channels by sensor, and the sensor at the tested bearing if the layout is as described, else None."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")

@@ -1,7 +1,8 @@
-"""Files and data sets that this program writes, with the attribute ``srbval_kind``: runs, stand-ins, recordings."""
+"""Recogniser for files by this program, with the attribute ``srbval_kind``: runs, synthetic records, recordings."""
 
 import dataclasses
 import re
+from typing import Any
 
 import numpy as np
 
@@ -29,14 +30,14 @@ from srbval.storage.tables import build
 PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
-RATE_TOLERANCE = 1e-6  # relative, of the times of a data set and its stated rate
-SENSOR = "sensor"  # the channel of a run behind a path to the sensor
+RATE_TOLERANCE = 1e-6  # largest relative difference between times and stated rate
+SENSOR = "sensor"  # channel with the signal at the sensor, in a run with a path to the sensor
 LONGEST_NOTE = 1000
 ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
 
 def read_srbval_file(raw: RawFile) -> Reading | None:
-    """A run or a stand-in in m/s2, at its speed, or a recording; None for a file that another program wrote."""
+    """Read a run, a synthetic record or a recording that this program wrote; None for files of other programs."""
     if KIND_ATTRIBUTE not in raw.attributes:
         return None
     _check_rate(raw)
@@ -89,7 +90,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
 
 
 def _check_rate(raw: RawFile) -> None:
-    """Refuse (`DataError`) a data set whose times no longer have the rate that its attribute states."""
+    """Raise `DataError` if the times of a data set contradict the rate in its attribute ``fs_hz``."""
     times_s, fs_hz = raw.array("time_s"), raw.number("fs_hz")
     if times_s is None or fs_hz is None or times_s.size < 2:
         return
@@ -103,7 +104,7 @@ def _check_rate(raw: RawFile) -> None:
 
 
 def _recording(raw: RawFile) -> Reading:
-    """A recording as `Recording.to_xarray` wrote it."""
+    """Read a recording that `Recording.to_xarray` converted."""
     arrays = {name: raw.signal(name) for name in raw.variables if raw.array(name) is not None}
     samples = {name: values for name, values in arrays.items() if name not in ("time_s", SPEED_TIME, SPEED_VARIABLE)}
     rate_hz, course = raw.number(SPEED_RATE), arrays.get(SPEED_VARIABLE)
@@ -114,7 +115,7 @@ def _recording(raw: RawFile) -> Reading:
     except (ValueError, TypeError, ConfigurationError) as error:
         raise DataError(f"{raw.path}: what is stated of the recording cannot be read ({error}).") from None
     of_channel = {key: getattr(stated, key) for key in ("bearing", "band_hz", "state")}
-    unit = "V" if stated.scale_missing else stated.unit  # any unit, of which whole numbers are no amount
+    unit = "V" if stated.scale_missing else stated.unit  # any unit, as its whole numbers are not used as amounts
     channels = {
         name: Channel(samples=values, unit=unit, whole_numbers=stated.scale_missing, variable=name, **of_channel)
         for name, values in stated.channels.items()
@@ -124,7 +125,7 @@ def _recording(raw: RawFile) -> Reading:
 
 
 def _own_bearing(raw: RawFile) -> Bearing | None:
-    """The bearing that a run carries, as far as its lines need it; None in runs of versions that wrote none."""
+    """Bearing stored with a run, as far as its fault lines depend on it; None if an old version stored none."""
     numbers = [raw.number(f"bearing_{name}") for name in (*ORDERS, "rolling_elements")]
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers):
@@ -138,7 +139,7 @@ def _own_bearing(raw: RawFile) -> Bearing | None:
 
 
 def status_note(status: str, reason: str) -> tuple[str, ...]:
-    """A note on a run that may be used and is not plainly ``ok``."""
+    """Note on the status of a usable run; empty if it is ``ok``."""
     return () if status == "ok" else (f"the run ended {status}: {printable(reason, LONGEST_NOTE)}",)
 
 
@@ -148,16 +149,12 @@ def _channels(raw: RawFile) -> dict[str, Channel]:
     bearing, state = raw.text("bearing"), raw.text("state")
     if state is not None and state not in tuple(Fault):
         raise DataError(f"{raw.path}: state {state!r} is not one of {', '.join(Fault)}.")
-    # A path is refused, so that no file makes the program open another one.
+    # A path is ignored, so that no file makes the program open another file.
     named = bearing and re.fullmatch(r"[\w .+-]{1,80}", bearing) and not bearing.endswith(".toml")
+    facts: dict[str, Any] = {"bearing": bearing if named else None, "state": None if state is None else Fault(state)}
+    facts |= {"band_hz": (low, high)} if low is not None and high is not None else {}
     for variable in raw.variables:
         if raw.array(variable) is not None and variable.startswith(PREFIX) and variable.endswith(SUFFIX):
-            channels[variable.removesuffix(SUFFIX).removeprefix(PREFIX + "_") or PREFIX] = Channel(
-                samples=raw.signal(variable),
-                unit="m/s2",
-                bearing=bearing if named else None,
-                state=None if state is None else Fault(state),
-                band_hz=None if low is None or high is None else (low, high),
-                variable=variable,
-            )
+            name = variable.removesuffix(SUFFIX).removeprefix(PREFIX + "_") or PREFIX
+            channels[name] = Channel(samples=raw.signal(variable), unit="m/s2", variable=variable, **facts)
     return channels

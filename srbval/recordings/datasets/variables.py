@@ -1,7 +1,7 @@
-"""Recogniser for data sets of plain named variables, by the rules of the description.
+"""Recogniser for data sets of plain named variables, which applies the rules of a description.
 
-Files of a set with `records` have the number of the record in their variables' names (``X105_DE_time``); the set's list
-gives label, end with the fault and sampling rate by that number, if the name of the file does not state them.
+In a set with `records`, the names of variables contain the number of the record (``X105_DE_time``). The list `records`
+contains label, end with the fault and sampling rate, which are used if the file's name does not state them.
 """
 
 import re
@@ -21,7 +21,7 @@ MAX_COPY_NOTE_LENGTH = 300
 
 
 def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | None:
-    """Apply the description's rules; None if the file is not of this set."""
+    """Interpret a file by the rules of the description; None if the file does not belong to this set."""
     named = description.match.groups(raw)
     if named is None:
         return None
@@ -44,7 +44,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     radial_n = scaled(said.get("radial_kn", description.radial_kn), N_PER_KN)
     if description.load_lbf_variable is not None:
         radial_n = scaled(raw.number(description.load_lbf_variable), N_PER_LBF)
-    original = raw.attributes.get("copy_of")  # of a compact copy, such as the records that come with the program
+    original = raw.attributes.get("copy_of")  # in a compact copy, such as the shipped records
     notes = [f"record {int(record)} by its variables' names"] if record else []
     notes += [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
     notes += [note for note in (description.rate_note, listed and listed.note) if note]
@@ -62,7 +62,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         nominal_rpm=nominal_rpm,
         notes=tuple(notes),
         cautions=tuple(
-            f"its name says {said[key]}, the data set's list {value} for record {int(record)}: the name is used"
+            f"its name states {said[key]}, the data set's list {value} for record {int(record)}: the name is used"
             for key, value in by_list.items()
             if said[key].upper() != value.upper()
         ),
@@ -70,7 +70,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
 
 
 def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
-    """Number of the record in the variables' names and the others in the file; empty for sets without numbers."""
+    """Number of the record to read, by names of variables, and the other numbers; empty for sets without numbers."""
     rules = description.channels if description.records else ()
     found = (re.fullmatch(rule.variable, name) for rule in rules for name in raw.variables)
     numbers = sorted({match["record"] for match in found if match})
@@ -78,14 +78,14 @@ def _record_number(raw: RawFile, description: DatasetDescription, named: dict[st
     if numbers and not chosen:
         several = ", ".join(str(int(n)) for n in numbers)
         raise DataError(
-            f"{raw.path}: holds {description.name} records {several} and its name gives none of them; name the file "
-            f"after the record to read, for instance {int(numbers[0])}.mat."
+            f"{raw.path}: contains {description.name} records {several}, and its name states none of them; name the "
+            f"file after the record to read, for instance {int(numbers[0])}.mat."
         )
     return "".join(chosen), [n for n in numbers if n not in chosen]
 
 
 def _match_channels(raw: RawFile, description: DatasetDescription, record: str) -> Iterator[tuple[ChannelRule, str]]:
-    """The channels of the record that the file has, with the names of their variables."""
+    """Yield the rule and the variable of each channel of the record that the file contains."""
     arrays = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
     for rule in description.channels:
         matches = [match for name in arrays if (match := re.fullmatch(rule.variable, name))]
@@ -102,11 +102,11 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
 def _rate_hz(
     raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None
 ) -> float | None:
-    """Sampling rate by the file's name, the list of records, a variable of the file, or the description."""
+    """Sampling rate [Hz] from the file's name, the list of records, a variable or the description, in this order."""
     named_hz, variable = scaled(said.get("rate_khz"), HZ_PER_KHZ), description.rate_variable
     if named_hz and listed and named_hz != listed.fs_hz:
         raise DataError(
-            f"{raw.path}: its name says {named_hz:g} Hz, the data set's list {listed.fs_hz:g} Hz for this record; "
+            f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed.fs_hz:g} Hz for this record; "
             "rename the file or correct the list."
         )
     stated_hz = raw.number(variable) if variable else None
@@ -116,7 +116,7 @@ def _rate_hz(
 def _nominal_rpm(
     raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None, record: str
 ) -> float | None:
-    """Set speed by a variable or the file's name, or of the motor load: by the name or the position in the list."""
+    """Nominal speed [rpm] from a variable, else from the motor load, else from the file's name or the description."""
     rule, by_load = description.speed, description.speed.nominal_rpm_by_load
     if rule.nominal_hz_variable is not None:
         return scaled(raw.number(rule.nominal_hz_variable), RPM_PER_HZ)
@@ -129,11 +129,11 @@ def _nominal_rpm(
 def _speed(
     raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Speed by the tachometer over a record of so many `seconds`, stated by the file, or nominal."""
+    """Speed and speed signal from the tachometer (`seconds`: the record's length), else stated, else nominal."""
     rule, signal = description.speed, None
     if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
         values_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
-        if seconds is not None:  # over the whole record, whatever its own rate
+        if seconds is not None:  # its samples cover the whole record at any rate
             signal = SpeedSignal(values_hz=values_hz, rate_hz=values_hz.size / seconds)
         return tachometer_speed(values_hz, None if signal is None else signal.rate_hz), signal
     stated_rpm = raw.number(rule.stated_rpm.format(record=record)) if rule.stated_rpm else None

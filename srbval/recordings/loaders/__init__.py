@@ -1,7 +1,4 @@
-"""File formats that can be read, recognised by a file's first bytes; a loader makes a `RawFile` and interprets nothing.
-
-A new format is a `limited.FileFormat` and its entry in `FILE_FORMATS`.
-"""
+"""File formats, recognised by the first bytes of a file; a new format needs an entry in `FILE_FORMATS`."""
 
 import re
 from pathlib import Path
@@ -12,7 +9,7 @@ from srbval.recordings.loaders.limited import FileFormat
 
 HEAD_BYTES = 4096
 
-# The first that matches decides.
+# The first format whose mark matches is used.
 FILE_FORMATS: tuple[FileFormat, ...] = (
     arrays.NPY,
     arrays.NPZ,
@@ -30,7 +27,7 @@ FILE_FORMATS: tuple[FileFormat, ...] = (
 
 
 def detect_format(path: Path) -> FileFormat:
-    """Format of the file at `path`; `DataError` for a file that is missing, empty or of no known format; `OSError`."""
+    """Format of a file; `DataError` if it is missing, empty or of no known format, `OSError` if it cannot be read."""
     try:
         if path.is_dir():
             raise DataError(f"{path}: is a folder, not a recording; `srbval data add {path}` registers it.")

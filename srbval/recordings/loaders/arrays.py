@@ -1,4 +1,4 @@
-"""Files of named arrays: NumPy (pickled objects are never opened), Parquet, Feather and JSON."""
+"""Loaders for files of named arrays: NumPy (pickled objects are never opened), Parquet, Feather and JSON."""
 
 import json
 import zipfile
@@ -14,19 +14,19 @@ from srbval.recordings.raw import LONGEST_NAME, ArrayOrText, RawFile, check_clai
 from srbval.recordings.times import is_time, parse_time_stamps
 from srbval.recordings.units import is_unit_key
 
-TABLE_EXPANSION = 16  # both are compressed, values that repeat are stored once
+TABLE_EXPANSION = 16  # both formats are compressed and store repeated values once
 MAX_TABLE_COLUMNS = 256
 PARQUET = b"PAR1"
 
 
 def load_npy(path: Path) -> RawFile:
-    """Read the one array of a .npy file, mapped from disk, into ``data``; its header must agree with its size."""
+    """Map the array of a .npy file from disk as ``data``; `DataError` if its header contradicts the file's size."""
     try:
         values = np.load(path, mmap_mode="r", allow_pickle=False)
-    except Exception as error:  # the one border where a hostile file meets foreign code
+    except Exception as error:  # a damaged file may raise anything in a library
         raise DataError(f"{path}: truncated or unusable .npy file ({first_line(error)}). Save plain numbers.") from None
     if values.dtype.kind not in "fiu":
-        raise DataError(f"{path}: holds {values.dtype} values; real numbers are needed.")
+        raise DataError(f"{path}: contains {values.dtype} values; real numbers are needed.")
     if values.nbytes != (held := path.stat().st_size - values.offset):
         size = " x ".join(map(str, values.shape))[:LONGEST_NAME]
         claimed = f"{size} values ({values.dtype}) in {held} bytes"
@@ -35,7 +35,7 @@ def load_npy(path: Path) -> RawFile:
 
 
 def load_npz(path: Path) -> RawFile:
-    """Read every array of an .npz archive under its own name; texts of one element stay texts, objects are left out."""
+    """Read every array of an .npz archive by name; an array of one text becomes a text, objects are left out."""
     with zipfile.ZipFile(path) as archive:
         check_claim(path, sum(member.file_size for member in archive.infolist()), "its contents")
         names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
@@ -48,7 +48,7 @@ def load_npz(path: Path) -> RawFile:
             try:
                 array = arrays[name]
                 variables[name] = str(array.flat[0]) if array.dtype.kind == "U" and array.size == 1 else array
-            except ValueError as error:  # objects, which only unpickling would bring
+            except ValueError as error:  # objects, which would have to be unpickled
                 if "allow_pickle" not in str(error):
                     raise
                 left.append(name)
@@ -57,7 +57,7 @@ def load_npz(path: Path) -> RawFile:
 
 
 def load_table(path: Path) -> RawFile:
-    """Read the columns of numbers, times and lists of numbers of a table."""
+    """Read the columns of a table that contain numbers, times or lists of numbers."""
     import pyarrow
     from pyarrow import parquet, types
 
@@ -90,7 +90,7 @@ def load_table(path: Path) -> RawFile:
 
 
 def load_json(path: Path) -> RawFile:
-    """Read a JSON document, or one on each line: lists of samples, blocks of them with a time each, single samples."""
+    """Read a JSON document, or one document per line: lists of samples, timed blocks of samples, or samples."""
     import pandas as pd
 
     text = path.read_text("utf-8-sig", "replace")
@@ -110,15 +110,12 @@ def load_json(path: Path) -> RawFile:
             inner = pd.json_normalize(frame[name].iloc[0])  # a list of records
             frame = frame.drop(columns=name).join(pd.DataFrame({f"{name}.{key}": [list(inner[key])] for key in inner}))
         return _of_frame(path, JSON.name, frame)
-    except Exception as error:  # of any document that holds something else, such as settings
+    except Exception as error:  # such as a document of settings
         raise NoRecordingError(f"{path}: a JSON text that cannot be read as samples ({first_line(error)}).") from None
 
 
 def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
-    """Numbers, times and joined lists of a table; if a row holds a list, its numbers and texts belong to the file.
-
-    The time of a list is spread over its samples.
-    """
+    """Create a `RawFile` from a table of pandas, whose rows may contain lists of samples with one time per list."""
     variables: dict[str, ArrayOrText] = {}
     attributes: dict[str, float | str] = {}
     units: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""HDF5 files: MATLAB v7.3, this program's runs and stand-ins, and plain ones."""
+"""Loader for HDF5 files: MATLAB v7.3, runs and recordings of this program, and files of other programs."""
 
 import math
 from pathlib import Path
@@ -17,18 +17,18 @@ from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 MAX_GROUP_DEPTH = 12
 MAX_ITEMS = 4096  # links of all groups, references followed, root attributes
 MAX_CELLS = 64  # of one dataset of references
-MAX_FILTERS = 6  # of a dataset; each may expand what the one before it expanded
+MAX_FILTERS = 6  # of a dataset; each may expand the output of the previous filter
 MAX_TEXT = 65536  # characters; longer texts of codes are cut
 OBJECT_MARK = "MATLAB_object_decode"  # attribute of the references of an object
 SKIPPED = ("#refs#", "#subsystem#")
-SIGNATURE = rb"(?:.{512}|.{1024}|.{2048})?\x89HDF\r\n\x1a\n"  # perhaps after a user block
+SIGNATURE = rb"(?:.{512}|.{1024}|.{2048})?\x89HDF\r\n\x1a\n"  # may follow a user block
 
 
 def load_hdf5(path: Path) -> RawFile:
-    """Read numeric datasets, texts and root attributes; names of groups are joined by dots.
+    """Read numeric datasets, texts and root attributes; the names of groups are joined by dots.
 
     In MATLAB v7.3 a struct is a group, a cell a dataset of references, a text an array of 16-bit codes; arrays are
-    transposed to MATLAB's shape. Arrays without samples in the file, or packed by an unknown filter, are `unusable`.
+    transposed to MATLAB's shape. Arrays without samples, or compressed by an unknown filter, are `unusable`.
     """
     import h5py
 
@@ -42,7 +42,7 @@ def load_hdf5(path: Path) -> RawFile:
 
 
 class _Hdf5Reader:
-    """Walks an open HDF5 file and collects what is `found`, variables under dotted names, for a `RawFile`."""
+    """Reader of an open HDF5 file; `found` contains the fields of a `RawFile`, with dots in names of variables."""
 
     def __init__(self, path: Path, file: Any) -> None:
         self.path, self.file = path, file
@@ -59,7 +59,7 @@ class _Hdf5Reader:
         self.items += items
         if self.items > MAX_ITEMS:
             held = f"{self.items} or more links, references and attributes"
-            raise DataError(f"{self.path}: holds {held}; {MAX_ITEMS} are read at most. Not a recording.")
+            raise DataError(f"{self.path}: contains {held}; {MAX_ITEMS} are read at most. Not a recording.")
 
     def _attributes(self, item: Any) -> list[tuple[str, float | str]]:
         self._count(len(item.attrs))
@@ -70,7 +70,7 @@ class _Hdf5Reader:
         check_claim(self.path, self.claimed, what)
 
     def _members(self, group: Any) -> list[tuple[str, Any]]:
-        """Members reached by hard links only: a soft or external link may lead out of the file or in a circle."""
+        """Names and members of a group, without soft and external links, which may leave the file or form a circle."""
         import h5py
 
         self._count(len(group))
@@ -90,7 +90,7 @@ class _Hdf5Reader:
             self._dataset(name, item, depth)
 
     def _dataset(self, name: str, dataset: Any, depth: int) -> None:
-        """Read references, a text or numbers; datasets of any other type are left out, whatever they claim."""
+        """Read references, a text or numbers; datasets of other types are ignored."""
         import h5py
 
         dtype, size = dataset.dtype, math.prod(dataset.shape)
@@ -128,7 +128,7 @@ class _Hdf5Reader:
         self.found["variables"][name] = values.T if self.matlab and isinstance(values, np.ndarray) else values
 
     def _attribute(self, item: Any, name: str) -> float | str | None:
-        """A single number or text; None without reading it for anything else (dimension scales, arrays)."""
+        """Number or text of an attribute with one element; other attributes are not read and return None."""
         import h5py
 
         stored = item.attrs.get_id(name)
@@ -142,7 +142,7 @@ class _Hdf5Reader:
 
 
 def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
-    """Reason why the samples cannot be read: filters missing or too many, or chunks that were never written."""
+    """Reason why samples cannot be read (missing or too many filters, chunks never written), else None."""
     import h5py
 
     settings = dataset.id.get_create_plist()
@@ -160,7 +160,7 @@ def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
 
 
 def _plain(value: Any) -> float | str | None:
-    """A number or text of one element; None for anything else."""
+    """Number or text of one element as a Python object; None for anything else."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.flat[0]
     if isinstance(value, bytes | str):

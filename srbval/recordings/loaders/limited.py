@@ -1,7 +1,8 @@
-"""Formats, each with its loader, which runs in a child process of limited computing time and memory.
+"""File formats and their loaders, which run in a child process with limited computing time and memory.
 
-A few flipped bytes make a C library loop for ever, crash or take gigabytes. Computing time is limited, not time: a
-busy machine refuses nothing. If the system lacks a limit (Windows, macOS for memory) the wait for an answer has one.
+A few damaged bytes can make a C library loop for ever, crash or allocate gigabytes. The limit is computing time and not
+elapsed time, so that a busy machine refuses no file. The elapsed time is limited generously, for systems without these
+limits (Windows; macOS for memory).
 """
 
 import atexit
@@ -16,25 +17,25 @@ from srbval.errors import DataError
 from srbval.processes.worker import DiedError, WorkerProcess
 from srbval.recordings.raw import EXPANSION, RawFile, memory_limit_bytes
 
-COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
-BYTES_PER_S = 20e6  # and more for a large one; decompression manages ten times that
-WAITING = 12  # times the computing time
-WORKSPACE_BYTES = 128 * 2**20  # beside the contents: chunks being decompressed
+COMPUTING_S = 3.0  # for any file; an intact file of 10 MB needs 0.1 s
+BYTES_PER_S = 20e6  # more time for a large file; decompression is ten times faster
+WAITING = 12  # limit of the elapsed time divided by the limit of the computing time
+WORKSPACE_BYTES = 128 * 2**20  # in addition to the contents: chunks during decompression
 READER = "srbval.recordings.loaders.reader_process"
 CRASHES = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL")
 
-# Several threads take from them and give back, each in one atomic step.
+# Shared by threads; each access is one atomic operation.
 _idle: list[WorkerProcess] = []
 _running: set[WorkerProcess] = set()
 
 
 @dataclass(frozen=True)
 class FileFormat:
-    """A format, the pattern of a file's first bytes (``.`` is any byte), and its loader, a function of a module.
+    """File format: pattern `mark` of a file's first bytes (``.`` is any byte), and the loader `read`.
 
-    Unless it is `trusted`, `read` may raise anything, hang or crash: it runs in a process with limits. `library` is the
-    module to import before the limits hold, and the name to install it by; `kind` is what messages call a file. The
-    contents may take `expansion` times the file's size.
+    Unless `trusted`, `read` may raise anything, hang or crash: it runs in a process with limits. `library` contains the
+    module to import before the limits apply, and the name to install it by. `kind` is the word for a file in messages.
+    The contents may need `expansion` times the size of the file.
     """
 
     name: str
@@ -47,25 +48,21 @@ class FileFormat:
     trusted: bool = False
 
     def load(self, path: Path) -> RawFile:
-        """Load the file at `path`; `DataError` if that fails or takes too much.
-
-        Any exception here ends the process that reads. A new process tries again if one dies that had read other files.
-        """
+        """Load a file, in a child process unless `trusted`; `DataError` if the loader fails or exceeds a limit."""
         if self.trusted:
             return self.read(path)
         computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
         folder = None if path.is_absolute() else os.getcwd()
         memory = memory_limit_bytes(path, self.expansion) + WORKSPACE_BYTES
         request = (self.read, path, folder, computing_s, memory, self.library, self.kind)
-        for fresh in (False, True):
+        for fresh in (False, True):  # a new process tries again if one dies that has read other files
             try:
                 reader = WorkerProcess(READER, may_fork=True) if fresh else _idle.pop()
                 reader.start()
             except IndexError:
                 continue
             except OSError as error:
-                started = f"no process could be started to read it ({error.strerror})"
-                raise DataError(f"{path}: {started}. Try again.") from None
+                raise DataError(f"{path}: cannot start a process to read it ({error.strerror}). Try again.") from None
             _running.add(reader)
             start = time.monotonic()
             try:
@@ -100,7 +97,7 @@ class FileFormat:
 
 @atexit.register
 def end_readers() -> None:
-    """End the processes that read, for another thread too, or wait for the next file."""
+    """End the child processes that read files for any thread, or wait for the next file."""
     while _running:
         _running.pop().kill()
     while _idle:

@@ -1,4 +1,4 @@
-"""MATLAB's files: version 5 with its objects, and version 4 as Modelica's simulators write their results."""
+"""Loaders for MATLAB files: version 5 with objects, and version 4 with the results of Modelica simulators."""
 
 import contextlib
 import math
@@ -17,7 +17,7 @@ from srbval.recordings.times import is_time
 from srbval.storage.installation import pip_command
 
 MATLAB_MARK = rb"MATLAB 5\.0|.{124}(?:\x00\x01IM|\x01\x00MI)"  # text, or version and order of bytes
-MATLAB_EXPANSION = 4  # compressed once, and held twice while the contents are handed over
+MATLAB_EXPANSION = 4  # compressed once, and in memory twice during the transfer
 MAX_STRUCT_DEPTH = 32
 MAX_VARIABLES = 25_000
 MIN_SIGNAL_SAMPLES = 256  # samples of a signal
@@ -29,23 +29,23 @@ _MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at t
 
 
 def load_matlab(path: Path) -> RawFile:
-    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file as stored, and its objects."""
+    """Read every numeric array, text, field of a (nested) struct and object of a MATLAB v5 file."""
     from scipy.io import loadmat, whosmat
 
-    with contextlib.suppress(TypeError):  # it fails at objects, which have no shape; the memory is limited in any case
+    with contextlib.suppress(TypeError):  # raised for objects, which have no shape; memory is limited anyway
         for name, shape, _ in whosmat(path):
             check_claim(path, math.prod(shape), f"{name!r}")
     variables: dict[str, ArrayOrText] = {}
     contents = loadmat(path)
     for name, value in contents.items():
-        if not name.startswith("__"):  # scipy's own, and what MATLAB itself stores without a name
+        if not name.startswith("__"):  # fields by scipy, and unnamed contents by MATLAB
             collect(variables, name, value)
     notes = add_objects(path, variables) if OBJECTS in contents else ()
     return RawFile(path=path, format=MATLAB.name, variables=variables, notes=notes)
 
 
 def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
-    """Add the numbers and texts of a value that scipy or mat-io has read, under dotted names."""
+    """Add numbers and texts from a value read by scipy or mat-io to `variables`, under names joined by dots."""
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
@@ -74,10 +74,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add the contents of MATLAB's objects (timeseries, timetable, Dataset), if the library mat-io is installed.
-
-    Raises `DataError` with the command to export a table if the file has no other signal.
-    """
+    """Add the contents of MATLAB objects to `variables` and return notes; `DataError` if there is no signal then."""
     why = ""
     try:
         from matio import load_from_mat
@@ -87,7 +84,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
         _name_series(variables)
     except ImportError:
         why = f"which need the library mat-io ({pip_command('mat-io')})"
-    except Exception as error:  # the one border where a hostile file meets foreign code
+    except Exception as error:  # a damaged file may raise anything in a library
         why = f"which mat-io cannot read ({first_line(error)})"
     if any(isinstance(value, np.ndarray) and value.size >= MIN_SIGNAL_SAMPLES for value in variables.values()):
         return (f"left out: MATLAB objects, {why}",) if why else ()
@@ -98,7 +95,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each `timeseries` by its samples and times; even times are stored as start and step."""
+    """Replace the properties of each `timeseries` by samples and times; even times are computed from their step."""
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"
@@ -112,10 +109,10 @@ def _name_series(variables: dict[str, ArrayOrText]) -> None:
 
 
 def load_modelica(path: Path) -> RawFile:
-    """Read the variables of a Modelica result file, those that never change as single numbers; an alias is shared.
+    """Read the variables of a Modelica result file; constants become single numbers, aliases share an array.
 
-    The layout is that of Dymola and OpenModelica: `name`, `description`, `dataInfo` (matrix and column of each
-    variable, negative for a changed sign) and the matrices `data_1`, `data_2`.
+    Dymola and OpenModelica use the same layout: `name`, `description`, `dataInfo` (matrix and column of each
+    variable, negative if the sign is changed) and the matrices `data_1`, `data_2`.
     """
     from scipy.io import loadmat
 
@@ -134,7 +131,7 @@ def load_modelica(path: Path) -> RawFile:
         if place not in columns:
             values = np.ascontiguousarray(matrix(f"data_{place[0]}")[:, abs(column) - 1])
             columns[place] = (values if column > 0 else -values)[: 1 if block == 1 else None]
-        if not variables or not is_time(name):  # the first one is the time
+        if not variables or not is_time(name):  # the first variable is the time
             variables[name] = columns[place]
         if len(variables) > MAX_VARIABLES:
             raise DataError(f"{path}: {len(names)} variables; {MAX_VARIABLES} are read at most. Store fewer of them.")
@@ -149,12 +146,10 @@ def load_modelica(path: Path) -> RawFile:
 
 
 def _decode_rows(letters: NDArray[Any]) -> list[str]:
-    """Texts of a matrix of letters, one in each row; their bytes are UTF-8."""
+    """Texts of a matrix of letters, one text per row, encoded in UTF-8."""
     return ["".join(row).encode("latin-1").decode("utf-8", "replace").strip("\0 ") for row in letters]
 
 
-_SCIPY = ("scipy.io.matlab", "scipy")
-MATLAB = FileFormat("MATLAB v5", "MATLAB v5", MATLAB_MARK, load_matlab, "MATLAB v5 file", _SCIPY, MATLAB_EXPANSION)
-MODELICA = FileFormat(
-    "Modelica", "Modelica result", MODELICA_MARK, load_modelica, "Modelica result", _SCIPY, MATLAB_EXPANSION
-)
+_SCIPY = (("scipy.io.matlab", "scipy"), MATLAB_EXPANSION)
+MATLAB = FileFormat("MATLAB v5", "MATLAB v5", MATLAB_MARK, load_matlab, "MATLAB v5 file", *_SCIPY)
+MODELICA = FileFormat("Modelica", "Modelica result", MODELICA_MARK, load_modelica, "Modelica result", *_SCIPY)

@@ -1,4 +1,4 @@
-"""The process that reads one file after the other, ``python -m srbval.recordings.loaders.reader_process``."""
+"""Child process that loads one file after another: ``python -m srbval.recordings.loaders.reader_process``."""
 
 import importlib
 import os
@@ -16,7 +16,7 @@ Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str
 
 
 def prepare_worker() -> Callable[[Request], RawFile | DataError]:
-    """Let libraries print nothing, and a crash leave no memory dump in the user's folder."""
+    """Silence libraries, disable memory dumps, and return the function that loads a file."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
@@ -25,7 +25,7 @@ def prepare_worker() -> Callable[[Request], RawFile | DataError]:
 
 
 def _load_within_limits(request: Request) -> RawFile | DataError:
-    """Load a file in the given working folder, with so much computing time [s] (else SIGXCPU) and memory [bytes]."""
+    """Load a file with limited computing time [s] and memory [bytes]; return a `DataError` if this fails."""
     read, path, folder, computing_s, memory, library, kind = request
     if library is not None:
         module, name = library
@@ -48,7 +48,7 @@ def _load_within_limits(request: Request) -> RawFile | DataError:
         return DataError(f"{path}: reading it took more than {memory} bytes of memory. It is damaged; copy it again.")
     except (FileNotFoundError, PermissionError) as error:
         return DataError(f"{path}: cannot be read ({error.strerror or error}).")
-    except Exception as error:  # the one border where a hostile file meets foreign code
+    except Exception as error:  # a damaged file may raise anything in a library
         return DataError(f"{path}: truncated or damaged {kind} ({first_line(error)}). Copy it again.")
 
 

@@ -1,4 +1,4 @@
-"""Files of measuring systems and sound cards, by libraries of their own: WAV and FLAC, TDMS, universal files."""
+"""Loaders for files of measuring systems and sound cards: WAV, FLAC, TDMS, universal files and LabVIEW."""
 
 import itertools
 import re
@@ -14,11 +14,11 @@ from srbval.recordings.raw import ArrayOrText, RawFile, check_claim
 from srbval.recordings.times import stated_rate
 from srbval.recordings.units import is_unit_key
 
-PACKED = 8  # times: bits packed without loss, or 8 and 16-bit samples, become 32 or 64-bit ones
+PACKED = 8  # expansion: losslessly compressed, or 8 and 16-bit samples become 32 or 64-bit samples
 BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
-NEVER_WRITTEN = 0xFFFF_FF00  # sizes from here on: of a header that was not completed, as of a stream
+NEVER_WRITTEN = 0xFFFF_FF00  # least size in a header that was never completed, as in a stream
 MAX_CHANNELS = 256
-UFF_EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
+UFF_EXPANSION = 16  # the library converts a text's numbers to Python objects before it creates an array
 UFF_FUNCTION, UFF_UNITS = 58, 164  # data sets
 UFF_TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
 UFF_ACCELERATION = 12  # specific data type of its ordinate
@@ -27,15 +27,15 @@ UFF_EVEN_TIMES = 1  # abscissa spacing
 LVM_TIMES, LVM_FACTS = "X_Value", ("Y_Unit_Label", "Delta_X")  # a column, and rows of a segment's head
 _SIZES = re.compile(r"(\w[\w ]*?)\s*: (\d+) \(should be (\d+)\)")
 _UFF_MARK = re.compile(rb"^    -1[ \t]*(?:\r?\n|\r|\Z)", re.MULTILINE)
-_UFF_END = re.compile(rb"[\r\n]* {4}-1[ \t]*(?:\r?\n|\r|\Z)")  # right behind the bytes of a binary set
-# Type, whether it is binary, number of lines of text behind this one, and of bytes behind these.
+_UFF_END = re.compile(rb"[\r\n]* {4}-1[ \t]*(?:\r?\n|\r|\Z)")  # directly after the bytes of a binary set
+# Type, mark of a binary set, number of following lines of text, number of bytes after them.
 _UFF_TYPE = re.compile(rb" {0,5}(\d{1,5})(?:(b)\s+\d+\s+\d+\s+(\d+)\s+(\d+)[ \d]*)?")
-UFF_HEAD = 4096  # bytes that hold the lines of text of a binary set
+UFF_HEAD = 4096  # bytes that contain the lines of text of a binary set
 AUDIO_MARK, UFF_MARK = rb"fLaC|(?:RIFF|RIFX|RF64).{4}WAVE", rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s"
 
 
 def load_audio(path: Path) -> RawFile:
-    """Read all channels into ``data``, whole numbers as shares of full scale, and the sampling rate into ``fs_hz``."""
+    """Read all channels into ``data`` and the rate into ``fs_hz``; whole numbers become fractions of full scale."""
     import soundfile
 
     with soundfile.SoundFile(path) as file:
@@ -43,7 +43,7 @@ def load_audio(path: Path) -> RawFile:
         kind = "float32" if file.subtype == "FLOAT" or (bits and bits <= 24) else "float64"
         check_claim(path, frames * file.channels * np.dtype(kind).itemsize, "its header", PACKED)
         cautions: tuple[str, ...] = ()
-        # libsndfile reads a file that is shorter than its header states, and only logs it
+        # libsndfile only logs that a file is shorter than its header states
         for name, claimed, there in ((m[1], int(m[2]), int(m[3])) for m in _SIZES.finditer(file.extra_info)):
             if there < claimed < NEVER_WRITTEN and name != "data" and frames:
                 cautions = (f"its end is damaged: chunk {name} has {there} of {claimed} bytes; the samples are whole",)
@@ -71,8 +71,8 @@ def load_audio(path: Path) -> RawFile:
 def load_tdms(path: Path) -> RawFile:
     """Read every numeric channel, scaled by its properties, with its unit and rate.
 
-    Channels are named ``group.channel``, or ``channel`` if there is one group. Of a last segment that was not closed or
-    is cut all samples that are there are read, with a caution.
+    Channels are named ``group.channel``, or ``channel`` if there is only one group. If the last segment is cut or was
+    not closed, all existing samples are read, with a caution.
     """
     from nptdms import TdmsFile
 
@@ -82,9 +82,9 @@ def load_tdms(path: Path) -> RawFile:
         cautions: tuple[str, ...] = ()
         if short:
             held = f"{short[0].read_length} of {short[0].expected_length} samples of a channel"
-            cautions = (f"its last segment is cut: {held} are there and read; copy it again for the rest",)
+            cautions = (f"its last segment is cut: {held} are read; copy the file again for the rest",)
         elif status.incomplete_final_segment:
-            cautions = ("its last segment was not closed: all samples that are there are read",)
+            cautions = ("its last segment was not closed: all existing samples are read",)
         one = len(file.groups()) == 1
         channels = {
             c.name if one else f"{c.group_name}.{c.name}": c
@@ -117,15 +117,12 @@ def _plain_properties(properties: Mapping[str, Any]) -> dict[str, float | str]:
 
 
 def load_uff(path: Path) -> RawFile:
-    """Read the time signals of data sets 58, named by their first identification line if it names one only.
-
-    The unit is the ordinate's label; without one it is m/s2 for an acceleration in a file whose data set 164 states SI.
-    """
+    """Read the time signals of a universal file (data sets 58); unique identification lines become their names."""
     import pyuff
 
     file, blocks = pyuff.UFF(str(path)), list(_uff_blocks(path))
     types = [kind for _, _, kind in blocks]
-    # pyuff takes bytes of samples for marks; the sets are given to it as their own headers count them.
+    # pyuff mistakes bytes of samples for marks, so it is given the data sets that the headers define.
     file._block_ind, file._n_sets = np.array(blocks, np.int64).reshape(-1, 3)[:, :2], len(blocks)
     file._set_types, file._set_formats = np.array(types), np.zeros(len(blocks))
     functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == UFF_FUNCTION]
@@ -157,10 +154,7 @@ def load_uff(path: Path) -> RawFile:
 
 
 def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
-    """Begin, last byte and type of each data set; a binary one has as many bytes as its header states.
-
-    Raises `DataError` for a set that does not end.
-    """
+    """Yield the first byte, last byte and type of each data set; `DataError` if a data set does not end."""
     content, at = path.read_bytes(), 0
     while (mark := _UFF_MARK.search(content, at)) is not None:
         head = _UFF_TYPE.match(content, mark.end())
@@ -182,10 +176,7 @@ def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
 
 
 def load_lvm(path: Path) -> RawFile:
-    """Read the channels of a LabVIEW measurement file with their units and rates, and the times beside them.
-
-    Channels of a second and later segment have its number behind their names.
-    """
+    """Read the channels of a LabVIEW measurement file (.lvm) with their units, rates and times."""
     import lvm_read
 
     lines = path.read_text("utf-8-sig", "replace").splitlines(keepends=True)

@@ -1,4 +1,4 @@
-"""Text tables of any usual layout: lines before the table, a header, units, times, texts and empty columns."""
+"""Loader for text tables of any usual layout: lines above the table, header, units, times, texts, empty columns."""
 
 import codecs
 import csv
@@ -17,9 +17,9 @@ from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
 MAX_TEXT_COLUMNS = 1024
 LARGEST_TEXT = 500 * 10**6  # bytes
-FEW_ROWS, MANY_FIELDS = 64, 256  # a file of so few rows of so many numbers has a channel in each row
-TRIED_ROWS = 25  # that decide what a column contains
-HEADER_LINES = 4  # above the table, among which names and units are looked for
+FEW_ROWS, MANY_FIELDS = 64, 256  # if a table has fewer rows and more fields, each row is a channel
+TRIED_ROWS = 25  # rows by which the kind of each column is decided
+HEADER_LINES = 4  # lines above the table that may contain names and units
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _MISSING = re.compile(r"(?:[+-]?nan|null|none|#?n/?a|nil|-{1,3}|[+-]?inf(?:inity)?)?", re.IGNORECASE)
 _CONTROL = re.compile(r"[\0-\x08\x0b\x0d-\x1f]")
@@ -35,7 +35,7 @@ _STAMP = re.compile(r"(\d)[ \t]+(\d{1,2}:\d\d:\d\d\S*)(?:[ \t]+([AaPp][Mm]\b))?"
 _WITHIN = re.compile(r"[^,]+|[+-]?\d+,\d+(?:[eE][+-]?\d+)?|[\d:T.-]+:\d\d,\d+Z?", re.ASCII)  # a comma within the field
 _NO_THOUSANDS = re.compile(r"(?<!\d)0,\d|,\d{1,2}(?!\d)|,\d{4}")
 _SPLIT_DECIMAL = re.compile(r"[+-]?0\d+")
-# Texts that are no table, by their beginning, with what to do.
+# Texts that are no tables, by their beginnings, with advice.
 OTHER_TEXTS = {
     r"version https://git-lfs": "a Git LFS pointer, not the data. Fetch the data: git lfs pull",
     r"\S*annex/objects/": "a git-annex pointer, not the data. Fetch the data: git annex get",
@@ -46,10 +46,9 @@ OTHER_TEXTS = {
 
 @dataclass(frozen=True, kw_only=True)
 class TableLayout:
-    """The `rows` of a table with the numbers of their `lines`; `separator` is None for blanks.
+    """Layout of a table: the fields of its `rows` and their line numbers; `separator` is None for blanks.
 
-    `kinds` of the columns are ``n`` for numbers, ``t`` for clock times, ``d`` for dates, ``x`` for other texts, and
-    ``e`` for nothing.
+    `kinds` contains a letter per column: ``n`` numbers, ``t`` clock times, ``d`` dates, ``x`` other texts, ``e`` empty.
     """
 
     separator: str | None
@@ -59,12 +58,13 @@ class TableLayout:
 
 
 def load_text(path: Path) -> RawFile:
-    """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
+    """Read the columns of a text table by the names in its header, else as ``col_1``, ``col_2``, ...
 
     Lines above the table may state rate, unit and speed (``Sampling rate [Hz]: 12000``, ``# fs_hz = 20480``); lines
-    that begin with ``#``, ``%`` or ``//`` are comments. Time stamps become seconds, texts and empty columns are left
-    out. Decimal commas are read if another separator leaves no doubt. Raises `DataError` for rows that are not like the
-    others. A column with fields that are no finite numbers is `unusable`. A few rows of many numbers are channels.
+    that begin with ``#``, ``%`` or ``//`` are comments. Time stamps become seconds; texts and empty columns are left
+    out. Decimal commas are read if they cannot be separators. A column with fields that are not finite numbers is
+    `unusable`. In a table of a few rows of many numbers, each row is a channel. Raises `DataError` if rows differ in
+    layout.
     """
     lines, notes = _read_lines(path)
     table = _find_table(path, lines)
@@ -89,7 +89,7 @@ def load_text(path: Path) -> RawFile:
         key, wrong = name[:LONGEST_NAME] or f"col_{i + 1}", ""
         if kinds[i] == "t" or (kinds[i] == "d" and "t" not in kinds):
             stamps = fields
-            if kinds.count("d") == kinds.count("t") and re.match(r"\d{1,2}:", fields[0]):  # times of day beside days
+            if kinds.count("d") == kinds.count("t") and re.match(r"\d{1,2}:", fields[0]):  # dates in another column
                 stamps = [f"{day} {time}" for day, time in zip(columns[kinds.index("d")], fields, strict=True)]
             if (times := parse_time_stamps(stamps)) is None:
                 wrong = f"the times of {printable(key)} are not understood ({printable(fields[0])!r})"
@@ -115,7 +115,7 @@ def load_text(path: Path) -> RawFile:
 
 
 def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
-    """Message on fields that are no finite numbers, empty without any."""
+    """Message about fields that are not finite numbers; empty if there are none."""
     bad = np.flatnonzero(~np.isfinite(values))
     if not bad.size:
         return ""
@@ -125,7 +125,7 @@ def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64
 
 
 def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
-    """The lines, without blanks at their ends, and what is to be noted."""
+    """Lines of the file without surrounding blanks, and a note if the last line has no end."""
     if (size := path.stat().st_size) > LARGEST_TEXT:
         raise DataError(
             f"{path}: a text of {size / 1e6:.0f} MB; texts are read as a whole, in some 40 times their size of memory, "
@@ -150,13 +150,13 @@ def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
 
 
 def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
-    """Raise `DataError` if there are `wrong` lines."""
+    """Raise `DataError` with the number of `wrong` lines and the first of them, if there are any."""
     if wrong:
         raise DataError(f"{path}: {len(wrong)} line(s) {what}, the first is line {wrong[0] + 1}. {remedy}.")
 
 
 def _find_table(path: Path, lines: list[str]) -> TableLayout:
-    """The rows that are like one in the middle of the file or at its end, and all between the first and the last."""
+    """Find all rows between the first and the last that resemble a row in the middle or at an end of the file."""
     filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     stated = re.fullmatch(r'"?sep=(.)"?;*', lines[filled[0]]) if filled else None
     if stated:
@@ -164,7 +164,7 @@ def _find_table(path: Path, lines: list[str]) -> TableLayout:
     if not filled:
         raise NoRecordingError(f"{path}: a text file without a table of numbers.")
     middle = lines[filled[len(filled) // 2]]
-    if not stated and _separator(middle) is None and _STAMP.search(middle):  # blanks within the time stamps
+    if not stated and _separator(middle) is None and _STAMP.search(middle):  # time stamps contain blanks
         lines[:] = [_STAMP.sub(r"\1T\2\3", line) for line in lines]
     for typical in (filled[len(filled) // 2], filled[-1], filled[0]):
         separator = stated[1] if stated else _separator(lines[typical])
@@ -193,25 +193,25 @@ def _find_table(path: Path, lines: list[str]) -> TableLayout:
     while usual[0] in "nt" and last - first > 1 and _classify_field(begin := rows[last - 1][0]) == "x":
         if _LIKE_A_NUMBER.match(begin):
             break
-        last -= 1  # below the table
+        last -= 1  # a line below the table
     return TableLayout(separator=separator, lines=filled[first:last], rows=rows[first:last], kinds=usual)
 
 
 def _counts_up(fields: list[str]) -> bool:
-    """True for the numbers 0, 1, 2, ... which pandas writes for names, perhaps behind an index without one."""
+    """True for the column names 0, 1, 2, ... as pandas writes them, possibly after an empty name of the index."""
     counted_names = [str(i) for i in range(len(fields))]
     return fields in (counted_names, ["", *counted_names[:-1]])
 
 
 def _separator(line: str) -> str | None:
-    """The separator of a row; None for blanks."""
+    """Separator of a row; None for blanks."""
     mark = next((mark for mark in (";", "\t", "|", ",") if mark in line), None)
     parts = line.split()
     return None if mark == "," and len(parts) > 1 and all(map(_WITHIN.fullmatch, parts)) else mark
 
 
 def _fields(line: str, separator: str | None) -> list[str]:
-    """The fields of a line, without quotes, blanks around them, and an empty one at its end."""
+    """Fields of a line, without quotes, surrounding blanks, and an empty field at the end."""
     if separator is None:
         return [part.strip('"') for part in line.split()]
     split = csv.reader([line], delimiter=separator, skipinitialspace=True) if '"' in line else [line.split(separator)]
@@ -220,7 +220,7 @@ def _fields(line: str, separator: str | None) -> list[str]:
 
 
 def _classify_field(field: str) -> str:
-    """Kind of a field: number, time, date, empty or another text."""
+    """Kind of a field: ``n`` number, ``t`` clock time, ``d`` date, ``e`` empty, ``x`` other text."""
     if _DECIMAL_NUMBER.fullmatch(field):
         return "n"
     if _MISSING.fullmatch(field):
@@ -229,10 +229,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Refuse gaps between the rows, rows of another length, and numbers above or among them that belong to none.
-
-    Empty fields at the ends of rows are made the same number.
-    """
+    """Adjust empty fields at the ends of rows; `DataError` for gaps, rows of other lengths and other numbers."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -245,7 +242,7 @@ def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
     blank = [i for i in between if not lines[i].strip()]
     _refuse(path, blank, "blank among the samples", "Samples may be missing there: export the record again")
     hidden = [i for i in between if lines[i].startswith("#") and has_numbers_only(lines[i].lstrip("#"))]
-    _refuse(path, hidden, "of numbers behind a # among the samples", "Remove it, or delete the line")
+    _refuse(path, hidden, "of numbers after a # among the samples", "Remove it, or delete the line")
     marked = [i for i in table.lines if "#" in lines[i] and "#N/A" not in lines[i]]
     _refuse(path, marked, "with a # after its beginning", "Cut it off")
     for row in table.rows:
@@ -261,11 +258,11 @@ def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
 
 
 def _hint(separator: str | None) -> str:
-    return "; where commas stand between columns, decimals need a point" if separator == "," else ""
+    return "; if commas separate columns, decimals need a point" if separator == "," else ""
 
 
 def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str], list[str], set[int]]:
-    """Names and units of the columns in the lines above the table, and the numbers of these lines."""
+    """Names and units of the columns in the lines above the table, and the indices of these lines."""
     names, units, used = list[str](), list[str](), set[int]()
     columns, separator = len(table.kinds), table.separator
     for i in reversed([i for i, line in enumerate(above) if line.strip("# \t;,|")][-HEADER_LINES:]):
@@ -292,7 +289,7 @@ def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str]
 
 
 def _names_of(line: str, separator: str | None, columns: int) -> list[str] | None:
-    """Fields of a header, one for each column, by the table's separator or another one; None if none fits."""
+    """Split a line into names, one per column, by the table's or another separator; None if this is impossible."""
     tried = [_fields(line, separator)]
     if separator is not None and line.endswith(separator):
         tried.append([*tried[0], ""])
@@ -305,14 +302,14 @@ def _names_of(line: str, separator: str | None, columns: int) -> list[str] | Non
 
 
 def _is_statement(fields: list[str]) -> bool:
-    """True for a line with a setting and its value instead of names."""
+    """True if a line contains a setting and its value instead of names."""
     first, rest = fields[0].rstrip(": "), [field for field in fields[1:] if field]
     is_value = len(rest) == 1 and bool(_DECIMAL_NUMBER.match(rest[0])) and not _LIKE_A_NUMBER.match(first)
     return len(fields) > 1 and (is_value or is_unit_key(first) or any(stated_rate(first, value) for value in rest[:1]))
 
 
 def _check_names(where: str, names: list[str], table: TableLayout) -> None:
-    """Refuse names that are none, or not of one column each; an index and columns without numbers need none."""
+    """Raise `DataError` if a name looks like a number or occurs twice; an index and texts need no names."""
     needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
     if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _counts_up(names)]:
         raise DataError(
@@ -324,24 +321,24 @@ def _check_names(where: str, names: list[str], table: TableLayout) -> None:
 
 
 def _read_statements(path: Path, above: list[str]) -> dict[str, float | str]:
-    """Statements ``name: value`` of the lines above the table."""
+    """Statements ``name: value`` in the lines above the table."""
     found: dict[str, float | str] = {}
     for match in filter(None, map(_KEY.fullmatch, above)):
         key = "unit" if is_unit_key(match[1]) else match[1]
         value = float(match[2]) if re.fullmatch(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?", match[2]) else match[2]
         if found.setdefault(key, value) != value and (key == "unit" or stated_rate(key, value)):
-            raise DataError(f"{path}: says {key} = {found[key]} and {value}. Delete the wrong one.")
+            raise DataError(f"{path}: states {key} = {found[key]} and {value}. Delete the wrong one.")
     return found
 
 
 def _parse_numbers(fields: list[str], *, comma: bool) -> NDArray[np.float64]:
-    """Numbers of the fields, NaN for any other text."""
+    """Numbers of the fields; NaN for any other text."""
     texts = [field.replace(",", ".") for field in fields] if comma else fields
     return np.array([text if _PLAIN.fullmatch(text) else "nan" for text in texts], np.float64)
 
 
 def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table: TableLayout) -> bool:
-    """True if the numbers have decimal commas; `DataError` if that cannot be decided."""
+    """True if the numbers have decimal commas; `DataError` if the commas are ambiguous."""
     numeric = [column for column, kind in zip(columns, kinds, strict=True) if kind in "ne"]
     places = [(i, field) for column in numeric for i, field in enumerate(column)]
     found = [(i, field) for i, field in places if "," in field]
