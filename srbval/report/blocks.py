@@ -1,4 +1,4 @@
-"""The report as a tree of frozen dataclasses; a source (`Badge`) and a judgement (`Tone`) are words before colours."""
+"""Parts of a report as frozen dataclasses: the report, its sections, and blocks such as tables and figures."""
 
 import enum
 import math
@@ -12,6 +12,7 @@ from srbval.report.figures.style import Drawing
 
 FIGURES_FOLDER = "figures"  # the folder of pictures and their data beside the documents
 CellValue = float | int | str | bool | None
+REPORT_SCHEMA = 1  # version of the keys of report.json
 MISSING = "–"
 REQUIRED_TEXTS = {"alt": "an alt text: describe the picture", "caption": "a caption"}
 ReportRow = Mapping[str, Any]  # a row of a list in report.json, by its keys
@@ -19,7 +20,7 @@ _IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
 class Badge(enum.StrEnum):
-    """Source of a value or a picture."""
+    """Source of a value or a picture; `STAND_IN` marks synthetic data in place of a recording."""
 
     MEASURED = "measured"
     PUBLISHED = "published"
@@ -29,7 +30,7 @@ class Badge(enum.StrEnum):
 
 
 class Tone(enum.StrEnum):
-    """Judgement of a value, a verdict or a callout; `sign` is shown beside its text."""
+    """Judgement of a value, a verdict or a callout."""
 
     GOOD = "good"
     BAD = "bad"
@@ -38,13 +39,16 @@ class Tone(enum.StrEnum):
 
     @property
     def sign(self) -> str:
-        """One character that tells the tones apart without colour."""
+        """Character printed before a text so that its tone can be recognised without colour."""
         return {"good": "✓", "bad": "✗", "warning": "⚠", "neutral": "•"}[self.value]
 
 
 @dataclass(frozen=True, kw_only=True)
 class TableColumn:
-    """One column; a `format`, a Python format specification for numbers such as ``.2f``, aligns it right."""
+    """Column of a table: title, unit and number format.
+
+    `format` is a Python format specification such as ``.2f``; a column with a format is aligned right.
+    """
 
     title: str
     unit: str = ""
@@ -52,15 +56,15 @@ class TableColumn:
 
     @property
     def align(self) -> str:
-        """Alignment of the column."""
+        """Alignment of the column's cells: right if the column has a number format, otherwise left."""
         return "right" if self.format else "left"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """One value, plain text: its half width of a 95 % interval, its source, its judgement and a short remark below it.
+    """Cell of a table: a value, its 95 % half width `ci95`, its source, its judgement, and a remark printed below it.
 
-    None and non-finite values show as a dash, an interval with at most two digits.
+    A value that is None or not finite is printed as a dash. Decimals end at the second significant digit of `ci95`.
     """
 
     value: CellValue
@@ -70,7 +74,7 @@ class Cell:
     note: str = ""
 
     def text(self, column: TableColumn) -> str:
-        """Text of the value, the same in every renderer."""
+        """Format the value and its interval by the format of `column`."""
         spec, ci95 = column.format, self.ci95
         fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
         if fixed and ci95 and math.isfinite(ci95):
@@ -80,7 +84,7 @@ class Cell:
 
 
 def format_value(value: CellValue, spec: str) -> str:
-    """Show one value: a number by `spec`, text unchanged, a truth value as yes or no, a missing value as a dash."""
+    """Format a number by `spec`, a truth value as yes or no, a missing value as a dash; text is unchanged."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return MISSING
     if isinstance(value, bool):
@@ -93,7 +97,7 @@ def format_value(value: CellValue, spec: str) -> str:
 
 
 def _check(part: Any, kind: str, *needed: str) -> None:
-    """Raise ValueError for an id that names no anchor or file, and for a needed text that is empty."""
+    """Raise ValueError if the id is invalid or if a text in `needed` is empty."""
     if not _IDENTIFIER.fullmatch(part.id):
         raise ValueError(
             f"{kind} id {part.id[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
@@ -105,9 +109,10 @@ def _check(part: Any, kind: str, *needed: str) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class ReportTable:
-    """A table; the first column holds row headers, `label` ("Table 6") starts the caption, `notes` are set below it.
+    """Table with a caption; the first cell of each row is the header of the row.
 
-    Raises ValueError without a caption and for a row of another length than the columns.
+    `label` ("Table 6") precedes the caption, `notes` follow the table. Raises ValueError if the caption is empty or if
+    a row does not have one cell for each column.
     """
 
     id: str
@@ -126,28 +131,28 @@ class ReportTable:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Running text with inline markup (see `srbval.report.plain`)."""
+    """Paragraph of text with inline markup (see `srbval.report.plain`)."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Heading:
-    """The title of a part of a section; plain text."""
+    """Title of a part of a section, as plain text."""
 
     title: str
 
 
 @dataclass(frozen=True)
 class Listing:
-    """Short texts with inline markup."""
+    """List of short texts with inline markup."""
 
     items: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Callout:
-    """A boxed remark; a sign and a word repeat its tone's colour."""
+    """Remark in a box; the tone sets the colour and the sign of the box."""
 
     tone: Tone
     text: str
@@ -156,23 +161,24 @@ class Callout:
 
 @dataclass(frozen=True)
 class Command:
-    """A command line or a file's text, set in a box of its own, letter for letter."""
+    """Command line, or content of a file, printed unchanged in a box."""
 
     line: str
 
 
 @dataclass(frozen=True)
 class KeyValues:
-    """Pairs of a key and a value, shown as a description list; both plain text, in the order given."""
+    """Keys and their values as plain text, printed in the given order."""
 
     pairs: Mapping[str, CellValue]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Explore:
-    """A chart that scripts draw from a figure's data: `x` and the keys of `curves` are columns of its file.
+    """Interactive chart that the page's script draws from the data of a figure.
 
-    `marks` are named places on the x axis; `x_per_order` is the length of one shaft order on it.
+    `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and positions on the x axis,
+    `x_per_order` is the length of one shaft order on the x axis.
     """
 
     x: str
@@ -185,11 +191,12 @@ class Explore:
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A picture (SVG) that ``draw(folder, id)`` writes with its data (CSV), and the text that replaces it (`alt`).
+    """Picture with its data, caption and alternative text.
 
-    `label` ("Figure 11a") starts the caption, a `synthetic` stand-in is marked above it. A figure that is not `wide`
-    does not take the whole width of the text; a small picture of another figure names it (`small_of`, an id). Raises
-    ValueError without alt text or caption.
+    ``draw(folder, id)`` writes the picture (SVG) and the plotted data (CSV). `label` ("Figure 11a") precedes the
+    caption. A `synthetic` figure is marked as a stand-in. A `wide` figure takes the full width of the text. `small_of`
+    is the id of the figure of which a thumbnail is a small copy. Raises ValueError if the alternative text or the
+    caption is empty.
     """
 
     id: str
@@ -208,13 +215,13 @@ class Figure:
 
     @property
     def files(self) -> dict[str, str]:
-        """Paths of `picture` and `data` in the report's folder."""
+        """Paths of the picture and of its data, relative to the report's folder."""
         return {"picture": f"{FIGURES_FOLDER}/{self.id}.svg", "data": f"{FIGURES_FOLDER}/{self.id}.csv"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class FigureGrid:
-    """Panels (a), (b), ... side by side in `columns`, 1 to 4, with one caption for the whole."""
+    """Figures side by side in 1 to 4 `columns`, with one common caption."""
 
     figures: tuple[Figure, ...]
     columns: int = 2
@@ -227,9 +234,9 @@ Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | ReportTa
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictBox:
-    """The answer in plain words, first on the page: a tone, a kicker, one or two sentences, a picture, a few points.
+    """Main result at the top of the page: a headline, a short line above it (`kicker`), points and a figure.
 
-    `blocks` follow below, callouts beside the first one if there is room.
+    `blocks` follow below the headline; on the HTML page they replace `points` and `figure`.
     """
 
     tone: Tone
@@ -242,7 +249,7 @@ class VerdictBox:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """One section; `id` is its anchor. A page folds it unless it is `open`."""
+    """Section of a report; `id` is its anchor. A long page folds a section that is not `open`."""
 
     id: str
     title: str
@@ -255,10 +262,10 @@ class Section:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """A whole report; `data` becomes ``report.json``, which also lists tables and figures.
+    """Complete report; `data` is the content of ``report.json``, to which tables and figures are added.
 
-    `generated_utc` needs a time zone. `rows` are written as CSV beside the data of figures and tables, by the name of
-    the file. Raises ValueError if two parts share an id.
+    `generated_utc` needs a time zone. Each entry of `rows` is written as a CSV file of that name. Raises ValueError if
+    two parts have the same id.
     """
 
     title: str
@@ -285,10 +292,10 @@ class Report:
             yield from section.blocks
 
     def figures(self) -> Iterator[Figure]:
-        """The verdict's figures, then those of the sections in their order, those in grids included."""
+        """Iterate over all figures: the figure of the verdict, then the figures of the sections, including grids."""
         for block in self._blocks():
             yield from block.figures if isinstance(block, FigureGrid) else (block,) if isinstance(block, Figure) else ()
 
     def tables(self) -> Iterator[ReportTable]:
-        """All tables in their order."""
+        """Iterate over all tables in their order."""
         yield from (block for block in self._blocks() if isinstance(block, ReportTable))

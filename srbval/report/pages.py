@@ -1,4 +1,4 @@
-"""Pages that studies add to the report, each one section made of stored results and starting with their origin."""
+"""Pages that studies add to the report: each is one section made of stored results, headed by their origin."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ STORED_TEXTS = Prose("srbval.report", "texts/stored.md")
 
 
 class StoredResults(dict[str, StoredResult]):
-    """The newest stored result of each name."""
+    """Newest stored result of each name."""
 
     def content(self, name: str) -> Mapping[str, Any]:
-        """Content of a result; empty without a result."""
+        """Return the content of a result; the content is empty if no result is stored."""
         return self[name].content if name in self else {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A section of the report that is made of stored `results` alone; `place` orders the sections, see `assemble`.
+    """Section of the report that is made only of the stored `results`; `place` orders the sections (see `assemble`).
 
-    `data` gives further keys of ``report.json``; lists under a key that is already there are joined to it. `tile` is
-    the short answer for the first screen, None without a result.
+    `data` returns further keys of ``report.json``; lists under an existing key are appended. `tile` returns the short
+    answer on the first screen, or None if no result is stored.
     """
 
     name: str
@@ -36,13 +36,13 @@ class Page:
 
 
 def load_newest_results(pages: Iterable[Page], *names: str) -> StoredResults:
-    """Newest results for `pages`, and for further `names`."""
+    """Load the newest stored results of `names` and of the names that `pages` use."""
     wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
     return StoredResults({name: result for name in wanted if (result := newest_result(name)) is not None})
 
 
 def join_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """`data` with further keys; lists under the same key are joined."""
+    """Add further keys to `data`; lists under the same key are joined."""
     found = dict(data)
     for part in more:
         for key, value in part.items():
@@ -57,10 +57,11 @@ def study_page(
     data: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {},
     tile: Callable[[Prose, Mapping[str, Any]], Callout] | None = None,
 ) -> Page:
-    """Page of the study in `package`: its stored result's origin, then `blocks` of the folder's ``texts.md`` and it.
+    """Make the page of the study in `package` from its newest stored result.
 
-    Without a result the section names the command that computes it. `data` makes keys of ``report.json`` from it,
-    `tile` its short answer on the first screen.
+    The section starts with the origin of the result, followed by `blocks`, computed from the folder's ``texts.md`` and
+    the result. Without a result the section names the command that computes it. `data` and `tile` compute keys of
+    ``report.json`` and the short answer on the first screen from the result.
     """
     name, prose = package.rpartition(".")[2], Prose(package)
 
@@ -78,14 +79,14 @@ def study_page(
 
 
 def origin_line(results: StoredResults, name: str) -> Block:
-    """First line of a section that shows a stored result: its origin, or the command that computes it."""
+    """Describe the origin of a stored result; if no result is stored, name the command that computes it."""
     if name in results:
         return describe_origin(results[name])
     return STORED_TEXTS.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")
 
 
 def describe_origin(result: StoredResult) -> Paragraph:
-    """Origin of a stored result: kind, date, machine, command, data sets, and why it is stale."""
+    """Describe a stored result: kind, date, machine, command, data sets, and the reason if it is out of date."""
     origin, facts = result.origin, ("name", "records", "revision", "date")
     sets = [
         ", ".join(f"{one[fact]}{' records' * (fact == 'records')}" for fact in facts if one.get(fact))

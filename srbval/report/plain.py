@@ -1,8 +1,8 @@
-"""The report as nested dicts of finished text, which both renderers are given, and its inline markup.
+"""Conversion of a report to nested dicts of finished text, the common input of both renderers; the inline markup.
 
-Every number is formatted here and only here, so the HTML page and the PDF cannot differ. The markup is ``**strong**``
-and ```code```, everything else is text; a backslash before ``*``, a backtick or a backslash makes it text. Text from a
-file or a recording goes through `literal` first, so that it can never turn into markup.
+Numbers are formatted only here, so that the HTML page and the PDF cannot differ. The markup is ``**strong**`` and
+```code```; a backslash before ``*``, a backtick or a backslash makes it text. Text from a file or a recording goes
+through `literal` first, so that it cannot become markup.
 """
 
 import dataclasses
@@ -17,15 +17,7 @@ from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
 MAX_OPEN_SECTIONS = 3  # sections of a page that shows all of them open; a longer page folds its sections
-MARKUP = {
-    "caption",
-    "headline",
-    "items",
-    "kicker",
-    "notes",
-    "points",
-    "text",
-}  # fields whose text may hold inline markup
+MARKUP = {"caption", "headline", "items", "kicker", "notes", "points", "text"}  # fields with inline markup
 
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
 # C0 and C1 controls but tab and newline, lone surrogates, direction overrides, non-characters.
@@ -38,17 +30,17 @@ _WITHIN_QUANTITY = re.compile(
 
 
 def literal(text: str) -> str:
-    """Escape `text` so that `spans` gives it back unchanged, as one piece of plain text."""
+    """Escape the markup characters of a text, so that it is printed unchanged."""
     return re.sub(r"([*`\\])", r"\\\1", text)
 
 
 def mask_controls(text: str) -> str:
-    """Replace what no page can show (controls, lone surrogates, direction overrides) by U+FFFD."""
+    """Replace characters that no page can print (controls, lone surrogates, direction overrides) by U+FFFD."""
     return _UNPRINTABLE.sub("\ufffd", text)
 
 
 def spans(text: str) -> tuple[Span, ...]:
-    """Split `text` into runs of (kind, text), with no line end in a quantity; a marker without its partner is text."""
+    """Split a text with markup into (kind, text) pieces; a line cannot end between a number and its unit."""
     found: list[Span] = []
 
     def append(kind: str, part: str) -> None:
@@ -69,7 +61,7 @@ def spans(text: str) -> tuple[Span, ...]:
 
 
 def as_plain(report: Report) -> dict[str, Any]:
-    """Turn a report into dicts, lists and strings; inline markup becomes lists of (kind, text)."""
+    """Convert a report to dicts, lists and strings; text with markup becomes a list of (kind, text) pieces."""
     return {
         "title": mask_controls(report.title),
         "subtitle": mask_controls(report.subtitle),
@@ -90,7 +82,7 @@ def as_plain(report: Report) -> dict[str, Any]:
 
 
 def _plain(value: Any, name: str = "") -> Any:
-    """Plain value of the field `name`: a dataclass becomes a dict of its fields with its class as `kind`."""
+    """Convert the value of the field `name`; a dataclass becomes a dict with its class name as `kind`."""
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, str):

@@ -1,12 +1,12 @@
-"""The prose of a section as Markdown: plain texts in which values are put, without conditions and without loops.
+"""Texts of a section, read from a Markdown file in which values are inserted, without conditions or loops.
 
-A file starts with ``# Title {#id}``; a part is ``## name`` with its text, a list has an item for each line that begins
-with ``- ``. A figure, table or callout NAME has further parts ``## NAME.caption``, ``NAME.alt``, ``NAME.label`` (the
-bold start of the caption), ``NAME.title``, and a table the lists ``NAME.notes`` and ``NAME.columns``, whose items are
-``key | title | unit | format`` (see `tables.frame_table`).
+A file starts with ``# Title {#id}``. A part is ``## name`` followed by its text; each line that begins with ``- `` is
+an item of a list. A figure, table or callout NAME has the parts ``NAME.caption``, ``NAME.alt``, ``NAME.label`` (the
+bold start of the caption) and ``NAME.title``; a table also has the lists ``NAME.notes`` and ``NAME.columns``, whose
+items are ``key | title | unit | format`` (see `tables.frame_table`).
 
-`str.format` puts values in, such as ``{error_pct:+.2f}``; ``{name!l}`` keeps stars and backticks of foreign text from
-becoming markup. A missing value (not given, None, not finite) raises ValueError: choose another text in that case.
+`str.format` inserts values such as ``{error_pct:+.2f}``; ``{name!l}`` escapes markup in a foreign text. A missing value
+(not given, None, not finite) raises ValueError: choose another text in that case.
 """
 
 import math
@@ -29,14 +29,14 @@ _ITEM_START = re.compile(r"^- ", re.MULTILINE)
 
 
 class Prose:
-    """Texts of one section: a file of a package, given by its name, such as ``__package__``."""
+    """Texts of one section, from a file of the package named `package`."""
 
     def __init__(self, package: str, file: str = "texts.md") -> None:
         self._package, self._file = package, file
 
     @cached_property
     def _parts(self) -> Mapping[str, str]:
-        """Source of every part by its name, ``""`` for the head of the file."""
+        """Source text of every part by its name; the head of the file has the name ``""``."""
         source = (resources.files(self._package) / self._file).read_text(encoding="utf-8")
         head, *parts = _PART_HEADING.split(source)
         names, texts = parts[::2], parts[1::2]
@@ -61,23 +61,23 @@ class Prose:
         return name in self._parts
 
     def text(self, name: str, /, **values: Any) -> str:
-        """One text; its line breaks are spaces."""
+        """Return a part with its values inserted, on one line."""
         return self._filled(self._source(name), name, values)
 
     def items(self, name: str, /, **values: Any) -> tuple[str, ...]:
-        """Items of a list."""
+        """Return the items of a list with their values inserted."""
         return tuple(self._filled(item, name, values) for item in _ITEM_START.split(self._source(name))[1:])
 
     def paragraph(self, name: str, /, **values: Any) -> blocks.Paragraph:
-        """One text as a paragraph."""
+        """Make a paragraph from a part."""
         return blocks.Paragraph(self.text(name, **values))
 
     def listing(self, name: str, /, **values: Any) -> blocks.Listing:
-        """A list of texts."""
+        """Make a list from the items of a part."""
         return blocks.Listing(items=self.items(name, **values))
 
     def callout(self, name: str, /, *, tone: Tone, **values: Any) -> blocks.Callout:
-        """A boxed remark."""
+        """Make a boxed remark from a part."""
         return blocks.Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
 
     def figure(
@@ -93,7 +93,7 @@ class Prose:
         explore: Explore | None = None,
         **values: Any,
     ) -> Figure:
-        """A figure with its caption, alt text and label; `id` is `name` unless given."""
+        """Make a figure with the caption, alternative text and label from the file; `id` is `name` by default."""
         source = blocks.Badge(badge) if badge else None
         return Figure(
             id=id or name,
@@ -109,7 +109,7 @@ class Prose:
         )
 
     def grid(self, name: str, figures: Iterable[Figure], label: str = "", most: int = 2, **values: Any) -> FigureGrid:
-        """At most `most` panels a row with the text `name` as their common caption."""
+        """Arrange figures with at most `most` in a row; the text `name` is their common caption."""
         shown = tuple(figures)
         return FigureGrid(figures=shown, columns=min(most, len(shown)), label=label, caption=self.text(name, **values))
 
@@ -124,19 +124,19 @@ class Prose:
         more_notes: Iterable[str] = (),
         **values: Any,
     ) -> ReportTable:
-        """A table from a frame (see `frame_table`) with the file's texts; `more_notes` come before its notes."""
+        """Make a table from a frame (see `frame_table`) with the file's texts; `more_notes` precede its notes."""
         notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
         columns = self.columns(name, **values) if columns is None else columns
         caption, label = self.text(f"{name}.caption", **values), self._optional(f"{name}.label", values)
         return frame_table(frame, id or name, caption, columns, label=label, notes=(*more_notes, *notes))
 
     def columns(self, name: str, /, **values: Any) -> dict[str, Title]:
-        """The columns of a table."""
+        """Return title, unit and format of a table's columns, by key."""
         rows = [[part.strip() for part in row.split("|")] for row in self.items(f"{name}.columns", **values)]
         return {key: (title, *more) for key, title, *more in rows}  # type: ignore[misc]
 
     def section(self, *blocks: Any, open: bool = False, **values: Any) -> Section:
-        """The section with the title and the id that the file's first line states."""
+        """Make the section with the title and the id from the first line of the file."""
         found = _TITLE.fullmatch(self._parts[""].strip())
         if found is None:
             raise ValueError(f"{self._file} of {self._package}: its first line must be '# Title {{#id}}'.")
@@ -147,7 +147,7 @@ class Prose:
 
 
 class _Fill(Formatter):
-    """`str.format` that refuses missing values, shows numbers as tables do, and knows the conversion ``!l``."""
+    """Formatter that refuses missing values, formats numbers as tables do, and escapes markup with ``!l``."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if value is None or (isinstance(value, float) and not math.isfinite(value)):

@@ -1,4 +1,4 @@
-"""The two renderers of the plain tree: one HTML file that needs no network and no script, and a tagged PDF (UA-1)."""
+"""Renderers of the plain report: one HTML file that needs no network and no script, and a tagged PDF (UA-1)."""
 
 import base64
 import hashlib
@@ -30,7 +30,7 @@ def _template(name: str) -> str:
 
 
 def render_html(report: Report, folder: Path) -> str:
-    """Render a report, whose pictures and data are in ``folder/figures``, as one page without further files.
+    """Render a report as one HTML page that contains the pictures and data from ``folder/figures``.
 
     The template engine escapes all text. Raises FileNotFoundError if a file of a figure is missing.
     """
@@ -57,7 +57,7 @@ def render_html(report: Report, folder: Path) -> str:
 
 
 def _data_uri(folder: Path, name: str) -> Markup:
-    """A file as a data URI, percent-encoded (smaller than base64), that HTML need not escape between double quotes."""
+    """Encode a file as a data URI for an HTML attribute, percent-encoded, which is shorter than base64."""
     path = folder / name
     kind, content = _MEDIA_TYPES[path.suffix], path.read_bytes()
     if kind == "image/svg+xml":
@@ -77,10 +77,10 @@ def require_typst() -> Any:
 
 
 def render_pdf(report: Report, folder: Path) -> bytes:
-    """Typeset `report`, whose pictures are in ``folder/figures``; the same report gives the same bytes.
+    """Typeset a report, whose pictures are in ``folder/figures``, as a PDF; equal reports give equal bytes.
 
-    Text travels as JSON data, so nothing in it can be executed. Raises `ConfigurationError` without typst, and
-    typst's own error (a bug here) if the document does not compile.
+    Text is passed as JSON data, so that nothing in it can be executed. Raises `ConfigurationError` if typst is missing,
+    and typst's own error (a bug here) if the document does not compile.
     """
     content: bytes = require_typst().compile(
         _template("report.typ").encode("utf-8"),
@@ -96,7 +96,7 @@ def render_pdf(report: Report, folder: Path) -> bytes:
 
 
 def list_pdf_dependencies() -> list[Any]:
-    """Template and versions of the libraries that a PDF depends on; its fonts are those of matplotlib."""
+    """Return the template and the versions of the libraries on which a PDF depends; matplotlib provides the fonts."""
     versions = [metadata.version(name) for name in ("typst", "matplotlib") if find_spec(name)]
     return [_template("report.typ"), *versions]
 
@@ -109,14 +109,14 @@ def _font_folder() -> Path:
 
 @lru_cache(maxsize=1)
 def _known_characters() -> frozenset[int]:
-    """Characters the text font can draw; PDF/UA refuses a document that asks for another."""
+    """Code points of the text font; PDF/UA forbids characters without a glyph."""
     from matplotlib.ft2font import FT2Font
 
     return frozenset(FT2Font(str(_font_folder() / "DejaVuSans.ttf")).get_charmap())
 
 
 def _displayable(value: Any) -> Any:
-    """Make every string of the tree drawable: unknown characters replaced, endless words breakable, most in a cell."""
+    """Replace characters without a glyph in every string, and let long words break, sooner in table cells."""
     if isinstance(value, dict):
         shown = {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
         for key in ("text", "note") if "number" in value else ():  # a cell, such as a file's name

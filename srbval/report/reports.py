@@ -1,4 +1,4 @@
-"""The reports as one call each: gather the findings, word and draw them, write the files."""
+"""Reports in one call each: gather the findings, make texts and figures, write the files."""
 
 import tempfile
 import warnings
@@ -57,11 +57,12 @@ def make_report(
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[Findings, dict[str, Path]]:
-    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`; returns findings and files.
+    """Simulate, analyse, compare, and write the main report into `folder`; return findings and files.
 
-    `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one per core),
-    `pages` come from studies, `command` makes the report again. Raises `ConfigurationError` for a duration too short or
-    a missing typst, `NumericsError` for a failed run, `DataError` for a folder that cannot be written.
+    `seconds` is the recorded duration of the paper's three runs, `jobs` the number of parallel runs (default: one per
+    core). `pages` come from studies. `command` is printed as the command that repeats the report. Raises
+    `ConfigurationError` if the duration is too short or typst is missing, `NumericsError` if a run fails, and
+    `DataError` if the folder cannot be written to.
     """
     if "pdf" in formats:
         require_typst()
@@ -79,19 +80,19 @@ def report(
     formats: tuple[str, ...] = ("html", "json"),
     jobs: int | None = None,
     progress: Progress = silent,
-    **asked: Any,
+    **options: Any,
 ) -> dict[str, Path]:
-    """Write the report on recordings (files, folders, recordings, runs) into `folder`; returns its files by format.
+    """Write a report on recordings (files, folders, recordings, runs) into `folder`; return its files by format.
 
-    Without recordings it is the main report, see `make_report`. `asked`: `model`, and fields
-    of a `RecordRequest` and of `RecordingSettings`, such as `healthy`, `bearing`, `band_hz`, `rpm`. ``pdf`` is a
-    further format.
+    Without recordings, the main report is written (see `make_report`). `options` are `model` and the fields of a
+    `RecordRequest` and of `RecordingSettings`, such as `healthy`, `bearing`, `band_hz`, `rpm`. ``pdf`` is a further
+    format.
     """
     written: dict[str, Any] = {"formats": formats, "jobs": jobs, "command": "srbval.report", "progress": progress}
     if not sources:
-        return make_report(Path(folder), **written, **asked)[1]
-    model = asked.pop("model", True)
-    return report_sources(sources, Path(folder), build_request(asked), model=model, **written)[1]
+        return make_report(Path(folder), **written, **options)[1]
+    model = options.pop("model", True)
+    return report_sources(sources, Path(folder), build_request(options), model=model, **written)[1]
 
 
 def report_sources(
@@ -105,11 +106,11 @@ def report_sources(
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[Report, dict[str, Path]]:
-    """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
+    """Write a report on recordings of one bearing into `folder`; return the report, and its files by format.
 
-    Of a folder or many files the most serious ones have a section, all have a row. If no band is requested, each
-    record's is chosen on it. Recordings that cannot be read are listed with the reason. For the rest, and for errors,
-    see `gather_user_records` and `make_report`.
+    Of a folder or many files, all recordings get a row and the most serious ones a section. If no band is requested, a
+    band is chosen for each record. Recordings that cannot be read are listed with the reason. For the model and the
+    errors, see `gather_user_records` and `make_report`.
     """
     if "pdf" in formats:
         require_typst()
@@ -132,11 +133,8 @@ def report_sources(
         requests = [replace(one, healthy=healthy) for one in requests]
     with one_thread():
         records, unread, facts = gather_user_records(requests, model=model, progress=progress)
-        rows: dict[str, Any] = {
-            "failed": [*unread, *failed],
-            "others": others,
-            "other_rows": [*map(summary_of, others)],
-        }
+        failed = [*unread, *failed]
+        rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
         report = assemble_user_report(records, command=command, provenance=facts, **rows)
         return report, _written(report, folder, formats, progress)
 
@@ -149,13 +147,13 @@ def trend(
     baseline: int | None = None,
     machine_class: str | None = None,
     zones_mm_s: Sequence[float] = (),
-    **asked: Any,
+    **options: Any,
 ) -> Trend:
-    """Trend of the records of one machine: files, folders, recordings or runs in the order of `record_times`.
+    """Compute the trend of the records of one machine: files, folders, recordings or runs, ordered by `record_times`.
 
-    `asked`: fields of a `RecordRequest` and of `RecordingSettings`. Files that cannot be read are warned about.
+    `options` are fields of a `RecordRequest` and of `RecordingSettings`. A file that cannot be read causes a warning.
     """
-    requests = requests_for(sources, replace(build_request(asked), one_band=True))  # levels are compared
+    requests = requests_for(sources, replace(build_request(options), one_band=True))  # levels are compared
     answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
     for number, answer in enumerate((answers[one] for one in requests), start=1):
         if isinstance(answer, FailedFile):
@@ -176,9 +174,9 @@ def report_case(
     command: str = "srbval validate",
     progress: Progress = silent,
 ) -> tuple[Validation, dict[str, Path]]:
-    """Compare every pair of a case and write ``report.*`` and ``figures/`` into `folder`; returns both.
+    """Compare every pair of a case and write its report into `folder`; return the validation, and the files by format.
 
-    Raises what `validate` raises, and `DataError` for a folder that cannot be written; nothing is written in that case.
+    Raises the errors of `validate`, and `DataError` if the folder cannot be written to; then no file is written.
     """
     if "pdf" in formats:
         require_typst()
@@ -194,15 +192,13 @@ def report_case(
 
 
 def check_plot(path: Path) -> None:
-    """Refuse a name that `write_plot` cannot write (`ConfigurationError`), before anything is computed."""
+    """Raise `ConfigurationError` for a file name that `write_plot` cannot write, before anything is computed."""
     if path.suffix.lower() not in PLOT_SUFFIXES:
-        raise ConfigurationError(
-            f"{path}: a picture is one of {', '.join(PLOT_SUFFIXES)}; end its name with one of them."
-        )
+        raise ConfigurationError(f"{path}: the name of a picture must end with one of {', '.join(PLOT_SUFFIXES)}.")
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
-    """One picture of a record that was read, as PNG or SVG, or with its table of lines as a page."""
+    """Draw an analysed record as PNG or SVG, or as an HTML page with its table of lines."""
     path = Path(path)
     check_plot(path)
     analysis, baseline = reading.analysis, reading.baseline
@@ -216,7 +212,7 @@ def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbv
 
 
 def write_trend(trend: Trend, path: str | Path, *, command: str = "srbval trend") -> None:
-    """A trend as one page with its pictures."""
+    """Write a trend as one HTML page with its pictures."""
     _write_page(assemble_trend(trend, command=command, provenance=provenance((), ())), Path(path))
 
 

@@ -1,4 +1,4 @@
-"""Tables of the report straight from pandas frames."""
+"""Tables of the report from pandas frames."""
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -9,7 +9,7 @@ from srbval.report.blocks import Badge, Cell, CellValue, ReportTable, TableColum
 if TYPE_CHECKING:
     import pandas as pd
 
-Title = str | tuple[str, str] | tuple[str, str, str] | TableColumn
+Title = str | tuple[str, str] | tuple[str, str, str]  # title, unit, format
 WHOLE_NUMBER_FORMATS = ("d", ",d")  # formats of whole numbers, which a frame with gaps keeps as floats
 
 
@@ -21,16 +21,19 @@ def frame_table(
     label: str = "",
     notes: Iterable[str] = (),
 ) -> ReportTable:
-    """Build a table with one row for each row of `frame` (or of a list of mappings with the same keys).
+    """Make a table with one row for each row of `frame`, a pandas frame or a list of mappings with the same keys.
 
-    `columns` gives the columns to show, in order, as (title, unit, format), the last two optional, or as a `Column`.
-    Companion columns ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note`` of a column ``X`` are the half width of its
-    95 % interval, its source, its judgement and a remark below it. Raises KeyError for a column that is not there.
+    `columns` gives the columns in order, as (title, unit, format), the last two optional. The
+    columns ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note`` of the frame give the 95 % half width, the source, the
+    judgement and the remark of each value in the column ``X``. Raises KeyError if the frame lacks a column.
     """
     import pandas as pd
 
     table = frame if isinstance(frame, pd.DataFrame) else pd.DataFrame(list(frame))
-    titles = {name: _make_column(title) for name, title in columns.items()}
+    keys, titles = ("title", "unit", "format"), dict[str, TableColumn]()
+    for name, title in columns.items():
+        parts = (title,) if isinstance(title, str) else title
+        titles[name] = TableColumn(**dict(zip(keys, parts, strict=False)))
     missing = [name for name in titles if name not in table.columns]
     if missing and len(table):
         raise KeyError(f"table {id!r}: the frame has no column {missing[0]!r}; it has {', '.join(table.columns)}.")
@@ -45,13 +48,6 @@ def frame_table(
     )
 
 
-def _make_column(title: Title) -> TableColumn:
-    if isinstance(title, TableColumn):
-        return title
-    given = (title,) if isinstance(title, str) else title
-    return TableColumn(**dict(zip(("title", "unit", "format"), given, strict=False)))
-
-
 def _cell(row: Mapping[str, Any], name: str, column: TableColumn) -> Cell:
     ci95, badge, tone, note = (_plain(row.get(f"{name}_{of}"), column) for of in ("ci95", "badge", "tone", "note"))
     return Cell(
@@ -64,7 +60,7 @@ def _cell(row: Mapping[str, Any], name: str, column: TableColumn) -> Cell:
 
 
 def _plain(value: Any, column: TableColumn) -> CellValue:
-    """A value of a frame as a plain Python value; None if it is missing (None, NaN, NaT, pandas.NA)."""
+    """Convert a value of a frame to a plain Python value; a missing value (None, NaN, NaT, pandas.NA) becomes None."""
     import pandas as pd
 
     if isinstance(value, Enum):

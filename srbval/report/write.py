@@ -21,13 +21,12 @@ REPORT_STORE = ContentStore(kind="report", computed_by=__name__)
 
 
 def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
-    """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; returns the path of each.
+    """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return the paths by
+    format.
 
-    A report whose content has not changed keeps the time at which it was made, and its PDF is not typeset again.
-
-    ``figures`` contains the pictures and, as CSV, their data, the tables and the rows of the report. A failure leaves
-    the former files. ``report.json`` lists all files with their SHA-256; files that a former report in `folder` listed,
-    and nobody changed, are removed.
+    ``figures`` contains the pictures, their data as CSV, the tables and the rows of the report. If writing fails, the
+    former files remain. ``report.json`` lists all files with their SHA-256; unchanged files of a former report that are
+    no longer listed are removed. If the content of the report has not changed, its time and its PDF are kept.
 
     Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` if `folder` cannot be
     written to.
@@ -69,7 +68,7 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
 
 
 def _content(report: Report, stage: Path) -> str:
-    """Hash of all that a report consists of and is typeset with, but for the time at which it is made."""
+    """Hash the content of a report and its typesetting, without the time at which the report is made."""
     files = {path.name: path.read_bytes() for path in sorted((stage / FIGURES_FOLDER).iterdir())}
     whole = as_plain(replace(report, generated_utc=datetime(1, 1, 1, tzinfo=UTC)))
     return content_sha256(whole, report_data(report), files, *list_pdf_dependencies())
@@ -82,7 +81,7 @@ def draw_figures(report: Report, folder: Path) -> None:
 
 
 def write_csv_tables(report: Report, folder: Path) -> None:
-    """Write every table and the rows behind it as CSV, unrounded; lists within a row are in ``report.json`` only."""
+    """Write every table and the report's rows as CSV, unrounded; lists within a row are left out."""
     import pandas as pd
 
     frames = {table.id: pd.DataFrame(_csv_columns(table)) for table in report.tables()}
@@ -96,7 +95,7 @@ def write_csv_tables(report: Report, folder: Path) -> None:
 
 
 def _csv_columns(table: ReportTable) -> dict[str, list[Any]]:
-    """Values of a table by the titles of its columns, half widths of intervals in columns of their own."""
+    """Return the values of a table by column title; half widths of intervals get further columns."""
     found: dict[str, list[Any]] = {}
     for place, column in enumerate(table.columns):
         title = f"{column.title}, {column.unit}" if column.unit else column.title
@@ -109,7 +108,7 @@ def _csv_columns(table: ReportTable) -> dict[str, list[Any]]:
 
 
 def report_data(report: Report) -> dict[str, Any]:
-    """The content of ``report.json``: data, tables and figures, unrounded."""
+    """Return the content of ``report.json``: data, tables and figures, unrounded."""
     figures = [
         {name: getattr(figure, name) for name in ("id", "label", "caption", "alt", "synthetic")}
         | {"file": figure.files["picture"], "data": figure.files["data"]}
@@ -125,6 +124,6 @@ def report_data(report: Report) -> dict[str, Any]:
 
 
 def _cell(cell: Cell) -> dict[str, Any]:
-    """The value, and what else is known of it."""
+    """Return the value of a cell and its interval, source, judgement and remark if given."""
     further = {"ci95": cell.ci95, "badge": cell.badge, "tone": cell.tone, "note": cell.note}
     return {"value": cell.value} | {key: known for key, known in further.items() if known not in (None, "")}

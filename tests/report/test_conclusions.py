@@ -11,7 +11,7 @@ from srbval.recordings import SpeedSource
 from srbval.report.blocks import Tone
 from srbval.report.sections import answer
 from srbval.report.sections.assemble import blind_sentence
-from srbval.report.sections.figures import fifth_harmonic_sentence, inner_sidebands_sentence, picture_verdict
+from srbval.report.sections.figures import level_sentence, picture_verdict
 from srbval.report.sections.table6 import closure_word, parts_sentence, trend_sentence
 from srbval.report.sections.trend import trend_points
 from srbval.report.sections.user_texts import MAX_NAMES, headline_of_all, limit_items, points_of_all, unseen_reason
@@ -100,15 +100,19 @@ SENTENCES = [  # text, words that it has, words that it has not
     (picture_verdict([picture("a", 1.0), picture("b", -9.0, state="inner")], "spectrum", Fault.OUTER), "alike: a", "b"),
     (picture_verdict([picture("a", 1.0)], "acceleration", Fault.OUTER), "not compared", "alike"),
     (
-        fifth_harmonic_sentence([picture("5xBPFO", -18.0)]),
+        level_sentence([picture("5xBPFO", -18.0)], "5xBPFO", "fifth"),
         "As in the paper, the model's fifth harmonic is missing",
         None,
     ),
-    (fifth_harmonic_sentence([picture("5xBPFO", -1.0)]), "Unlike in the paper", "missing"),
-    (fifth_harmonic_sentence([]), "was not read", "paper"),
-    (inner_sidebands_sentence([picture("BPFI sidebands", -17.0)]), "struck in the load zone only", None),
-    (inner_sidebands_sentence([picture("BPFI sidebands", 1.0)]), "Both defects", "zone"),
-    (inner_sidebands_sentence([]), "not read", None),
+    (level_sentence([picture("5xBPFO", -1.0)], "5xBPFO", "fifth"), "Unlike in the paper", "missing"),
+    (level_sentence([], "5xBPFO", "fifth"), "was not read", "paper"),
+    (
+        level_sentence([picture("BPFI sidebands", -17.0)], "BPFI sidebands", "sidebands"),
+        "struck in the load zone only",
+        None,
+    ),
+    (level_sentence([picture("BPFI sidebands", 1.0)], "BPFI sidebands", "sidebands"), "Both defects", "zone"),
+    (level_sentence([], "BPFI sidebands", "sidebands"), "not read", None),
     (trend_sentence(TREND), "exceeds its uncertainty of 0.08 %; its cause is not known", "within"),
     (trend_sentence(TREND | {"model_pct": 0.2}), "within its uncertainty of 0.08 %", "exceeds"),
     (trend_sentence(TREND | {"model_pct": None}), "+0.22 ± 0.08 % at 353", "scene"),

@@ -1,4 +1,4 @@
-"""Model against rig as pictures."""
+"""Figures of fault probabilities and of cage ratios, model against rig."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,7 +16,7 @@ MAX_LABEL_CHARACTERS = 34  # characters of a recording's name
 
 @panel
 def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> PanelData:
-    """Probabilities of all states for each recording (by its name) as one bar, faults from the left."""
+    """Draw the probabilities of all states for each recording (by name) as one stacked bar, faults from the left."""
     figure, axes = new_axes((7.6, 0.85 + 0.2 * len(rows)))
     left = [0.0] * len(rows)
     places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
@@ -40,7 +40,7 @@ SCENE_LOOKS = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GRE
 
 @panel
 def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> PanelData:
-    """Cage ratio at each nominal speed, from the rows of `cage_ratio_rows`: records, mean, 95 % bands, kinematics."""
+    """Draw the cage ratio at each nominal speed: records, mean, 95 % bands of the scenes, and pure rolling."""
     figure = style.new_figure((4.8, 3.3))
     speeds = sorted({row["nominal_rpm"] for row in rows})
     panels = figure.subplots(1, len(speeds), sharey=True, squeeze=False)[0]

@@ -1,4 +1,4 @@
-"""The wavelet transform over time and frequency as an image (the kind of Figure 14), and figures in small."""
+"""Wavelet transform over time and frequency as an image (the kind of Figure 14), and thumbnails of figures."""
 
 from collections.abc import Sequence
 
@@ -6,20 +6,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.report.figures.style import (
-    HALF,
-    INK,
-    ORIGINS,
-    PanelData,
-    extreme_indices,
-    new_axes,
-    new_figure,
-    panel,
-    round_digits,
-    thin_spectrum,
-    title_panel,
-    transform_above_axes,
-)
+from srbval.report.figures import style
+from srbval.report.figures.style import INK, ORIGINS, PanelData, panel
 from srbval.report.findings.records import RecordView
 from srbval.signal import Scalogram
 
@@ -30,12 +18,12 @@ THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # inches of a small picture
 
 @panel
 def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: float, top: float) -> PanelData:
-    """A figure in small, model left and rig right on the same axes, without numbers.
+    """Draw a small copy of a figure without numbers: model left, rig right, on the same axes.
 
-    Scalograms of `images` if there are any, spectra up to `end_hz` if it is not 0, else signals in time. `top` is the
-    end of the axis or of the colours.
+    If there are `images`, scalograms are drawn; if `end_hz` is not 0, spectra up to `end_hz`; otherwise signals in
+    time. `top` is the end of the amplitude axis or of the colour scale.
     """
-    figure, columns = new_figure(THUMBNAIL_INCHES), list[tuple[str, FloatArray, FloatArray]]()
+    figure, columns = style.new_figure(THUMBNAIL_INCHES), list[tuple[str, FloatArray, FloatArray]]()
     for place, (axes, record) in enumerate(zip(figure.subplots(1, 2), sides, strict=True)):
         word, colour, light = ORIGINS[record.origin]
         if images:
@@ -43,11 +31,11 @@ def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: 
             axes.imshow(shown, origin="lower", aspect="auto", vmin=0.0, vmax=top, cmap="viridis")
             y = shown.mean(axis=1)
         elif end_hz:
-            x, y = thin_spectrum(record.frequency_hz, record.amplitude, end_hz, THUMBNAIL_BINS)
+            x, y = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, THUMBNAIL_BINS)
             axes.plot(x, y, color=colour, lw=0.7)
             axes.set(xlim=(0, end_hz), ylim=(0, top))
         else:
-            kept = extreme_indices(record.acceleration, THUMBNAIL_BINS)
+            kept = style.extreme_indices(record.acceleration, THUMBNAIL_BINS)
             x, y = record.time_s[kept], record.envelope[kept]
             axes.plot(x, record.acceleration[kept], color=light, lw=0.5)
             axes.plot(x, y, color=colour, lw=0.9)
@@ -59,7 +47,7 @@ def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: 
     return figure, {
         "side": np.repeat([side for side, *_ in columns], [len(x) for _, x, _ in columns]),
         "x": np.concatenate([x for _, x, _ in columns]),
-        "y": round_digits(np.concatenate([y for *_, y in columns])),
+        "y": style.round_digits(np.concatenate([y for *_, y in columns])),
     }
 
 
@@ -67,10 +55,10 @@ def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: 
 def scalogram_panel(
     record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
 ) -> PanelData:
-    """|CWT| of the record's envelope over time and logarithmic frequency, colours from zero to `top`.
+    """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
-    The line of `state` is marked; ticks along the top mark the shaft's period if the shaft modulates it. The cones of
-    influence of both ends are hatched.
+    The line of `state` is marked. If the shaft modulates the line, ticks along the top mark the shaft's period. At both
+    ends, the region that the ends of the record distort (cone of influence) is hatched.
     """
     from matplotlib import colormaps
 
@@ -79,7 +67,7 @@ def scalogram_panel(
     inside = (time >= start) & (time <= stop)
     frequency, shown = _on_log_grid(image.frequency_hz, image.amplitude[:, inside])
     span = (0.0, (stop - start) * 1e3)
-    figure, axes = new_axes(HALF)
+    figure, axes = style.new_axes(style.HALF)
     axes.grid(False)
     extent = (*span, *np.log10(frequency[[0, -1]]))
     look = {"cmap": colormaps["viridis"].resampled(COLOUR_LEVELS), "interpolation": "none", "aspect": "auto"}
@@ -100,17 +88,17 @@ def scalogram_panel(
     if state.sidebands:
         turn_ms, look = 1e3 / record.shaft_hz, {"color": INK, "lw": 0.9, "clip_on": False}
         axes.vlines(np.arange(0.0, span[1], turn_ms), 1.012, 1.05, transform=axes.get_xaxis_transform(), **look)
-        place = {"transform": transform_above_axes(axes, 8.0), "ha": "right", "va": "baseline"}
+        place = {"transform": style.transform_above_axes(axes, 8.0), "ha": "right", "va": "baseline"}
         axes.text(1.0, 1.0, f"ticks: 1/fr = {turn_ms:.2f} ms", fontsize=7.5, **place)
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
-    title_panel(axes, record.origin, letter, title, pad=20.0)
+    style.title_panel(axes, record.origin, letter, title, pad=20.0)
     return figure, _scalogram_csv(shown, frequency, span)
 
 
 def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rows at equal ratios, low to high, and columns averaged to what the picture can show."""
+    """Resample a scalogram to the picture's resolution: rows at equal frequency ratios, columns averaged."""
     order = np.argsort(frequency)
     logs = np.log(frequency[order])
     wanted = np.linspace(logs[0], logs[-1], min(IMAGE_ROWS, max(len(logs), 2)))
@@ -121,17 +109,17 @@ def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArr
 
 
 def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
-    """The picture's values at a coarser grid: one row a time, one column a frequency, named by it [Hz]."""
+    """Return the picture's values on a coarser grid: one row for each time, one column for each frequency [Hz]."""
     rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_FREQUENCIES, len(frequency))).round().astype(int)
     coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
     n = coarse.shape[1]
-    time = (np.arange(n) + 0.5) / n * span[1] / 1e3
-    lines = {f"magnitude_at_{f:.4g}_hz": round_digits(row) for f, row in zip(frequency[rows], coarse, strict=True)}
-    return {"time_s": time} | lines
+    names = [f"magnitude_at_{hz:.4g}_hz" for hz in frequency[rows]]
+    columns = dict(zip(names, map(style.round_digits, coarse), strict=True))
+    return {"time_s": (np.arange(n) + 0.5) / n * span[1] / 1e3} | columns
 
 
 def average_columns(values: FloatArray, columns: int) -> FloatArray:
-    """Means over `columns` equal stretches of the last axis; values unchanged when there are no more."""
+    """Average the last axis over `columns` equal stretches; an axis that is not longer stays unchanged."""
     n = values.shape[-1]
     if n <= columns:
         return values

@@ -1,4 +1,4 @@
-"""Pictures for a notebook, or a file of one's own."""
+"""Pictures for a notebook or for a single file."""
 
 from functools import singledispatch
 from typing import Any
@@ -8,18 +8,12 @@ from srbval.diagnosis.fault_verdict import Diagnosis
 from srbval.errors import ConfigurationError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
-from srbval.recordings import Recording
+from srbval.reading.pipeline import one_signal
+from srbval.recordings import Recording, recording_from_run
 from srbval.report.figures import style
 from srbval.report.figures.signals import ORDER_LABEL_POINTS, QUANTITY_NAMES, draw_acceleration, draw_spectrum
 from srbval.report.figures.style import BLUE, extreme_indices, figure_style, legend_above, new_figure, title_panel
-from srbval.report.findings.records import (
-    OWN_UNITS,
-    load_signal,
-    marked_line,
-    peak_amplitude,
-    record_views,
-    spectrum_view,
-)
+from srbval.report.findings.records import OWN_UNITS, marked_line, peak_amplitude, record_views, spectrum_view
 from srbval.report.sections.figures import HEAD_ROOM
 from srbval.report.sections.pair_figures import draw_errors
 from srbval.signal import Spectrum
@@ -30,11 +24,11 @@ RECORD_BINS = 900
 
 
 def plot(of: Any, ax: Any = None, **options: Any) -> Any:
-    """Draw an object onto matplotlib axes, by default onto new ones of pyplot, and return the axes.
+    """Draw an object onto matplotlib axes, by default onto new axes of pyplot, and return the axes.
 
-    A recording or a run: its signal in time. An analysis: its envelope spectrum with the lines, and with those of a
-    `healthy` analysis of the same band. A diagnosis: the probabilities. A bearing: the orders of its lines. A
-    validation: the errors with their uncertainties.
+    A recording or a run is drawn as its signal over time; an analysis as its envelope spectrum with the expected lines,
+    over the spectrum of a `healthy` analysis of the same band; a diagnosis as its probabilities; a bearing as the
+    orders of its lines; a validation as errors with their uncertainties.
     """
     with figure_style():
         if ax is None:
@@ -52,7 +46,8 @@ def _draw(of: Any, _: Any) -> None:
 
 @_draw.register
 def _signal(of: Recording | Run, axes: Any) -> None:
-    record, samples = load_signal(of)
+    record = recording_from_run(of) if isinstance(of, Run) else of
+    samples = one_signal(record)
     unit, kept = OWN_UNITS.get(record.unit, record.unit), extreme_indices(samples, RECORD_BINS)
     quantity = QUANTITY_NAMES.get(unit, "acceleration") if record.unit in OWN_UNITS else "signal"
     axes.plot(kept / record.fs_hz, samples[kept], color=style.ORIGINS[record.origin][1], lw=0.8)
@@ -99,7 +94,7 @@ def _validation(of: Validation, axes: Any) -> None:
 
 
 def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:
-    """Figure of the middle of the record with its envelope, above what `plot` draws; in the style that is set."""
+    """Draw the middle of a record with its envelope, and below it the envelope spectrum (see `plot`)."""
     record, _ = record_views(analysis, healthy)
     figure = new_figure((7.6, 5.4))
     upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))

@@ -1,4 +1,4 @@
-"""A record over time with its envelope, its spectra before and after demodulation."""
+"""Figures of one record: signal and envelope over time, spectra before and after demodulation."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -27,9 +27,9 @@ def acceleration_panel(
     period: tuple[str, float] | None = None,
     inches: tuple[float, float] = HALF,
 ) -> PanelData:
-    """Acceleration (light) and envelope (strong) in the record's window, from -`limit` to `limit` in its unit.
+    """Draw acceleration (light) and envelope (strong) in the record's window, from -`limit` to `limit` in its unit.
 
-    `period`, a name and a length [s], is drawn as a bar beside the spacing of the bursts.
+    `period`, a name and a length [s], is drawn as a bar for comparison with the spacing of the bursts.
     """
     figure, axes = new_axes(inches)
     kept = style.extreme_indices(record.acceleration, SIGNAL_BINS)
@@ -61,7 +61,7 @@ def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = s
 
 
 def _mark_period(axes: Any, name: str, period_s: float) -> None:
-    """A bar of one period at the lower left, with its name and length."""
+    """Draw a bar of one period at the lower left, with its name and length."""
     low, high = axes.get_ylim()
     level, start, period_ms = low + 0.07 * (high - low), 0.03 * axes.get_xlim()[1], 1e3 * period_s
     axes.errorbar(start + period_ms / 2, level, xerr=period_ms / 2, color=INK, lw=1.3, capsize=3, zorder=40)
@@ -71,9 +71,9 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 @panel
 def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
-    """Welch spectra of `records` (name: record), all at the same frequencies; the last one's band is shaded.
+    """Draw the Welch spectra of `records` (name: record), all at the same frequencies; shade the last record's band.
 
-    A healthy one, whose name begins so, is dashed.
+    A record whose name begins with "healthy" is drawn dashed.
     """
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
@@ -107,9 +107,9 @@ NAMES_FROM = 0.75  # height at which the labels of a narrow picture begin, above
 def spectrum_panel(
     view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
 ) -> PanelData:
-    """An envelope spectrum from zero to `top`, Hz below and shaft orders above.
+    """Draw an envelope spectrum from 0 to `top`, with an axis in Hz below and an axis in shaft orders above.
 
-    `brief`: of half the width, for panels side by side, with the lines' names alone and no legend.
+    A `brief` panel has half the width, the names of the lines alone, and no legend.
     """
     record, healthy = view.record, view.healthy
     figure, axes = new_axes(NARROW_PANEL_INCHES if brief else WIDE)
@@ -129,7 +129,7 @@ def spectrum_panel(
 
 
 def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = False) -> None:
-    """Draw what `spectrum_panel` writes onto given axes, without title and legend."""
+    """Draw an envelope spectrum onto given axes as `spectrum_panel` does, without title and legend."""
     record, healthy, end_hz = view.record, view.healthy, view.end_hz
     word, colour, _ = ORIGINS[record.origin]
     label = f"Envelope{' (modulus)' if brief else ''}, {record.unit}"
@@ -149,7 +149,7 @@ def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = Fa
 
 
 def _draw_names(axes: Any, view: SpectrumView) -> None:
-    """The cursors up to `NAMES_FROM`, above them the names of the harmonics and of the first one's sidebands."""
+    """Draw the cursors, and above them the names of the harmonics and of the first sidebands."""
     blended = axes.get_xaxis_transform()
     for cursor in view.cursors:
         look: dict[str, Any] = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
@@ -160,7 +160,7 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:
-    """Harmonics with frequency and order, sidebands by name; labels that would overlap are set at lower heights."""
+    """Draw harmonics with frequency and shaft order, and sidebands with their names."""
     cursors, blended = view.cursors, axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
     room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # beside the numbers of the axis
@@ -179,7 +179,7 @@ def _draw_cursors(axes: Any, view: SpectrumView) -> None:
 
 
 def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
-    """Top of each cursor's label in heights of the axes: the highest of `LABEL_TOPS` with room beside it."""
+    """Choose the top of each cursor's label in heights of the axes: the highest of `LABEL_TOPS` with room beside."""
     low, high = axes.get_xlim()
     width = LABEL_INCHES / axes.figure.get_figwidth()
     last = dict.fromkeys(LABEL_TOPS, -np.inf)

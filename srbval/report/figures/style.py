@@ -1,4 +1,4 @@
-"""The look of the figures: one style file, one colour for each origin; fewer digits and points in their two files."""
+"""Style of all figures: colours by origin, fewer digits and points in the files, and helpers for axes."""
 
 import functools
 import io
@@ -38,7 +38,7 @@ Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a nam
 
 
 def picture_bytes(figure: Any, suffix: str) -> bytes:
-    """A figure, in the style it was drawn in, as PNG or as a small SVG: hundredths of a point, no unused names."""
+    """Return a figure as PNG, or as a small SVG: coordinates in hundredths of a point, unused ids removed."""
     buffer = io.BytesIO()
     if suffix != ".svg":
         figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
@@ -61,7 +61,7 @@ def _short(path: bytes) -> bytes:
 
 
 def round_digits(values: FloatArray) -> FloatArray:
-    """Values to four significant digits, for data that are many and only looked at."""
+    """Round values to four significant digits, enough for data that are only plotted."""
     with np.errstate(divide="ignore"):
         digits = 3 - np.floor(np.log10(np.abs(values)))
     scale = 10.0 ** np.where(np.isfinite(digits), digits, 0)
@@ -69,7 +69,7 @@ def round_digits(values: FloatArray) -> FloatArray:
 
 
 def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
-    """Ascending indices of the least and greatest value of each of `bins` stretches, which a line needs."""
+    """Return ascending indices of the smallest and largest value in each of `bins` stretches, for drawing a curve."""
     n = len(values)
     if n <= 2 * bins:
         return np.arange(n)
@@ -83,7 +83,7 @@ def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
 def thin_spectrum(
     frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int
 ) -> tuple[FloatArray, FloatArray]:
-    """A spectrum above zero up to `end_hz`, thinned by `extreme_indices`."""
+    """Select the part of a spectrum above 0 up to `end_hz`, and thin it by `extreme_indices`."""
     inside = (frequency_hz > 0) & (frequency_hz <= end_hz)
     frequency, height = frequency_hz[inside], amplitude[inside]
     kept = extreme_indices(height, bins)
@@ -112,8 +112,8 @@ def figure_style() -> Iterator[None]:
 def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
     """Turn a function that returns a figure and its columns into a `Drawing` that writes ``name.svg`` and ``name.csv``.
 
-    The data have six significant digits, and nothing for missing numbers. Both files are stored by all that goes into
-    them, arguments, sources and libraries, and drawn again only if one of these has changed.
+    The data have six significant digits; missing numbers are empty. Both files are stored, and drawn again only if the
+    arguments, the sources or the libraries have changed.
     """
     store = ContentStore(kind="figure", computed_by=draw.__module__)
 
@@ -137,7 +137,7 @@ def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
 
 
 def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
-    """Picture and data of a panel, by the suffixes of their files."""
+    """Return picture and data of a panel by the suffixes of their files."""
     import pandas as pd
 
     data = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)
@@ -146,7 +146,7 @@ def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
-    """An empty figure of a width and height [inch], without pyplot; notebooks show it without pyplot too."""
+    """Make an empty figure of a width and height [inch], without pyplot; a notebook can display it."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -157,13 +157,13 @@ def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
 
 
 def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
-    """A figure of a width and height [inch] and its one pair of axes."""
+    """Make a figure of a width and height [inch] with one pair of axes; return both."""
     figure = new_figure(inches, **looks)
     return figure, figure.add_subplot()
 
 
 def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:
-    """Head a panel ``(a) Simulated · title``, in the origin's colour, `pad` points above them."""
+    """Set the title ``(a) Simulated · title`` of a panel, in the colour of its origin, `pad` points above the axes."""
     word, colour, _ = ORIGINS[origin]
     text = " · ".join(filter(None, (f"({letter}) {word}" if letter else word, title)))
     room = TITLE_CHARACTERS_PER_INCH * axes.figure.get_size_inches()[0]
@@ -174,14 +174,14 @@ def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17
 
 
 def transform_above_axes(axes: Any, points: float) -> Any:
-    """Transform of a row that lies `points` above the axes: x from 0 to 1 along them, y in their height."""
+    """Return the transform of axes coordinates that are shifted up by `points`."""
     from matplotlib.transforms import ScaledTranslation
 
     return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
 
 
 def legend_above(axes: Any, points: float = 3.0) -> None:
-    """Legend in one row above the axes, at the right, where no curve can run into it."""
+    """Draw the legend in one row above the axes, at the right, so that it covers no curve."""
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": transform_above_axes(axes, points)}
     spaces = {"borderaxespad": 0, "borderpad": 0, "columnspacing": 1.2, "handletextpad": 0.5}
     axes.legend(**place, **spaces, ncols=6, frameon=False)

@@ -1,4 +1,4 @@
-"""Findings of the report as frozen data, from which its sections and figures are made without any computing."""
+"""Findings of the main report as frozen data, from which its sections and figures are made without computing."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,9 +27,9 @@ Side = Mapping[Fault, Analysis]
 class Findings:
     """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
 
-    `validation` covers every recording of the rig, the rest one speed. The sides of `analyses` are ``paper`` (the model
-    at 710 rpm), ``model`` (at each recording's speed) and ``rig``; `views` and `scalograms` have the last two. `runs`
-    are by the id of their case.
+    `validation` covers every recording of the rig, the other fields one speed. `analyses` has the sides ``paper`` (the
+    model at 710 rpm), ``model`` (at the speed of each recording) and ``rig``; `views` and `scalograms` have the last
+    two sides. The key of a run is the id of its case.
     """
 
     data: Mapping[str, Any]
@@ -47,9 +47,9 @@ class Findings:
     provenance: Mapping[str, Any]
 
     def sides_of(self, state: Fault) -> tuple[list[RecordView], list[Scalogram]]:
-        """Arrays of the model and of the rig that the figures of a state show."""
+        """Return the views and the scalograms of a state, each for the model and the rig."""
         return [side[state] for side in self.views.values()], [side[state] for side in self.scalograms.values()]
 
     def frame(self, key: str) -> "pd.DataFrame":
-        """Rows of a key of ``report.json`` as a frame whose columns are the keys of a row."""
+        """Return the rows under a key of ``report.json`` as a frame whose columns are the keys of a row."""
         return plain_frame(to_json(list(self.data[key])))

@@ -1,4 +1,4 @@
-"""Gather the findings of the report: run, read, analyse and compare everything before anything is shown."""
+"""Gather the findings of the main report: simulate, read, analyse and compare everything before anything is drawn."""
 
 import dataclasses
 from collections.abc import Collection, Iterable, Mapping
@@ -34,10 +34,10 @@ MIN_RUN_S = 1.0  # below this the envelope spectrum cannot separate the lines fr
 def gather(
     *, seconds: float, pages: Iterable[Page] = (), jobs: int | None = None, progress: Progress = silent
 ) -> Findings:
-    """Run the cases and analyse everything, with the registered recordings of the rig; see `make_report`.
+    """Run the cases and analyse them with the registered recordings of the rig; see `make_report`.
 
-    Raises what simulating and loading raise; a failed run is a `NumericsError` that names it, a state without a
-    recording that can be read a `DataError`.
+    Raises the errors of simulating and loading, `NumericsError` with the name of a failed run, and `DataError` if no
+    recording of a state can be read.
     """
     if seconds < MIN_RUN_S:
         raise ConfigurationError(
@@ -56,7 +56,7 @@ def gather(
     sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
 
     def keep(one: PairReading) -> None:
-        """Keep both sides of the records that figures show."""
+        """Keep both sides of the records that the figures draw."""
         rig, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
         if entry is None or rig.recording.file != entry.file:
             return
@@ -109,7 +109,7 @@ def gather(
 
 
 def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
-    """Refuse a report without a recording of each state, which figures cannot do without (`DataError`)."""
+    """Raise `DataError` if a state that the figures need has no recording."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
         raise DataError(
@@ -121,7 +121,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Recordings at the paper's load without axial load, at a speed of the model's stored draws if there are any."""
+    """Select recordings at the paper's load without axial load; only at the speeds of stored model draws, if any."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
@@ -130,9 +130,9 @@ def select_drawn_records(
 def choose_rig_recordings(
     printed: Mapping[Fault, Published], registered: Iterable[RegisteredRecording]
 ) -> dict[Fault, RegisteredRecording]:
-    """Recordings of the rig at the paper's load, at the speed with most states and then nearest to 727 rpm.
+    """Choose one recording of each state at the paper's load and one speed: most states first, then nearest to 727 rpm.
 
-    Of several records of a state the longest is chosen, as in the case.
+    Of several recordings of a state, the longest is chosen.
     """
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):

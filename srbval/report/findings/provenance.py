@@ -21,7 +21,7 @@ PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotl
 
 
 def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -> dict[str, Any]:
-    """Facts for ``report.json`` and the report's section of that name."""
+    """Return versions, revision, machine, seeds and recordings for ``report.json`` and the report's last section."""
     entries = tuple(registered)
     shipped = [one for one in entries if Path(one.file).parent == shipped_folder(RIG_EXCERPTS)]
     origin = dataset(shipped[0].dataset or "") if shipped else None
@@ -42,7 +42,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
 
 
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
-    """Facts on the run of a case: no `step_s` for a model with its own solver, no `numerics` [%] if not estimated."""
+    """Describe the run of a case; `step_s` is None for a model with its own solver, `numerics` [%] if not estimated."""
     scene, own_solver = run.scene, level_of(run.scene.model).own_solver
     return {
         "id": case.id,

@@ -1,4 +1,4 @@
-"""Arrays that figures show of a record: signal and envelope in time, spectra with the lines to mark, scalogram."""
+"""Arrays of a record for figures: signal and envelope over time, spectra with the lines to mark, scalogram."""
 
 import dataclasses
 import math
@@ -9,11 +9,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
-from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings import Origin
 from srbval.report.blocks import Badge
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import SCALOGRAM_COLUMNS, SCALOGRAM_HZ, SCALOGRAM_ROWS
@@ -29,22 +27,17 @@ BAND_EDGE_FACTOR = 2 ** (1 / 6)  # edges of the third octave about a line, as fa
 
 
 def make_badge(analysis: Analysis) -> Badge:
-    """Badge of the source of an analysis."""
+    """Return the badge of the source of an analysis."""
     return Badge(analysis.recording.origin.value)
-
-
-def name_side(analysis: Analysis) -> str:
-    """Side of a comparison, in words."""
-    return "rig" if analysis.recording.origin is Origin.MEASURED else "model"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordView:
-    """One record's arrays for figures; amplitudes in `unit`: standard deviations of the band-passed signal, or its own.
+    """Arrays of one record for figures; amplitudes in `unit`, the record's unit or standard deviations of the band.
 
-    `time_s`, `acceleration` and `envelope` lie within `window_s`; `frequency_hz` and `amplitude` are the envelope
-    spectrum, `peaks` the name, frequency [Hz] and amplitude of its detected lines; `power_hz` and `power_db`
-    [dB re 1/Hz] a Welch spectrum before demodulation.
+    `time_s`, `acceleration` and `envelope`, shape [n], are inside `window_s`. `frequency_hz` and `amplitude`, shape
+    [m], are the envelope spectrum; `peaks` are name, frequency [Hz] and amplitude of its detected lines. `power_hz` and
+    `power_db` [dB re 1/Hz], shape [k], are a Welch spectrum before demodulation.
     """
 
     analysis: Analysis
@@ -61,7 +54,7 @@ class RecordView:
 
     @property
     def origin(self) -> Origin:
-        """Measured, simulated or a stand-in."""
+        """Origin of the record: measured, simulated or a synthetic stand-in."""
         return self.analysis.recording.origin
 
     @property
@@ -71,7 +64,7 @@ class RecordView:
 
 
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
-    """Arrays of one record; with `own_unit` in one of `OWN_UNITS` instead of standard deviations."""
+    """Prepare the arrays of one record; with `own_unit` in the record's unit instead of standard deviations."""
     shown = analysis.processed
     spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
     time = np.arange(len(shown.filtered)) / shown.fs_hz
@@ -93,27 +86,22 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
             if line.detected and line.found_hz is not None
         ),
         power_hz=power_hz[1:],
-        power_db=_decibels(power[1:]),
+        power_db=10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny)),
     )
 
 
-def load_signal(source: Recording | Run) -> tuple[Recording, FloatArray]:
-    """A recording, or that of a run, and its signal to analyse."""
-    recording = recording_from_run(source) if isinstance(source, Run) else source
-    return recording, one_signal(recording)
-
-
-def _decibels(power: FloatArray) -> FloatArray:
-    return np.asarray(10 * np.log10(np.maximum(power, np.finfo(float).tiny)))
+def middle_window(*analyses: Analysis) -> tuple[float, float]:
+    """Choose the window [s] of `WINDOW_TURNS` turns of the first shaft in the middle of the shortest record."""
+    whole = min(one.processed.samples.size / one.processed.fs_hz for one in analyses)
+    length = min(whole, WINDOW_TURNS / analyses[0].speed.value_hz)  # the filter's ends are dropped
+    return (whole - length) / 2, (whole + length) / 2
 
 
 def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
-    """Views of the middle of a record and of a healthy one, at the record's frequencies; in their common unit."""
+    """Prepare views of the middle of a record and of a healthy record, in a common unit and at the same frequencies."""
     sides = [analysis] if healthy is None else [analysis, healthy]
     own_unit = analysis.recording.unit in OWN_UNITS and len({side.recording.unit for side in sides}) == 1
-    whole = min(side.processed.samples.size / side.processed.fs_hz for side in sides)
-    length = min(whole, WINDOW_TURNS / analysis.speed.value_hz)  # the filter's ends are dropped
-    window_s = ((whole - length) / 2, (whole + length) / 2)
+    window_s = middle_window(*sides)
     shown, *other = (record_view(side, window_s=window_s, own_unit=own_unit) for side in sides)
     if not other:
         return shown, None
@@ -122,7 +110,7 @@ def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordVi
 
 
 class Cursor(NamedTuple):
-    """One named frequency [Hz] of an axis; a sideband is drawn fainter than a harmonic."""
+    """Named frequency [Hz] to mark in a spectrum; a sideband is drawn fainter than a harmonic."""
 
     name: str
     frequency_hz: float
@@ -131,9 +119,9 @@ class Cursor(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpectrumView:
-    """The envelope spectrum of `record` up to `end_hz`, over that of `healthy` if given.
+    """Envelope spectrum of `record` up to `end_hz`, drawn over the spectrum of `healthy` if given.
 
-    `cursors` are the expected lines, `peaks` the frequency [Hz] and amplitude of the lines found.
+    `cursors` are the expected lines, `peaks` the frequencies [Hz] and amplitudes of the detected lines.
     """
 
     record: RecordView
@@ -144,13 +132,13 @@ class SpectrumView:
 
 
 def peak_amplitude(record: RecordView, end_hz: float) -> float:
-    """Largest amplitude of the envelope spectrum up to `end_hz`, without the slow trend below `MIN_SPECTRUM_HZ`."""
+    """Return the largest amplitude of the envelope spectrum up to `end_hz`, without the slow trend at its start."""
     least_hz = min(MIN_SPECTRUM_HZ, MIN_SPECTRUM_ORDER * record.shaft_hz)
     return float(record.amplitude[(record.frequency_hz > least_hz) & (record.frequency_hz <= end_hz)].max())
 
 
 def spectrum_end_hz(analysis: Analysis, marked: Line | None) -> float:
-    """End of a spectrum that shows a few harmonics of the `marked` line, or both races' lines, within the band."""
+    """Choose the end of a plotted spectrum [Hz]: a few harmonics of `marked`, or both race lines, within the band."""
     end = HARMONICS_SHOWN * marked.kinematic_hz if marked else RACES_SHOWN * analysis.line_of(Fault.INNER).kinematic_hz
     low, high = analysis.processed.band_hz
     return min(end, high - low)
@@ -159,7 +147,7 @@ def spectrum_end_hz(analysis: Analysis, marked: Line | None) -> float:
 def spectrum_view(
     record: RecordView, healthy: RecordView | None = None, marked: Line | None = None, end_hz: float | None = None
 ) -> SpectrumView:
-    """Spectrum up to `end_hz` (see `spectrum_end_hz`), with one sideband on either side of each marked harmonic."""
+    """Prepare the spectrum up to `end_hz` (see `spectrum_end_hz`), with one sideband beside each marked harmonic."""
     analysis = record.analysis
     end_hz = end_hz or spectrum_end_hz(analysis, marked)
     first = first_lines(analysis)
@@ -173,17 +161,17 @@ def spectrum_view(
 
 
 def first_lines(analysis: Analysis) -> tuple[Line, ...]:
-    """The first harmonic of every family, without sidebands."""
+    """Return the first harmonic of every family of lines, without sidebands."""
     return tuple(line for line in analysis.lines if line.is_first)
 
 
 def marked_line(analysis: Analysis) -> Line | None:
-    """The deepest fault line detected, whose harmonics a picture marks."""
+    """Return the detected fault line with the deepest modulation, whose harmonics a picture marks."""
     return next(iter(detected_fault_lines(analysis.lines)), None)
 
 
 def detected_peaks(record: RecordView) -> tuple[tuple[float, float], ...]:
-    """Frequency [Hz] and height of the peaks of all lines whose first harmonic was detected."""
+    """Return frequency [Hz] and height of the peaks of all lines whose first harmonic was detected."""
     detected = tuple(line.name for line in first_lines(record.analysis) if line.detected)
     return tuple((hz, height) for name, hz, height in record.peaks if name.startswith(detected))
 
@@ -197,7 +185,7 @@ def fault_cursors(
     sideband_name: str = "fr",
     sidebands: int = 0,
 ) -> tuple[Cursor, ...]:
-    """Cursors of all harmonics of `line` with `sidebands` on either side, such as ``BPFI-fr`` and ``2xBPFI+2fr``."""
+    """List the harmonics of `line` with `sidebands` on either side, named such as ``BPFI-fr`` and ``2xBPFI+2fr``."""
     found = []
     for harmonic in range(1, int(end_hz // frequency_hz) + 1):
         name = line if harmonic == 1 else f"{harmonic}x{line}"
@@ -211,13 +199,13 @@ def fault_cursors(
 
 
 def envelope_scalogram(shown: RecordView) -> Scalogram:
-    """Wavelet transform of the envelope shown."""
+    """Compute the wavelet transform of the envelope of a view."""
     envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
 
 
 def power_share_near_line(image: Scalogram, line_hz: float) -> float:
-    """Share of a scalogram's power in the third octave about a line, 0 outside its range of frequencies."""
+    """Compute the share of a scalogram's power within a sixth of an octave of a line, 0 outside its frequencies."""
     power = (np.asarray(image.amplitude) ** 2).mean(axis=1)
     frequency = np.asarray(image.frequency_hz)
     near = (frequency >= line_hz / BAND_EDGE_FACTOR) & (frequency <= line_hz * BAND_EDGE_FACTOR)

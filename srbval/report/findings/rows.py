@@ -1,4 +1,4 @@
-"""The rows of ``report.json`` that follow from the findings: comparisons, Table 6, sum rule, cage ratios."""
+"""Rows of ``report.json`` that follow from the findings: comparisons, Table 6, sum rule, cage ratios."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -11,19 +11,14 @@ from srbval.bearing import Fault
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import RACE_LINE, biases, effects_of
-from srbval.comparison.comparison import (
-    VERDICT,
-    Row,
-    comparison_frame,
-    deviation_pct,
-    verdict_on_error,
-)
+from srbval.comparison.comparison import VERDICT, Row, comparison_frame, deviation_pct, verdict_on_error
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows
 from srbval.comparison.verdicts import none_missed, trend_pct, verdicts
 from srbval.reading.analyse import Analysis
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RegisterListing
+from srbval.report.blocks import REPORT_SCHEMA
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import RecordView, power_share_near_line
 from srbval.signal import NORMAL_95, Scalogram, kurtosis
@@ -33,7 +28,6 @@ from srbval.validation.compare import LINE_QUANTITIES, PAIR_KEYS
 if TYPE_CHECKING:
     import pandas as pd
 
-MAIN_REPORT_SCHEMA_VERSION = 1
 MIDDLE = (0.025, 0.5, 0.975)  # of a distribution: the ends of its 95 % interval and its median
 
 
@@ -43,7 +37,7 @@ def compared_rows(
     register: RegisterListing,
     registered: Sequence[RegisteredRecording],
 ) -> dict[str, Any]:
-    """The keys of ``report.json`` that follow from the findings and from the register."""
+    """Compute the keys of ``report.json`` that follow from the findings and from the register of recordings."""
     printed, bearing, runs = found.printed, found.bearing, found.runs
     every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
     shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
@@ -59,7 +53,7 @@ def compared_rows(
     change = trend_row(means, rows)
     levels, amplitudes = records(comparisons), found.results.content("amplitudes").get("rows", ())
     return {
-        "schema_version": MAIN_REPORT_SCHEMA_VERSION,
+        "schema_version": REPORT_SCHEMA,
         "status": "ok",
         "headline": {"holds": none_missed(rows), "verdicts": rows},
         "verdicts": rows,
@@ -88,7 +82,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Line of a defect at its recording's speed in the scene ``rig``: mean and 95 % half width over stored draws."""
+    """Compute a line at its recording's speed in the scene ``rig`` [Hz]: mean and 95 % half width over stored draws."""
     fault, variants = Fault(row["defect"]), stored.get("variants", ())
     analysis = rig[fault]
     found = [
@@ -109,7 +103,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
 def picture_rows(
     state: Fault, views: Iterable[RecordView], images: Sequence[Scalogram], levels: Iterable[Row]
 ) -> Iterator[Row]:
-    """Numbers by which the pictures of both sides of a pair are alike or not; `levels` are the pair's comparisons."""
+    """Compare the numbers that decide whether the pictures of a pair are alike; `levels` are the pair's comparisons."""
     model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.processed.filtered for one in (model, rig))
@@ -126,13 +120,13 @@ def picture_rows(
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """One number of both sides; `alike` if at most `limit` apart: in dB of levels, else a share of the rig's."""
+    """Compare a number of both sides; `alike` is true within `limit`, in dB or as a share of the rig's value."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
 def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
-    """For each endpoint of the cage ratio: the rig's value, and errors and verdicts of both scenes."""
+    """List the rig's cage ratio at each speed, and its change with speed, with errors and verdicts of both scenes."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
@@ -147,7 +141,7 @@ def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) ->
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
-    """Errors of levels over the first harmonic: of the paper's scene, and of the scene ``rig`` where they are known."""
+    """List errors of levels over the first harmonic, for the paper's scene and, if known, for the scene ``rig``."""
     own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
     for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
         if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
@@ -164,9 +158,9 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
 
 
 def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
-    """Comparisons of both sides of the records whose fault line is detected, without the line itself.
+    """Select the comparisons of records whose fault line is detected, without the comparison of the line itself.
 
-    The cage ratio has the same information in a form whose errors may be averaged over both races.
+    The cage ratio contains the same information, and its errors may be averaged over both races.
     """
     frame = comparison_frame(rows)
     lines = frame[frame["kind"].isin([one.kind for one in LINE_QUANTITIES]) & frame["rig_present"].astype(bool)]
@@ -175,7 +169,7 @@ def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
 
 
 def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterator[Row]:
-    """Deviation of the race line of each measured record from pure rolling at the record's own shaft speed [%]."""
+    """Compute the deviation of each measured record's race line from pure rolling at the record's speed [%]."""
     speed_source = {one["pair"]: one["measured_facts"]["shaft_from"] for one in pairs}
     for row in comparisons:
         if row["kind"] == RACE_LINE.kind and row["rig_present"]:
@@ -185,7 +179,7 @@ def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterato
 
 
 def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
-    """Cautions on the recordings that this report uses: each file and caution once."""
+    """List the cautions on the recordings of this report, without repetition."""
     once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
     return [{"file": file, "caution": caution} for file, caution in once]
 
@@ -193,7 +187,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """Rows of `cage_ratio_plot`: for each nominal speed the records, their mean, the scenes, kinematics."""
+    """List the cage ratios that `cage_ratio_plot` draws at each nominal speed: records, mean, scenes, kinematics."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
@@ -212,7 +206,7 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
 
 
 def trend_row(means: CageMeans, rows: Iterable[Row]) -> Row:
-    """Change of the cage ratio from the fastest to the slowest speed [%]: of the rig, and of scene ``rig`` if known."""
+    """Compute the change of the cage ratio from the fastest to the slowest speed [%], of rig and scene ``rig``."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in rows if (one["scene"], one["endpoint"]) == ("rig", name)), None)

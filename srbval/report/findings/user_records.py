@@ -1,4 +1,4 @@
-"""Findings on a user's recordings: lines, reasons for lines not detected, a healthy record, the model to compare."""
+"""Findings on a user's recordings: lines, reasons for undetected lines, a healthy record, the model for comparison."""
 
 import dataclasses
 import math
@@ -36,10 +36,10 @@ MAX_BAND_SHARE_OF_RATE = 0.45  # of a run's rate: upper end of the band if the r
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelSide:
-    """A run of the model at a record's speed, with the defect of `state`, and its arrays for figures.
+    """Run of the model at a record's speed with the defect of `state`, and its arrays for figures.
 
-    `open_cage` is the relative 95 % half width of the cage's speed if the model computes it from the dimensions.
-    `stated_load` is false if the scene's load was used.
+    `open_cage` is the relative 95 % half width of the cage speed that the bearing's dimensions leave open, 0 if the
+    geometry is known. `stated_load` is false if the scene's load was used.
     """
 
     run: Run
@@ -51,7 +51,7 @@ class ModelSide:
 
     @property
     def lines(self) -> dict[str, tuple[float, float]]:
-        """Lines at the cage's mean speed [Hz], with 95 % half widths of what the dimensions leave open [%]."""
+        """Lines at the cage's mean speed [Hz], with the 95 % half widths that the dimensions leave open [%]."""
         elements, shaft_hz = self.view.analysis.bearing.rolling_elements, self.view.shaft_hz
         cage, ci95 = self.run.cage_ratio, self.open_cage
         return {
@@ -61,7 +61,7 @@ class ModelSide:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Its entry in ``report.json``."""
+        """Return the entry in ``report.json``."""
         own = {name: getattr(self.run, name) for name in ("status", "cage_ratio", "bpfo_hz", "bpfi_hz")}
         origin = {"scene": self.base, "model": self.run.scene.model, "state": self.state}
         return origin | own | {"open_cage": self.open_cage, "analysis": self.view.analysis}
@@ -69,9 +69,9 @@ class ModelSide:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UserRecord(RecordReading):
-    """One recording with its envelope spectrum over a healthy one's, and the line whose harmonics are marked there.
+    """Analysed recording with its envelope spectrum, and the line whose harmonics are marked in the spectrum.
 
-    `model` is the reason as a text if the model's run failed, None without a model.
+    `model` is None without a model, and the reason as a text if the model's run failed.
     """
 
     view: SpectrumView
@@ -80,11 +80,11 @@ class UserRecord(RecordReading):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Row of the overview."""
+        """Row of the recording in the table of all recordings."""
         return summary_of(to_json(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Entry in ``report.json``: all numbers; the data files of figures contain the arrays."""
+        """Return the entry in ``report.json``: all numbers; the arrays are in the data files of the figures."""
         baseline, model = self.baseline, self.model
         shown = baseline and {name: getattr(baseline, name) for name in ("conditions", "remarks", "analysis")}
         return super().to_dict() | {
@@ -97,11 +97,11 @@ class UserRecord(RecordReading):
 def gather_user_records(
     requests: Sequence[RecordRequest], *, model: bool = True, progress: Progress = silent
 ) -> tuple[tuple[UserRecord, ...], list[FailedFile], dict[str, Any]]:
-    """Read recordings of one bearing, each against a healthy one if given, or else the registered one of its rig.
+    """Read recordings of one bearing, each compared with the given healthy record or the registered one of its rig.
 
-    Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, it is
-    compared with each measured record of a bearing with known dimensions. Raises the error of the records if none can
-    be analysed.
+    Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, the model
+    is compared with each measured record of a bearing with known dimensions. Raises the error of the records if none
+    can be analysed.
     """
     if not requests:
         raise ConfigurationError("no recording is given: name at least one file.")
@@ -128,7 +128,7 @@ def gather_user_records(
 
 
 def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
-    """Everything that the report shows of one reading, beside a model if given."""
+    """Add to a reading the spectrum and the marked line that the report draws, and the model if given."""
     analysis, verdict, baseline = reading.analysis, reading.verdict, reading.baseline
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
@@ -140,7 +140,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """The model at the record's speed with a defect of the named or else the declared part; None without a model."""
+    """Run the model at the record's speed with a defect of `part` or of the declared part; None without a model."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None

@@ -1,4 +1,4 @@
-"""The first screen: the answer, Table 6, the figures in a strip, three tiles, and what is stored."""
+"""First screen of the main report: the answer, Table 6, thumbnails of the figures, tiles, and the stored results."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -18,8 +18,14 @@ from srbval.storage.stored_result import StoredResult
 from srbval.sweep.scenes import PAPER
 
 ANSWER_TEXTS = Prose("srbval.report", "texts/answer.md")
-# Tones of verdicts with a tolerance, the worst first.
-ANSWER_TONE = {Verdict.MISSED: Tone.BAD, Verdict.NOT_RESOLVED: Tone.NEUTRAL, Verdict.MET: Tone.GOOD}
+TONES_WORST_FIRST = {  # of verdicts
+    Verdict.MISSED: Tone.BAD,
+    Verdict.DIFFERS: Tone.WARNING,
+    Verdict.INSUFFICIENT: Tone.NEUTRAL,
+    Verdict.NOT_RESOLVED: Tone.NEUTRAL,
+    Verdict.MET: Tone.GOOD,
+    Verdict.AGREES: Tone.GOOD,
+}
 SCENE_NAMES = {"paper": "the paper's scene", "rig": "the rig's scene"}
 STRIP_STATES = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # panels of the strip
 PAPER_SOURCE, RIG_SOURCE = ("published", "measured")
@@ -35,7 +41,7 @@ TABLE6_SOURCES = (  # of Table 6: source of the rig's value, source of the row, 
 
 
 def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
-    """The first thing on the page; `data` is the content of ``report.json``, with the keys of the `pages`."""
+    """Make the first screen; `data` is the content of ``report.json``, including the keys of the `pages`."""
     stated, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
     tiles += filter(None, (page.tile(findings.results) for page in pages))
     origin = {
@@ -55,13 +61,13 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
 
 
 def worst_tone(answers: Iterable[str]) -> Tone:
-    """Tone of the worst answer; a warning if there is none."""
+    """Return the tone of the worst verdict; a warning if there is no verdict."""
     found = set(answers)
-    return next((tone for answer, tone in ANSWER_TONE.items() if answer in found), Tone.WARNING)
+    return next((tone for answer, tone in TONES_WORST_FIRST.items() if answer in found), Tone.WARNING)
 
 
 def finding_sentence(stated: Sequence[ReportRow]) -> str:
-    """First line of the report: where a stated tolerance is missed, which is no failure of the program."""
+    """Write the report's first line, with the scenes and speeds at which the cage speed misses its tolerance."""
     missed = []
     for scene, name in SCENE_NAMES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
@@ -71,17 +77,14 @@ def finding_sentence(stated: Sequence[ReportRow]) -> str:
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Name of an endpoint of the cage ratio in words, such as "its change from 877 to 353 rpm"."""
+    """Put an endpoint of the cage ratio into words, such as "its change from 877 to 353 rpm"."""
     later, less, first = endpoint.partition(" less ")
-    return (
-        f"its change from {first.removesuffix(' rpm')} to {later} rpm"
-        if less and first.endswith("rpm")
-        else f"at {endpoint}"
-    )
+    is_change = less and first.endswith("rpm")
+    return f"its change from {first.removesuffix(' rpm')} to {later} rpm" if is_change else f"at {endpoint}"
 
 
 def near_sentence(data: ReportRow) -> str:
-    """Errors of both lines at the rig's measured speed, and of the cage speed in the rig's scene."""
+    """State the errors of both lines at the rig's measured speed, and of the cage speed in the rig's scene."""
     rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
@@ -94,12 +97,12 @@ def near_sentence(data: ReportRow) -> str:
 
 
 def interval(error: float, u: float | None) -> str:
-    """An error with its uncertainty, in per cent."""
+    """Format an error with its uncertainty, in per cent."""
     return f"{error:+.2f} %, uncertainty unknown" if u is None else f"{error:+.2f} ± {u:.2f} %"
 
 
 def missing_sentence(data: ReportRow) -> str:
-    """Name what the model does not reproduce, with numbers: the change with speed, the vibration levels."""
+    """State what the model does not reproduce, with numbers: the change with speed, the vibration levels."""
     trend, levels = data["trend"], (data.get("amplitudes") or {}).get("locked")
     found = []
     if trend["verdict"] in (Verdict.MISSED, Verdict.DIFFERS):
@@ -110,7 +113,7 @@ def missing_sentence(data: ReportRow) -> str:
 
 
 def _table6(data: ReportRow) -> ReportTable:
-    """The paper's Table 6 with sources as rows; deviations from kinematics beneath."""
+    """Make the paper's Table 6 with sources as rows; deviations from kinematics are printed below the values."""
     of = {(row["rig_source"], Fault(row["defect"])): row for row in data["table6"]}
     shown = []
     for name, (source, badge, value, ci95) in zip(ANSWER_TEXTS.items("sources"), TABLE6_SOURCES, strict=True):
@@ -129,7 +132,7 @@ def _table6(data: ReportRow) -> ReportTable:
 
 
 def shaft_sentence(sums: Iterable[ReportRow], inner: ReportRow) -> str:
-    """Conclusion on the inner race of the paper's rig: slip keeps the sum of both lines, another speed does not."""
+    """Conclude from the sum of both lines, which slip does not change, whether the paper's inner line has slip."""
     row = next(one for one in sums if one["source"] == "paper's rig")
     as_slip = abs(row["difference_pct"]) < TOLERANCE.limit_pct
     speed = "slower" if row["difference_pct"] < 0 else "faster"
@@ -138,14 +141,14 @@ def shaft_sentence(sums: Iterable[ReportRow], inner: ReportRow) -> str:
 
 
 def speed_tile(runs: Iterable[ReportRow]) -> Callout:
-    """Cost of a simulated second on this machine beside the paper's."""
+    """Compare the cost of a simulated second on this machine with the paper's cost."""
     run = next(one for one in runs if one["id"] == "paper-outer")
     words = {"steps_per_s": 1 / run["step_s"], "paper_s": PAPER.wall_s / PAPER.simulated_s, "paper": PAPER}
     return ANSWER_TEXTS.callout("speed-tile", tone=Tone.NEUTRAL, **run, **words)
 
 
 def _strip(findings: Findings) -> Any:
-    """Small pictures of Figures 11 to 14, model and rig, alike or not by a number."""
+    """Draw Figures 11 to 14 as thumbnails, model and rig, each with its verdict."""
     shown: list[Figure] = []
     for name, state in STRIP_STATES.items():
         kind, (sides, images) = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
@@ -160,7 +163,7 @@ def _strip(findings: Findings) -> Any:
 
 
 def stored_sentence(results: Iterable[StoredResult]) -> str:
-    """Names of the stored results by the day and the machine that computed them."""
+    """List the stored results by the day and the machine that computed them."""
     groups: dict[str, list[str]] = {}
     for one in results:
         where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
@@ -169,7 +172,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """Use of the rig's records: fitted, seen before, blind."""
+    """State how the rig's records were used: fitted, unknown before the comparison, or known."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:
@@ -186,5 +189,5 @@ def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> 
 
 
 def record_words(record: str) -> str:
-    """Name of a record of the rig in words."""
+    """Shorten the name of a record of the rig for a text."""
     return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")

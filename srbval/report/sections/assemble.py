@@ -1,4 +1,4 @@
-"""Put the report together: its sections in order; records, limits, words and command at the end."""
+"""Assembly of the main report: its sections in order; records, limits, words and command at the end."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
@@ -23,7 +23,7 @@ CSV_KEYS = ("comparisons", "pairs", "bias", "line_deviations", "runs", "pictures
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:
-    """Build the report with the `pages` of studies in it; `command` is the one that makes it again."""
+    """Build the main report with the `pages` of studies; `command` is printed as the command that repeats it."""
     pages = tuple(pages)
     origin = {"command": command, **findings.provenance}
     data = join_data(findings.data, (page.data(findings.results) for page in pages)) | {"provenance": origin}
@@ -48,7 +48,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 
 def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] = ()) -> Iterator[Block]:
-    """Problems of the registered data, and one row for each record of the rig."""
+    """List the problems of the registered recordings, and one row for each record of the rig."""
     if findings.data["register_unreadable"]:
         yield RECORD_TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
     for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
@@ -69,7 +69,7 @@ def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] 
 
 
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
-    """Records, subjects that the report does not cover, the words of the report, and the command that repeats it."""
+    """Make the last section: records, subjects that are not covered, words, and the command to repeat the report."""
     axial = any(pair["measured_facts"]["axial_n"] for pair in findings.validation.pairs.to_dict("records"))
     blind = blind_sentence(findings.validation.comparisons, predicted="prediction_outcome" in findings.results)
     limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
@@ -84,14 +84,14 @@ def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
-    """Sentence on the records that were unknown before they were compared, and on the stored predictions."""
+    """Name the records that were unknown before their comparison, and the stored predictions if `predicted`."""
     blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
     text = LIMIT_TEXTS.text("blind", records=", ".join(blind)) if blind else LIMIT_TEXTS.text("not-blind")
     return f"{text} {LIMIT_TEXTS.text('predicted')}" if predicted else text
 
 
 def provenance_section(origin: Mapping[str, Any]) -> Section:
-    """Command that reproduces a report of the user's files, versions and machine."""
+    """Make the section with the command that repeats a report on the user's files, versions and machine."""
     flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
     shown = {key: flat[key] for key in SHOWN_FACTS if flat.get(key)}
     if recordings := ", ".join(origin.get("recordings", ())):
@@ -101,7 +101,7 @@ def provenance_section(origin: Mapping[str, Any]) -> Section:
 
 
 def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, CellValue]:
-    """A nested table with dotted keys."""
+    """Flatten a nested table; its keys are joined by dots."""
     flat: dict[str, CellValue] = {}
     for key, value in table.items():
         flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {prefix + key: value}

@@ -1,4 +1,4 @@
-"""The report of a case: its answer, fault frequencies in the form of the paper's Table 6, figures, levels, limits."""
+"""Report of a case: its answer, fault frequencies in the form of the paper's Table 6, figures, levels, limits."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -7,10 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Fault
 from srbval.comparison.comparison import Row, Verdict
-from srbval.report.blocks import Badge, Block, FigureGrid, Heading, Listing, Report, Section, Tone, VerdictBox
+from srbval.report.blocks import (
+    REPORT_SCHEMA,
+    Badge,
+    Block,
+    FigureGrid,
+    Heading,
+    Listing,
+    Report,
+    Section,
+    Tone,
+    VerdictBox,
+)
 from srbval.report.findings.provenance import provenance
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
+from srbval.report.sections.answer import worst_tone
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.pair_figures import PAIR_TEXTS, errors_panel
 from srbval.report.sections.table6 import SPEED_TEXTS, TABLE6_TEXTS, VERDICT_TONE
@@ -23,19 +35,10 @@ if TYPE_CHECKING:
 CASE_TEXTS = Prose("srbval.report", "texts/case.md")
 MAX_SPEED_DIFFERENCE = 0.05  # relative difference of shaft speeds above which the operating points differ
 MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
-TONES_WORST_FIRST = {
-    Verdict.MISSED: Tone.BAD,
-    Verdict.DIFFERS: Tone.WARNING,
-    Verdict.INSUFFICIENT: Tone.NEUTRAL,
-    Verdict.NOT_RESOLVED: Tone.NEUTRAL,
-    Verdict.MET: Tone.GOOD,
-    Verdict.AGREES: Tone.GOOD,
-}  # the worst first
-CASE_SCHEMA_VERSION = 1
 
 
 def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]], *, command: str) -> Report:
-    """The report of a validation with the figures of its pairs; `command` is the one that makes it again."""
+    """Build the report of a validation with the figures of its pairs; `command` is printed as the way to repeat it."""
     case, table = result.case, result.table
     origin = {"command": command, **provenance((), ())}
     bias = _table_section("bias", [row for row in result.bias if row["records"] > 1])
@@ -51,7 +54,7 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
         generated_utc=datetime.now(UTC),
         verdict=_verdict(result),
         sections=tuple(section for section in sections if section is not None),
-        data={"schema_version": CASE_SCHEMA_VERSION, "status": "incomplete" if result.failed else "ok"}
+        data={"schema_version": REPORT_SCHEMA, "status": "incomplete" if result.failed else "ok"}
         | result.to_dict()
         | {"provenance": origin},
         rows={"rows-table": table.to_dict("records"), "rows-pairs": result.pairs.to_dict("records")},
@@ -60,11 +63,11 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
 
 def _verdict(result: Validation) -> VerdictBox:
     rows = result.errors_pct
-    worst = next((tone for verdict, tone in TONES_WORST_FIRST.items() if verdict in result.verdicts), Tone.WARNING)
     listed = ", ".join(f"{row['quantity']} {row['error']:+.3f} %" for row in rows[:8])
     figure = CASE_TEXTS.figure("errors", errors_panel(rows), wide=False, listed=listed) if rows else None
     points = [f"**{row['state']}**: {_point(row)}" for row in rows if row["quantity"] != "cage ratio"][:6]
-    return VerdictBox(tone=worst, headline=literal(result.headline), points=tuple(points), figure=figure)
+    tone, headline = worst_tone(result.verdicts), literal(result.headline)
+    return VerdictBox(tone=tone, headline=headline, points=tuple(points), figure=figure)
 
 
 def _point(row: Mapping[str, Any]) -> str:
@@ -72,7 +75,7 @@ def _point(row: Mapping[str, Any]) -> str:
 
 
 def _table_section(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, open: bool = False) -> Section | None:
-    """Section of one table; None without rows."""
+    """Make a section of one table and further blocks; None without rows."""
     if not rows:
         return None
     blocks = (CASE_TEXTS.table(name, rows), *more)
@@ -80,14 +83,14 @@ def _table_section(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, o
 
 
 def _frequencies(table: "pd.DataFrame") -> Section | None:
-    """Lines and cage ratios in the form of the paper's Table 6."""
+    """Make the table of lines and cage ratios in the form of the paper's Table 6."""
     rows = table[table["unit"] != "dB"].to_dict("records")
     how_to_read = TABLE6_TEXTS.paragraph("how-to-read")
     return _table_section("frequencies", [_with_deviations(row) for row in rows], how_to_read, open=True)
 
 
 def _with_deviations(row: Mapping[str, Any]) -> Row:
-    """Row of the table of frequencies: each value with its source and its deviation from kinematics below it."""
+    """Add to a row of the table of frequencies the source of each value and its deviation from kinematics."""
     found: Row = {**row} | {"verdict_tone": VERDICT_TONE.get(row["verdict"], Tone.NEUTRAL)}
     for side, badge in zip(SIDES, (Badge.SIMULATED, Badge.MEASURED), strict=True):
         deviation = row[f"{side}_deviation_pct"]
@@ -97,7 +100,7 @@ def _with_deviations(row: Mapping[str, Any]) -> Row:
 
 
 def _speed(result: Validation) -> Section | None:
-    """The sums of both race lines, if a side has both."""
+    """Make the table of the sums of both race lines, if a side has both."""
     if not result.sums:
         return None
     rollers = result.case.known_bearing.rolling_elements
@@ -152,7 +155,7 @@ def _signal_rows(pairs: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
 
 
 def limits_of(result: Validation) -> Iterator[str]:
-    """Limits of the report of this case, each with its reason."""
+    """List the limits of the report of this case, each with its reason."""
     pairs, verdicts = result.pairs.to_dict("records"), result.verdicts
     if Verdict.INSUFFICIENT in verdicts:
         yield CASE_TEXTS.text("insufficient", count=verdicts[Verdict.INSUFFICIENT])

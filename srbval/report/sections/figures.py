@@ -6,20 +6,13 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
+from srbval.recordings import Origin
 from srbval.report.blocks import Explore, Figure, ReportRow, Section
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.figures.style import Drawing
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import (
-    Cursor,
-    RecordView,
-    SpectrumView,
-    fault_cursors,
-    make_badge,
-    name_side,
-    peak_amplitude,
-)
+from srbval.report.findings.records import Cursor, RecordView, SpectrumView, fault_cursors, make_badge, peak_amplitude
 from srbval.report.prose import Prose
 from srbval.signal import Scalogram
 from srbval.signal.spectrum import SCALOGRAM_HZ
@@ -40,7 +33,7 @@ HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared a
 
 
 def figures_section(findings: Findings) -> Section:
-    """The sixteen panels, each figure with a sentence on its sides."""
+    """Make the sixteen panels, each figure with a sentence on its sides."""
     pictures = findings.data["pictures"]
     views, images = findings.views, findings.scalograms
     every = (side[state] for side in views.values() for state in side)
@@ -61,7 +54,8 @@ def figures_section(findings: Findings) -> Section:
                     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
                     words["explore"] = explore_spectrum(spectra[side], "Envelope amplitude, std. dev.", curves)
                 panels[number].append(FIGURE_TEXTS.figure(kind, plots[kind], **words, line=state.line))
-    sentences = {"12": fifth_harmonic_sentence(pictures), "13": inner_sidebands_sentence(pictures)}
+    sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
+    sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
     for number, figures in panels.items():
         words = {"alike": figure_sentence(pictures, number), "sentence": sentences.get(number, "")}
@@ -72,7 +66,7 @@ def figures_section(findings: Findings) -> Section:
 
 
 def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
-    """Envelope spectrum over the healthy one of the same side; harmonics of the line of `state`, two sidebands each."""
+    """Prepare an envelope spectrum over the healthy record's, with the harmonics of the line of `state` marked."""
     record, line = side[state], state.line
     cursors: tuple[Cursor, ...] = ()
     if line:
@@ -83,7 +77,7 @@ def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
 
 
 def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> dict[str, float]:
-    """Ends of the shared axes: `limit` of signals in time, `brightest` of the colours of scalograms."""
+    """Return the ends of the shared axes: `limit` of signals in time, `brightest` of the colours of scalograms."""
     highest = max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for one in views)
     pixels = np.concatenate([one.amplitude.ravel() for one in images])
     return {"limit": HEAD_ROOM * highest, "brightest": float(np.quantile(pixels, COLOUR_QUANTILE))}
@@ -92,7 +86,7 @@ def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> d
 def drawings(
     view: SpectrumView, image: Scalogram, state: Fault, scale: Mapping[str, float], letters: tuple[str, str] = ("", "")
 ) -> dict[str, Drawing]:
-    """Drawings of one record by kind; `letters` of the panels in time and of the spectrum."""
+    """Prepare the drawings of one record by kind; `letters` label the panel in time and the panel of the spectrum."""
     record, (letter, of_spectrum) = view.record, letters
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
     line = record.analysis.line_of(state) if state.line else None
@@ -106,13 +100,13 @@ def drawings(
 
 
 def figure_sentence(pictures: Iterable[ReportRow], number: str) -> str:
-    """Sentence on a figure: for each of its states whether both sides are alike."""
+    """State for each state of a figure whether both sides are alike."""
     kind, of = PAPER_FIGURES[number]
     return "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in of)
 
 
 def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> str:
-    """Say if both sides of a picture are alike, by the number that is farthest apart relative to its limit."""
+    """State whether both sides of a picture are alike, by the number that is farthest apart relative to its limit."""
     rows = [one for one in pictures if (one["kind"], one["state"]) == (kind, state)]
     found = max(rows, key=lambda one: abs(one["model"] - one["rig"]) / one["limit"], default=None)
     if found is None:
@@ -121,24 +115,16 @@ def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> s
     return FIGURE_TEXTS.text("alike" if found["alike"] else "differs", **{**found, "unit": unit})
 
 
-def fifth_harmonic_sentence(pictures: Iterable[ReportRow]) -> str:
-    """Conclusion on the fifth harmonic of BPFO, which the paper's model lacks."""
-    row = next((one for one in pictures if one["what"] == "5xBPFO"), None)
+def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
+    """State whether the level of `what` over its line is lower in the model than in the rig; `name` of the texts."""
+    row = next((one for one in pictures if one["what"] == what), None)
     if row is None:
-        return FIGURE_TEXTS.text("fifth-unread")
-    return FIGURE_TEXTS.text("fifth-weak" if row["model"] < row["rig"] - row["limit"] else "fifth-there", **row)
-
-
-def inner_sidebands_sentence(pictures: Iterable[ReportRow]) -> str:
-    """Conclusion on the modulation of the inner race's line once a turn of the shaft."""
-    row = next((one for one in pictures if one["what"] == "BPFI sidebands"), None)
-    if row is None:
-        return FIGURE_TEXTS.text("sidebands-unread")
-    return FIGURE_TEXTS.text("sidebands-weak" if row["model"] < row["rig"] - row["limit"] else "sidebands-there", **row)
+        return FIGURE_TEXTS.text(f"{name}-unread")
+    return FIGURE_TEXTS.text(f"{name}-weak" if row["model"] < row["rig"] - row["limit"] else f"{name}-there", **row)
 
 
 def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
-    """Chart of an envelope spectrum for scripts; `curves` names the columns of its data file."""
+    """Describe the interactive chart of an envelope spectrum; `curves` names the columns of its data file."""
     return Explore(
         x="frequency_hz",
         x_label="Frequency, Hz",
@@ -150,11 +136,12 @@ def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]
 
 
 def axis_ends(end_hz: float) -> dict[str, float]:
-    """Ends of the axes that the texts of panels name."""
+    """Return the ends of the axes [Hz] for the texts of panels."""
     return dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, end_hz), strict=True))
 
 
 def panel_words(name: str, label: str, record: RecordView, state: Fault) -> dict[str, Any]:
-    """Id, badge and the words of a panel's caption and alt text."""
-    who = f"{name_side(record.analysis)}, {state.label}, {60 * record.shaft_hz:.2f} rpm"
+    """Return id, label and badge of a panel, and the words of its caption and alternative text."""
+    side = "rig" if record.origin is Origin.MEASURED else "model"
+    who = f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"
     return {"id": name, "label": label, "badge": make_badge(record.analysis), "who": who}

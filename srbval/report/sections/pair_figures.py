@@ -1,7 +1,7 @@
 """Figures of a pair: waveform, envelope spectrum and scalogram, simulated left and measured right on the same axes.
 
-They are drawn as soon as a pair is read, and only the files are kept. Each kind of figure has numbers by which both
-sides are called alike or not.
+The figures are drawn as soon as a pair is read, and only their files are kept. For each kind of figure, numbers decide
+whether both sides are alike.
 """
 
 import shutil
@@ -14,10 +14,10 @@ from srbval.report.blocks import Figure, FigureGrid
 from srbval.report.figures import style
 from srbval.report.figures.style import Drawing, PanelData, new_axes, panel
 from srbval.report.findings.records import (
-    WINDOW_TURNS,
     RecordView,
     SpectrumView,
     envelope_scalogram,
+    middle_window,
     peak_amplitude,
     record_view,
     spectrum_end_hz,
@@ -34,7 +34,6 @@ from srbval.report.sections.figures import (
     picture_verdict,
     shared_limits,
 )
-from srbval.validation.sides import SideReading
 from srbval.validation.validate import SIDES, PairReading
 
 PAIR_TEXTS = Prose("srbval.report", "texts/pairs.md")
@@ -62,8 +61,9 @@ def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
 
 
 def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
-    """The three rows of panels of a pair, drawn into `folder`; panels of the sides that there are."""
-    state, views = one.state, [_view(one.sides[side]) for side in SIDES if side in one.sides]
+    """Draw the figures of a pair into `folder`, one row of panels for each kind; a missing side has no panel."""
+    state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
+    views = [record_view(analysis, window_s=middle_window(analysis)) for analysis in analyses]
     images, spectra = [envelope_scalogram(view) for view in views], _spectra(views, state)
     top = PANEL_LABEL_ROOM * max(peak_amplitude(one.record, one.end_hz) for one in spectra)
     kinds = dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
@@ -82,30 +82,22 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
     return tuple(PAIR_TEXTS.grid(f"grid-{kind}", figures, alike=alike[kind]) for kind, figures in kinds.items())
 
 
-def _view(side: SideReading) -> RecordView:
-    """Arrays of the first signal of a side, in the middle `WINDOW_TURNS` revolutions."""
-    analysis = side.analyses[0]
-    whole = analysis.processed.samples.size / analysis.processed.fs_hz
-    length = min(whole, WINDOW_TURNS / analysis.speed.value_hz)
-    return record_view(analysis, window_s=((whole - length) / 2, (whole + length) / 2))
-
-
 def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
-    """Spectra of all views up to the same order of the shaft."""
+    """Prepare the spectra of all views up to the same shaft order."""
     lines = [view.analysis.line_of(state) if state.line else None for view in views]
     order = min(spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
     return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
 
 
 def errors_figure(rows: Sequence[Mapping[str, Any]]) -> PanelData:
-    """Draw the error and uncertainty of each row [%], at most `MAX_ERROR_BARS`; the verdict chooses mark and colour."""
+    """Draw the error and uncertainty of each row [%], at most `MAX_ERROR_BARS`; the verdict sets mark and colour."""
     figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:MAX_ERROR_BARS])))
     shown = draw_errors(axes, rows)
     return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
 
 
 def draw_errors(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """Draw what `errors_figure` shows onto given axes; returns the rows drawn."""
+    """Draw errors with their uncertainties [%] onto given axes, as `errors_figure` does; return the rows drawn."""
     shown = rows[:MAX_ERROR_BARS]
     axes.axvline(0.0, color=style.INK, lw=0.8)
     for place, row in enumerate(shown):

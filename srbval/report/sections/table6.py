@@ -1,4 +1,4 @@
-"""Uncertainty of Table 6's lines at the recordings' own speed, the sum rule, and how near the model is."""
+"""Sections on the uncertainty of Table 6, on the sum rule, and on the remaining errors of cage speed and levels."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -18,7 +18,7 @@ VERDICT_TONE = {"differs": Tone.WARNING, "agrees": Tone.GOOD, "met": Tone.GOOD, 
 
 
 def table6_section(findings: Findings) -> Section:
-    """Errors at the rig's own speed with the parts of their uncertainty, and the sums of both lines."""
+    """Make the table of errors at the rig's speed, with the parts of their uncertainty, and the table of line sums."""
     rows, sums = findings.frame("table6"), findings.frame("closure")
     rows["name"] = [f"{Fault(defect).code} ({line})" for defect, line in zip(rows["defect"], rows["line"], strict=True)]
     measured = rows[rows["rig_source"] == "measured"]
@@ -45,12 +45,12 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """Say in words if a sum is the number of rollers within its interval."""
+    """State in a word whether a sum of lines is the number of rollers within its interval."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 
 def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
-    """Parts of each line's uncertainty, 95 % half widths."""
+    """List the parts of each line's uncertainty, 95 % half widths [%]."""
     parts = (
         f"{row['line']} "
         + ", ".join(f"{name.split(':')[0]} {pct:.3f}" for name, pct in row["uncertainty_parts_pct"].items())
@@ -60,7 +60,7 @@ def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
 
 
 def near_section(findings: Findings) -> Section:
-    """One table of all compared quantities, the cage ratio in a picture, its change with speed."""
+    """Make a table of all compared quantities, a figure of the cage ratio, and a sentence on its change with speed."""
     data, ratios = findings.data, findings.frame("cage_ratios")
     summaries = ratios[ratios["of"] != "record"].to_dict("records")
     values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
@@ -74,7 +74,7 @@ def near_section(findings: Findings) -> Section:
 
 
 def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Rows of the table: the rig's value as text, errors of both scenes with their uncertainties and verdicts."""
+    """Format the rig's value as text, and add uncertainties and verdicts to the errors of both scenes."""
     for row in rows:
         value, half, spec = row["rig"], row["rig_ci95"], "+.2f" if row["unit"] else ".5f"
         found: dict[str, Any] = {"paper_error": None, "rig_error": None} | dict(row) | {"rig_ci95": None}
@@ -88,7 +88,7 @@ def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
 
 
 def trend_sentence(trend: Mapping[str, Any]) -> str:
-    """Conclusion on the change of the cage ratio with speed: of the rig, and of the model if it is known."""
+    """State the change of the rig's cage ratio with speed, and the change of the model's if it is known."""
     if trend["model_pct"] is None:
         return NEAR_TEXTS.text("trend-rig", **trend)
     return NEAR_TEXTS.text(

@@ -1,4 +1,4 @@
-"""The page of a trend: the answer, and a picture and a table of each channel."""
+"""Page of a trend: the answer, and a figure and a table of each channel."""
 
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
@@ -20,7 +20,7 @@ MOST_MARKED = 60  # points, up to which each has its marker
 
 
 def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any]) -> Report:
-    """The page; `command` is the one that makes it again."""
+    """Build the page of a trend; `command` is printed as the command that repeats it."""
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
     pictures = [_levels(trend, one, f"levels-{number}") for number, one in enumerate(trend.channels, start=1)]
     first = trend.channels.index(trend.alarm) if trend.alarm else 0
@@ -38,7 +38,7 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
 
 
 def trend_points(trend: Trend) -> Iterator[str]:
-    """Certainty of the answer, reasons for missing zones, and the meaning of a level."""
+    """State the certainty of the answer, the reasons for missing zones, and the meaning of a level."""
     if trend.comparisons:
         each, all_pct = trend.false_alarm / trend.comparisons, 100 * trend.false_alarm
         yield TREND_TEXTS.text(
@@ -96,7 +96,7 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
 
 @panel
 def levels_panel(one: ChannelTrend) -> PanelData:
-    """Rises of the lines' levels with their 95 % intervals and limits above, RMS or velocity below, in time."""
+    """Draw over time the rises of the lines' levels with 95 % intervals and limits, and below them RMS or velocity."""
     figure = new_figure((5.4, 4.3), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]

@@ -1,4 +1,4 @@
-"""The report on a user's recordings: the answer, spectra, lines, what was not seen, a healthy record, the model."""
+"""Report on a user's recordings: the answer, spectra, lines, undetected lines, a healthy record, the model."""
 
 import dataclasses
 import math
@@ -14,7 +14,18 @@ from srbval.diagnosis.fault_verdict import Finding
 from srbval.diagnosis.records import FailedFile
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import USABLE_SHARE
-from srbval.report.blocks import Block, Figure, Heading, Listing, Report, ReportTable, Section, Tone, VerdictBox
+from srbval.report.blocks import (
+    REPORT_SCHEMA,
+    Block,
+    Figure,
+    Heading,
+    Listing,
+    Report,
+    ReportTable,
+    Section,
+    Tone,
+    VerdictBox,
+)
 from srbval.report.figures.comparison import probabilities_plot
 from srbval.report.figures.plot import HEAD_ROOM, SPECTRUM_LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
@@ -28,7 +39,6 @@ from srbval.report.sections.figures import explore_spectrum
 from srbval.report.sections.user_texts import USER_TEXTS
 from srbval.signal import LEAST_SNR
 
-USER_REPORT_SCHEMA_VERSION = 1
 BRIEF_SECTIONS = ("answer", "lines")
 HEALTHY_CURVE_NOTE = " Dashed grey: the healthy record."
 SPEED_WORDS = {
@@ -40,7 +50,8 @@ SPEED_WORDS = {
 }
 MAX_PROBABILITY_BARS = 12  # recordings in the picture of all, which leaves room for the points on the first screen
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
-FINDING_TONES = {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, Finding.NOTHING_FOUND: Tone.GOOD}
+FINDING_TONES: dict[Finding | None, Tone] = {None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD}
+FINDING_TONES |= {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING}
 ALARM_TONES = {"yes": Tone.BAD, "check": Tone.WARNING, "-": Tone.NEUTRAL, "no": Tone.GOOD}  # the worst first
 
 
@@ -54,10 +65,10 @@ def assemble_user_report(
     other_rows: Sequence[Mapping[str, Any]] = (),
     brief: bool = False,
 ) -> Report:
-    """Build the report; `command` is the one that makes it again.
+    """Build the report on a user's recordings; `command` is printed as the command that repeats it.
 
-    `others` are the documents of records that have a row here and no section, `other_rows` these rows (`summary_of`).
-    If `brief`, the report is the answer on the first record, its reasons and the table of lines.
+    `others` are the documents of records that have a row but no section, `other_rows` their rows (`summary_of`). If
+    `brief`, the report is the answer on the first record, its reasons and the table of lines.
     """
     origin, several = {"command": command, **provenance}, len(records) + len(others) > 1
     if several:
@@ -78,9 +89,7 @@ def assemble_user_report(
     else:
         points, of_one = tuple(user_texts.points_of_one(records[0])), records[0].verdict
         headline, figure = literal(of_one.headline), _spectrum(records[0], "")
-        verdict = VerdictBox(
-            tone=FINDING_TONES.get(of_one.finding, Tone.NEUTRAL), headline=headline, points=points, figure=figure
-        )
+        verdict = VerdictBox(tone=FINDING_TONES[of_one.finding], headline=headline, points=points, figure=figure)
         sections = [one for one in _sections(records[0], "") if not brief or one.id in BRIEF_SECTIONS]
     if failed:
         reasons = [str(one.error) if one.file in str(one.error) else f"{one.file}: {one.error}" for one in failed]
@@ -96,7 +105,7 @@ def assemble_user_report(
         verdict=verdict,
         sections=tuple(sections),
         data={
-            "schema_version": USER_REPORT_SCHEMA_VERSION,
+            "schema_version": REPORT_SCHEMA,
             "status": "incomplete" if failed else "ok",
             "headline": {"text": " ".join(verdict.headline.replace("**", "").split())},
             "bearing": first.bearing,
@@ -111,7 +120,7 @@ def assemble_user_report(
 def _verdict_of_all(
     summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
 ) -> VerdictBox:
-    """The verdict on all `summaries`; `bars` are names and probabilities of the measured records."""
+    """Make the verdict on several recordings; `bars` are names and probabilities of the measured records."""
     alarms, shown = {row["alarm"] for row in summaries}, bars[:MAX_PROBABILITY_BARS]
     highest = [(name, max(shares.items(), key=lambda one: one[1])) for name, shares in shown]
     words: dict[str, Any] = {
@@ -131,7 +140,7 @@ def _section(about: str, *blocks: Block, open: bool = False) -> Section:
 
 
 def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
-    """Sections of one record; `suffix` makes the ids of its figures and tables unique."""
+    """Make the sections of one record; `suffix` makes the ids of its figures and tables unique."""
     verdict, analysis, recording = record.verdict, record.analysis, record.analysis.recording
     speed, (low_hz, high_hz) = analysis.speed, analysis.processed.band_hz
     given = {name: getattr(recording, name) for name in ("seconds", "fs_hz", "unit")}
@@ -154,7 +163,7 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
 
 
 def _spectrum(record: UserRecord, suffix: str) -> Figure:
-    """The envelope spectrum with every line expected in it, a healthy record's dashed."""
+    """Draw the envelope spectrum with every expected line, and dashed the spectrum of the healthy record."""
     view = record.view
     sides = [side for side in (view.record, view.healthy) if side is not None]
     top = SPECTRUM_LABEL_ROOM * max(peak_amplitude(side, view.end_hz) for side in sides)
@@ -221,7 +230,7 @@ def _band(record: UserRecord, suffix: str) -> Figure:
 
 
 def _times(record: UserRecord, suffix: str) -> Block:
-    """The record and the healthy one in time, on the same axes."""
+    """Draw the record and the healthy record over time, on the same axes."""
     view, marked = record.view, record.marked
     sides = [("this record", "", view.record)]
     if view.healthy is not None:
@@ -241,7 +250,7 @@ def _times(record: UserRecord, suffix: str) -> Block:
 
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
-    """The places of the model's lines beside the record's, and its envelope spectrum."""
+    """Compare the frequencies of the model's lines with the record's in a table, and draw the model's spectrum."""
     lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
     rows = [_model_row(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
     of_dimensions, opened, scene = "", "", f", scene `{model.base}`"
@@ -262,7 +271,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
 
 
 def _model_row(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:
-    """A line of the record beside the model's [Hz], with the 95 % half width of the model's [%]."""
+    """Compare a line of the record with the model's line [Hz], whose 95 % half width is given in per cent."""
     found_hz = line.found_hz if line.detected else None
     return vars(line) | {
         "model_hz": model_hz,

@@ -17,7 +17,7 @@ MAX_NAMES = 6  # recordings that a point lists by name
 
 
 def headline_of_all(summaries: Sequence[ReportRow]) -> str:
-    """The worst finding of several recordings, with its number."""
+    """State the most serious finding of several recordings, and in how many of them it was found."""
     named, undecided, clear = (sum(row["alarm"] == alarm for row in summaries) for alarm in ("yes", "check", "no"))
     counts = {"records": len(summaries), "named": named, "undecided": undecided, "clear": clear}
     if named:
@@ -27,7 +27,7 @@ def headline_of_all(summaries: Sequence[ReportRow]) -> str:
 
 
 def points_of_all(summaries: Sequence[ReportRow], failed: int) -> Iterator[str]:
-    """The recordings with a named fault, the undecided ones, and the number of files that are not in the report."""
+    """List the recordings with a named fault, the undecided recordings, and the number of files left out."""
     for title, alarm in (("Named", "yes"), ("Undecided", "check")):
         rows = [row for row in summaries if row["alarm"] == alarm]
         shown = [literal(row["name"]) + (f" ({row['state']})" if alarm == "yes" else "") for row in rows[:MAX_NAMES]]
@@ -39,7 +39,7 @@ def points_of_all(summaries: Sequence[ReportRow], failed: int) -> Iterator[str]:
 
 
 def points_of_one(record: UserRecord) -> Iterator[str]:
-    """The comparison with the healthy record or the first reason, the summary, and the probabilities with cautions."""
+    """State the comparison with the healthy record or the first reason, the summary, the probabilities and cautions."""
     verdict, analysis = record.verdict, record.analysis
     if first := verdict.comparison.sentence or (verdict.reasons[0] if verdict.diagnosis else ""):
         yield literal(first)
@@ -57,7 +57,7 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
 
 
 def unseen_reason(line: Line, **limits: float) -> str:
-    """Why a line is not detected: `reach_hz` of the envelope and `least_snr` are the limits."""
+    """State why a line is not detected; `limits` are `reach_hz` of the envelope and `least_snr`."""
     why = line.not_detected or NotDetected.OWN
     name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
     if why is NotDetected.HIDDEN and line.snr:
@@ -66,7 +66,7 @@ def unseen_reason(line: Line, **limits: float) -> str:
 
 
 def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
-    """The healthy record, what it shows, and what makes the comparison doubtful."""
+    """Name the healthy record, the result of the comparison, and what makes the comparison doubtful."""
     yield USER_TEXTS.text("healthy", name=baseline.analysis.recording.name)
     if record.verdict.comparison.sentence:
         yield literal(record.verdict.comparison.sentence)
@@ -79,7 +79,7 @@ def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
 
 
 def limit_items(records: Sequence[UserRecord]) -> Iterator[str]:
-    """Limits of the report that apply to these records."""
+    """List the limits of the report that apply to these records."""
     yield from USER_TEXTS.items("limits")
     if not any(record.baseline for record in records):
         yield USER_TEXTS.text("no-healthy")
