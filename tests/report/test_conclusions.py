@@ -63,7 +63,8 @@ SENTENCES = [  # text, words that it has, words that it has not
     (
         answer.finding_sentence(STATED),
         "A finding about the model, not a failure of the program: the cage speed misses its tolerance of 0.1 % in the "
-        "paper's scene (at 877 rpm) and in the rig's scene (its change from 877 to 353 rpm).",
+        "paper's scene (at 877 rpm) and in the rig's scene (its change from 877 to 353 rpm). "
+        "A scene is all inputs of a simulation.",
         None,
     ),
     (answer.finding_sentence(STATED[:1]), "misses its tolerance of 0.1 % nowhere", "finding"),
@@ -80,7 +81,7 @@ SENTENCES = [  # text, words that it has, words that it has not
     ),
     (answer.near_sentence(data(None, 21, None)), "-0.13 %, uncertainty unknown (inner race", "rig's scene"),
     (answer.missing_sentence(data("missed", 9)), "(+0.22 ± 0.08 % from 877 to 353 rpm; model", "Everything"),
-    (answer.missing_sentence(data("missed", 9)), "(only 9 of 21 third-octave bands are within 4 dB)", None),
+    (answer.missing_sentence(data("missed", 9)), "(only 9 of 21 one-third-octave bands are within 4 dB)", None),
     (answer.missing_sentence(data("not resolved", 21)), "Everything that was compared", "Not reproduced"),
     (shaft(-0.48), "-1 % is a slower shaft, not slip**", None),
     (shaft(0.48), "is a faster shaft, not slip**", None),
@@ -124,7 +125,7 @@ SENTENCES = [  # text, words that it has, words that it has not
     (headline_of_all(rows_of(yes=1, no=1)), "A fault is named in 1 of 2 recordings", "undecided"),
     (headline_of_all(rows_of(check=1, no=1)), "Undecided: strong lines that are not explained in 1 of 2", "named"),
     (headline_of_all(rows_of(no=2)), "Nothing found in 2 of 2", None),
-    (headline_of_all(rows_of(**{"-": 1})), "No recording is a measured one", None),
+    (headline_of_all(rows_of(**{"-": 1})), "No recording is measured", None),
 ]
 
 

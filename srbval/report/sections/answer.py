@@ -167,7 +167,9 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
     groups: dict[str, list[str]] = {}
     for one in results:
         where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
-        groups.setdefault(where, []).append(one.path.stem.replace("_", " "))
+        name = one.path.stem
+        known = ANSWER_TEXTS.has(f"stored-{name}")
+        groups.setdefault(where, []).append(ANSWER_TEXTS.text(f"stored-{name}") if known else name.replace("_", " "))
     return "; ".join(f"{', '.join(sorted(names))} ({where})" for where, names in groups.items()) or "nothing"
 
 

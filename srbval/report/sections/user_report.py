@@ -253,12 +253,12 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     """Compare the frequencies of the model's lines with the record's in a table, and draw the model's spectrum."""
     lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
     rows = [_model_row(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
-    of_dimensions, opened, scene = "", "", f", scene `{model.base}`"
+    of_dimensions, opened, scene = "", "", f", inputs of scene `{model.base}`"
     if model.open_cage:
         of_dimensions, scene = ", with what the bearing's dimensions leave open of it", ""
         opened = f"{USER_TEXTS.text('open-cage', percent=100 * model.open_cage)} "
     defect = f"a defect of the {model.state.label}" if model.state.line else "no defect"
-    load = " and load" if model.stated_load else "; the record states no load, so the scene's own was taken"
+    load = " and load" if model.stated_load else "; the record states no load, so the load of the scene was used"
     of_model = {"model": model.run.scene.model, "scene": scene, "defect": defect}
     yield USER_TEXTS.paragraph("model", load=load, open_cage=opened, **of_model)
     shaft_hz, name = model.view.shaft_hz, f"model-table{suffix}"

@@ -1,4 +1,4 @@
-"""Page of the study of amplitudes: counts, errors of the locked third octaves, the open problem."""
+"""Page of the study of amplitudes: counts, errors of one-third-octave bands, the open problem."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -21,7 +21,7 @@ def unexplained(tests: Rows, locked: Rows) -> str:
     """Conclusion on the records whose common level is off by more than chance, with the range of their errors."""
     far = [one["record"] for one in tests if one["level_p"] < CHANCE / len(tests)]
     if not far:
-        return "In no record is the level that its third octaves share off by more than the uncertainty."
+        return "In no record does the level common to all bands deviate by more than the uncertainty."
     found = []
     for record in far:
         errors = [one["error"] for one in locked if one["record"] == record]
@@ -43,7 +43,7 @@ def draw_errors(rows: Rows) -> PanelData:
         at, colour = of.band_hz * 1.03 ** (number - 1.5), VERMILION if "353" in str(record) else BLUE
         ax.errorbar(at, of.error, of.uncertainty, fmt="os^v"[number % 4], color=colour, ms=4, label=short(str(record)))
     ax.axhspan(-VERDICT.near_db, VERDICT.near_db, color=SOFT, alpha=0.12, lw=0)
-    ax.set(xscale="log", xlabel="Third octave, Hz", ylabel="Model over rig, dB")
+    ax.set(xscale="log", xlabel="One-third-octave band, Hz", ylabel="Model over rig, dB")
     bands = sorted(table.band_hz.unique())
     ax.set_xticks(bands, labels=[f"{hz:.0f}" for hz in bands])
     ax.minorticks_off()
