@@ -279,7 +279,7 @@ class Report:
     def __post_init__(self) -> None:
         if self.generated_utc.utcoffset() is None:
             raise ValueError("generated_utc needs a time zone: use datetime.now(UTC).")
-        seen = {"verdict", "contents", "main"}  # anchors of the page itself
+        seen = {"verdict", "contents", "main"}  # anchors that the page defines
         parts: tuple[Section | ReportTable | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
         for name in (*(part.id for part in parts), *self.rows):
             if name in seen:

@@ -16,7 +16,7 @@ from srbval.report.blocks import Cell, Figure, KeyValues, Report, ReportTable, T
 from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
-MAX_OPEN_SECTIONS = 3  # sections of a page that shows all of them open; a longer page folds its sections
+MAX_OPEN_SECTIONS = 3  # sections of a page without folds; a page with more sections folds them
 MARKUP = {"caption", "headline", "items", "kicker", "notes", "points", "text"}  # fields with inline markup
 
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)

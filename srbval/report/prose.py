@@ -41,7 +41,7 @@ class Prose:
         head, *parts = _PART_HEADING.split(source)
         names, texts = parts[::2], parts[1::2]
         for doubled in (name for name in names if names.count(name) > 1):
-            raise ValueError(f"{self._file} of {self._package}: the part {doubled!r} stands in it twice.")
+            raise ValueError(f"{self._file} of {self._package}: the part {doubled!r} occurs twice.")
         return {"": head, **dict(zip(names, texts, strict=True))}
 
     def _source(self, name: str) -> str:
@@ -54,7 +54,7 @@ class Prose:
             return _FILL.vformat(" ".join(source.split()), (), values)
         except (ValueError, KeyError, AttributeError, TypeError, IndexError) as error:
             where = f"{self._file} of {self._package}, part {name!r}"
-            raise ValueError(f"{where}: a value cannot be put in ({type(error).__name__}: {error}).") from error
+            raise ValueError(f"{where}: a value cannot be inserted ({type(error).__name__}: {error}).") from error
 
     def has(self, name: str) -> bool:
         """True if the file has this part."""

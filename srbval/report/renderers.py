@@ -19,10 +19,10 @@ from srbval.storage.installation import MissingLibraryError
 # Characters of a data URI that need an escape in a quoted attribute.
 _ESCAPED = re.compile(rb"[^\w !$'()*+,\-./:;=?@\[\]^{|}~]")
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
-# Of the PDF: a run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
+# In the PDF, a longer run of characters without a blank may be broken anywhere, so that it does not leave the page.
 MAX_WORD = 28
 _SEPARATOR = re.compile(r"(?<=[/_])(?=[^/_])")
-MAX_CELL_WORD = 14  # in a table: a longer one may be broken between its parts
+MAX_CELL_WORD = 14  # in a table cell, a longer run may be broken between its parts
 
 
 def _template(name: str) -> str:

@@ -43,7 +43,7 @@ from srbval.storage.files import atomic_write
 from srbval.validation.case import ValidationCase
 from srbval.validation.validate import PairReading, Validation, validate
 
-MAX_RECORD_SECTIONS = 6  # recordings that have their own; a folder's others have a row
+MAX_RECORD_SECTIONS = 6  # recordings with a section; further recordings have a row in a table
 PLOT_SUFFIXES = (".png", ".svg", ".html")
 
 
@@ -67,7 +67,7 @@ def make_report(
     if "pdf" in formats:
         require_typst()
     pages = tuple(pages)
-    # Cases and records run at the same time; threads of the libraries would only wait for each other.
+    # Cases and records already run in parallel; threads of the libraries would only wait for each other.
     with one_thread():
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
@@ -121,7 +121,7 @@ def report_sources(
         others, failed = read_records(requests, jobs=jobs, progress=progress)
         failed, _ = separate_other_files(failed, named, others)
         alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in others)
-        is_open = len({one["file"] for one in others}) < len(others)  # a document a channel
+        is_open = len({one["file"] for one in others}) < len(others)  # one document for each channel
         count, requests = max(1, min(alarms, MAX_RECORD_SECTIONS)), []
         for one in others[:count]:
             settings = replace(request.settings, channel=one["channel"]) if is_open else request.settings

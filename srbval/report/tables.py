@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Title = str | tuple[str, str] | tuple[str, str, str]  # title, unit, format
-WHOLE_NUMBER_FORMATS = ("d", ",d")  # formats of whole numbers, which a frame with gaps keeps as floats
+WHOLE_NUMBER_FORMATS = ("d", ",d")  # a frame with gaps stores whole numbers as floats
 
 
 def frame_table(
@@ -66,7 +66,7 @@ def _plain(value: Any, column: TableColumn) -> CellValue:
     if isinstance(value, Enum):
         value = value.value
     if isinstance(value, list | tuple | set | Mapping):
-        raise TypeError(f"column {column.title!r}: a cell holds one value, not {type(value).__name__}.")
+        raise TypeError(f"column {column.title!r}: a cell must be one value, not {type(value).__name__}.")
     if value is None or pd.isna(value):
         return None
     plain: CellValue = value.item() if hasattr(value, "item") else value

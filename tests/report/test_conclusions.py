@@ -166,7 +166,7 @@ def test_the_points_of_a_trend_say_how_sure_it_is_only_if_something_was_compared
     trend = SimpleNamespace(comparisons=0, baseline=5, false_alarm=0.05, channels=(channel, channel))
     assert [point[:14] for point in trend_points(trend)] == ["**No zone of I", "**Level:** the"]
     sure, _ = trend_points(SimpleNamespace(comparisons=10, baseline=5, false_alarm=0.05, channels=()))
-    assert "a limit leaves each a chance of 0.005" in sure
+    assert "one limit is exceeded by chance with probability 0.005" in sure
 
 
 @pytest.mark.parametrize("applies", [False, True])

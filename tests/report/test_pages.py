@@ -100,7 +100,7 @@ def test_section_callout_figure_and_table(prose):
 @pytest.mark.parametrize("error", [None, math.nan, math.inf, "not given"])
 def test_a_missing_value_is_an_error_that_names_the_part(prose, error):
     values = {} if error == "not given" else {"error": error}
-    with pytest.raises(ValueError, match=r"texts\.md of made_prose, part 'intro': a value cannot be put in"):
+    with pytest.raises(ValueError, match=r"texts\.md of made_prose, part 'intro': a value cannot be inserted"):
         prose.text("intro", count=3, **values)
 
 
@@ -329,7 +329,7 @@ def test_a_frame_is_shown_with_its_companions_and_its_gaps():
 def test_an_unknown_column_and_a_cell_with_several_values_are_errors():
     with pytest.raises(KeyError, match="no column 'runs'; it has name, error"):
         frame_table([{"name": "a", "error": 1.0}], id="t", caption="x", columns=COLUMNS)
-    with pytest.raises(TypeError, match="'Scene': a cell holds one value, not list"):
+    with pytest.raises(TypeError, match="'Scene': a cell must be one value, not list"):
         frame_table([{"name": ["a"]}], id="t", caption="x", columns={"name": "Scene"})
 
 

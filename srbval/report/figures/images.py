@@ -13,7 +13,7 @@ from srbval.signal import Scalogram
 
 IMAGE_COLUMNS, IMAGE_ROWS, COLOUR_LEVELS = 320, 110, 64
 SCALOGRAM_CSV_TIMES, SCALOGRAM_CSV_FREQUENCIES = 180, 40
-THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # inches of a small picture, stretches of its curves
+THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of a curve
 
 
 @panel
@@ -84,7 +84,7 @@ def scalogram_panel(
     if state.line:
         at = float(np.log10(record.analysis.line(state.line).kinematic_hz))
         axes.axhline(at, color="white", lw=0.8, ls="--")
-        axes.text(span[1] / 2, at, state.line, color="white", fontsize=7.5, ha="center", va="bottom")  # off the cone
+        axes.text(span[1] / 2, at, state.line, color="white", fontsize=7.5, ha="center", va="bottom")
     if state.sidebands:
         turn_ms, look = 1e3 / record.shaft_hz, {"color": INK, "lw": 0.9, "clip_on": False}
         axes.vlines(np.arange(0.0, span[1], turn_ms), 1.012, 1.05, transform=axes.get_xaxis_transform(), **look)

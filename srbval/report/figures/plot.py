@@ -41,7 +41,7 @@ def plot(of: Any, ax: Any = None, **options: Any) -> Any:
 
 @singledispatch
 def _draw(of: Any, _: Any) -> None:
-    raise ConfigurationError(f"{type(of).__name__}: there is no picture of it.")
+    raise ConfigurationError(f"{type(of).__name__} cannot be plotted: use a recording, run, analysis or diagnosis.")
 
 
 @_draw.register

@@ -95,12 +95,12 @@ def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, flo
 
 
 QUANTITY_NAMES = {"mm/s": "velocity", "µm": "displacement"}
-NARROW_PANEL_INCHES = (HALF[0], 1.2 * HALF[1])  # inches of a panel beside another one
+NARROW_PANEL_INCHES = (HALF[0], 1.2 * HALF[1])  # width and height
 SPECTRUM_BINS = 600
 LABEL_INCHES = 0.13  # width of a line's upright label
 LABEL_TOPS = (0.975, 0.62, 0.3)
-ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
-NAMES_FROM = 0.75  # height at which the labels of a narrow picture begin, above its curves: only names fit there
+ORDER_LABEL_POINTS = 15.0  # height of the label of the order axis above the axes
+NAME_HEIGHT = 0.75  # of the axes: start of the labels in a narrow panel, above its curves
 
 
 @panel
@@ -153,17 +153,17 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
     blended = axes.get_xaxis_transform()
     for cursor in view.cursors:
         look: dict[str, Any] = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
-        axes.axvline(cursor.frequency_hz, ymax=NAMES_FROM - 0.01, color=GREEN, zorder=2, **look)
+        axes.axvline(cursor.frequency_hz, ymax=NAME_HEIGHT - 0.01, color=GREEN, zorder=2, **look)
         if not cursor.sideband or not cursor.name[0].isdigit():
             look = {"fontsize": 5.5 if cursor.sideband else 6.5, "color": GREEN, "zorder": 6}
-            axes.text(cursor.frequency_hz, NAMES_FROM, cursor.name, transform=blended, **UPRIGHT, **look)
+            axes.text(cursor.frequency_hz, NAME_HEIGHT, cursor.name, transform=blended, **UPRIGHT, **look)
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:
     """Draw harmonics with frequency and shaft order, and sidebands with their names."""
     cursors, blended = view.cursors, axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
-    room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # beside the numbers of the axis
+    room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # width of the numbers beside the axis
     for cursor, top in zip(cursors, _label_tops(axes, cursors), strict=True):
         at_hz, look = cursor.frequency_hz, {"transform": blended, "rotation": 90, "va": "top", "color": GREEN}
         if cursor.sideband:

@@ -25,15 +25,15 @@ HALF = (4.2, 2.2)
 WIDE = (7.6, 2.9)
 TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 
-# Okabe & Ito's palette (2008), told apart by the common colour-vision deficiencies.
+# Okabe & Ito's palette (2008), distinguishable with the common colour-vision deficiencies.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
 INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#39424d"
-# Mark and colour of each of up to seven series; either tells them apart.
+# Marker and colour of each of up to seven series.
 SERIES = tuple(zip("osD^vPX", (SOFT, ORANGE, PURPLE, INK, GREEN, BLUE, VERMILION), strict=True))
-BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest of each stretch of a long one
+BINS_SHOWN = 1500  # stretches of a long spectrum of which the smallest and largest value are drawn
 
 
-PanelData = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by unit-named names
+PanelData = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by name (with unit)
 Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a name, see `panel`
 
 
@@ -46,7 +46,7 @@ def picture_bytes(figure: Any, suffix: str) -> bytes:
     from matplotlib import rcParams
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    # `savefig` would draw everything twice, the first time for the layout alone, which is found as well while drawing.
+    # `savefig` would draw everything twice, the first time only for the layout, which drawing computes as well.
     figure.dpi = rcParams["savefig.dpi"]
     FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})
     text = re.sub(rb' d="[^"]*"', lambda path: _short(path[0]), buffer.getvalue())

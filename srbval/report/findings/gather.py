@@ -41,7 +41,7 @@ def gather(
     """
     if seconds < MIN_RUN_S:
         raise ConfigurationError(
-            f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {MIN_RUN_S:g} s "
+            f"{seconds:g} s of simulation are too few to separate fault lines from shaft harmonics; use {MIN_RUN_S:g} s "
             "or more."
         )
     bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), load_newest_results(pages, "inputs")

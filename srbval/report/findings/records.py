@@ -16,14 +16,14 @@ from srbval.report.blocks import Badge
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import SCALOGRAM_COLUMNS, SCALOGRAM_HZ, SCALOGRAM_ROWS
 
-WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
-WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows of a race fault or more
+WINDOW_S = (0.3, 0.5)  # of Figures 11 and 14: two to three shaft turns, away from the filter's ends
+WINDOW_TURNS = 3.0  # shaft turns drawn of any other record: a dozen impacts of a race fault or more
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
 OWN_UNITS, NORMALISED = {"m/s2": "m/s²", "mm/s": "mm/s", "um": "µm"}, "std. dev."  # by the recording's unit
-# The slow trend below this frequency, or this order of a slow shaft, is not part of an envelope spectrum.
+# Amplitudes below this frequency, or below this order of a slow shaft, are slow trends and not spectral lines.
 MIN_SPECTRUM_HZ, MIN_SPECTRUM_ORDER = 1.0, 0.3
-HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # end of a spectrum: times the marked line, or the inner race's if none is
-BAND_EDGE_FACTOR = 2 ** (1 / 6)  # edges of the third octave about a line, as factors
+MARKED_SPAN, RACES_SPAN = 4.4, 2.3  # end of a plotted spectrum: times the marked line, otherwise times BPFI
+BAND_EDGE_FACTOR = 2 ** (1 / 6)  # edges of the one-third-octave band about a line, as factors
 
 
 def make_badge(analysis: Analysis) -> Badge:
@@ -93,7 +93,7 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
 def middle_window(*analyses: Analysis) -> tuple[float, float]:
     """Choose the window [s] of `WINDOW_TURNS` turns of the first shaft in the middle of the shortest record."""
     whole = min(one.processed.samples.size / one.processed.fs_hz for one in analyses)
-    length = min(whole, WINDOW_TURNS / analyses[0].speed.value_hz)  # the filter's ends are dropped
+    length = min(whole, WINDOW_TURNS / analyses[0].speed.value_hz)  # without the filter's ends
     return (whole - length) / 2, (whole + length) / 2
 
 
@@ -139,7 +139,7 @@ def peak_amplitude(record: RecordView, end_hz: float) -> float:
 
 def spectrum_end_hz(analysis: Analysis, marked: Line | None) -> float:
     """Choose the end of a plotted spectrum [Hz]: a few harmonics of `marked`, or both race lines, within the band."""
-    end = HARMONICS_SHOWN * marked.kinematic_hz if marked else RACES_SHOWN * analysis.line_of(Fault.INNER).kinematic_hz
+    end = MARKED_SPAN * marked.kinematic_hz if marked else RACES_SPAN * analysis.line_of(Fault.INNER).kinematic_hz
     low, high = analysis.processed.band_hz
     return min(end, high - low)
 

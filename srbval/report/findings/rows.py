@@ -28,7 +28,7 @@ from srbval.validation.compare import LINE_QUANTITIES, PAIR_KEYS
 if TYPE_CHECKING:
     import pandas as pd
 
-MIDDLE = (0.025, 0.5, 0.975)  # of a distribution: the ends of its 95 % interval and its median
+INTERVAL_QUANTILES = (0.025, 0.5, 0.975)  # ends of the 95 % interval and median
 
 
 def compared_rows(
@@ -61,7 +61,7 @@ def compared_rows(
         "cage_ratios": ratios,
         "trend": change,
         "near": [*near_cage_rows(rows, ratios, change), *near_level_rows(levels, amplitudes)],
-        "table6": [keys | row for row in lines],  # a value that a row does not have is None
+        "table6": [keys | row for row in lines],  # a missing value is None
         "closure": tuple(check_table6_sums(printed, paper, runs, rig)),
         "comparisons": levels,
         "pairs": pairs,
@@ -96,7 +96,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
         return dict.fromkeys(names)
     elements, shaft_hz = analysis.bearing.rolling_elements, analysis.speed.value_hz
     hz = [shaft_hz * (fault.passing_order(elements, one) or math.nan) for one in found[0].tolist()]
-    low, _, high = np.quantile(hz, MIDDLE)
+    low, _, high = np.quantile(hz, INTERVAL_QUANTILES)
     return dict(zip(names, (float(np.mean(hz)), float(high - low) / 2), strict=True))
 
 
@@ -192,11 +192,11 @@ def cage_ratio_rows(
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
             yield _cage_ratio_row("record", rpm, (one.ratio - half, one.ratio, one.ratio + half), one.state.code)
-        yield _cage_ratio_row("mean", rpm, np.quantile(means.draws[:, place], MIDDLE))
+        yield _cage_ratio_row("mean", rpm, np.quantile(means.draws[:, place], INTERVAL_QUANTILES))
         for variant in stored.get("variants", ()):
             own = [one["drawn"] for one in variant["records"] if one["nominal_rpm"] == rpm]
             if own:
-                yield _cage_ratio_row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), MIDDLE))
+                yield _cage_ratio_row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), INTERVAL_QUANTILES))
         yield _cage_ratio_row("kinematics", rpm, (kinematic,) * 3)
 
 

@@ -29,9 +29,9 @@ from srbval.report.findings.records import (
 from srbval.scene import load_scene
 from srbval.storage.json_files import to_json
 
-MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
-OPEN_CAGE = 5e-3  # 95 % of a ball bearing's cage ratio, by contact angles up to 18 degrees and slips that vary together
-MAX_BAND_SHARE_OF_RATE = 0.45  # of a run's rate: upper end of the band if the record's band reaches beyond it
+MODEL_TURNS = 30.0  # shaft turns of the model's run, enough to detect its lines
+OPEN_CAGE = 5e-3  # 95 % half width of a ball bearing's cage ratio: contact angles up to 18 degrees, and slip
+MAX_BAND_SHARE_OF_RATE = 0.45  # upper end of the model's band, as a share of the run's sampling rate
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -18,7 +18,7 @@ from srbval.storage.stored_result import StoredResult
 from srbval.sweep.scenes import PAPER
 
 ANSWER_TEXTS = Prose("srbval.report", "texts/answer.md")
-TONES_WORST_FIRST = {  # of verdicts
+TONES_WORST_FIRST = {  # tones of verdicts
     Verdict.MISSED: Tone.BAD,
     Verdict.DIFFERS: Tone.WARNING,
     Verdict.INSUFFICIENT: Tone.NEUTRAL,
@@ -29,7 +29,7 @@ TONES_WORST_FIRST = {  # of verdicts
 SCENE_NAMES = {"paper": "the paper's scene", "rig": "the rig's scene"}
 STRIP_STATES = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # panels of the strip
 PAPER_SOURCE, RIG_SOURCE = ("published", "measured")
-TABLE6_SOURCES = (  # of Table 6: source of the rig's value, source of the row, key of the line and of its half width
+TABLE6_SOURCES = (  # rows of Table 6: source of the rig's value, source of the row, keys of line and half width
     (PAPER_SOURCE, Badge.PUBLISHED, "kinematic_hz", ""),
     (PAPER_SOURCE, Badge.PUBLISHED, "paper_model_hz", ""),
     (PAPER_SOURCE, Badge.PUBLISHED, "paper_rig_hz", ""),

@@ -17,8 +17,8 @@ from srbval.storage.json_files import to_json
 RECORD_TEXTS, LIMIT_TEXTS, COMMAND_TEXTS = (
     Prose("srbval.report", f"texts/{name}.md") for name in ("records", "limits", "command")
 )
-MAX_LISTED = 20  # files in a list; report.json has all
-SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # of the provenance; report.json has all
+MAX_LISTED = 20  # files in a list; report.json contains all
+SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # provenance; report.json contains all
 CSV_KEYS = ("comparisons", "pairs", "bias", "line_deviations", "runs", "pictures", "near")
 
 

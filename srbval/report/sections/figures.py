@@ -19,17 +19,17 @@ from srbval.signal.spectrum import SCALOGRAM_HZ
 
 FIGURE_TEXTS = Prose("srbval.report", "texts/figures.md")
 
-SPECTRUM_HZ = 600.0  # Figures 12 and 13
+SPECTRUM_HZ = 600.0  # end of the spectra in Figures 12 and 13
 LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
-PAPER_FIGURES = {  # of the paper: kind and states
+PAPER_FIGURES = {  # kind and states of each figure
     "11": ("acceleration", tuple(LETTERS)),
     "12": ("spectrum", (Fault.OUTER,)),
     "13": ("spectrum", (Fault.INNER,)),
     "14": ("scalogram", (Fault.OUTER, Fault.INNER)),
 }
 FIGURE_SIDES = ("model", "rig")
-COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
-HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
+COLOUR_QUANTILE = 0.995  # end of the colour scale, so that one burst does not darken the rest
+HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # end of a shared axis over the highest value: signals, spectra with labels
 
 
 def figures_section(findings: Findings) -> Section:

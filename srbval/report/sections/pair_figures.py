@@ -37,7 +37,7 @@ from srbval.report.sections.figures import (
 from srbval.validation.validate import SIDES, PairReading
 
 PAIR_TEXTS = Prose("srbval.report", "texts/pairs.md")
-MAX_ERROR_BARS = 40  # rows in the picture of errors
+MAX_ERROR_BARS = 40  # rows of the figure of errors
 VERDICT_LOOK = {
     "differs": (style.VERMILION, "s"),
     "missed": (style.VERMILION, "X"),

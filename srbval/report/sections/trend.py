@@ -16,7 +16,7 @@ from srbval.report.tables import Title
 
 TREND_TEXTS = Prose("srbval.report", "texts/trend.md")
 COLOURS, LINE_MARKERS = (BLUE, VERMILION, PURPLE, ORANGE), "osD^"
-MOST_MARKED = 60  # points, up to which each has its marker
+MAX_MARKED = 60  # points of a curve that is drawn with a marker at each point
 
 
 def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any]) -> Report:
@@ -100,7 +100,7 @@ def levels_panel(one: ChannelTrend) -> PanelData:
     figure = new_figure((5.4, 4.3), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]
-    marked = len(times) <= MOST_MARKED
+    marked = len(times) <= MAX_MARKED
     columns: dict[str, Any] = {"time": [one.time_text(point) for point in one.points]}
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, LINE_MARKERS, strict=False):
         rises = np.array([one.rise_db(point["levels"], name) for point in one.points], dtype=float)  # None: NaN
@@ -127,7 +127,7 @@ def levels_panel(one: ChannelTrend) -> PanelData:
     if isinstance(times[0], datetime):
         from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
-        locator = AutoDateLocator(minticks=2, maxticks=6)  # with more at least, five months have no interval
+        locator = AutoDateLocator(minticks=2, maxticks=6)  # a larger minimum leaves five months without ticks
         lower.xaxis.set_major_locator(locator)
         lower.xaxis.set_major_formatter(ConciseDateFormatter(locator))
     return figure, columns | {"rms_or_velocity": shown}

@@ -48,7 +48,7 @@ SPEED_WORDS = {
     "nominal": "nominal, not measured",
     "prescribed": "prescribed",
 }
-MAX_PROBABILITY_BARS = 12  # recordings in the picture of all, which leaves room for the points on the first screen
+MAX_PROBABILITY_BARS = 12  # recordings in the figure on the first screen, which also contains the points
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 FINDING_TONES: dict[Finding | None, Tone] = {None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD}
 FINDING_TONES |= {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING}
