@@ -30,7 +30,7 @@ class Badge(enum.StrEnum):
 
 
 class Tone(enum.StrEnum):
-    """Judgement of a value, a verdict or a callout."""
+    """Judgement of a value, a verdict or a boxed remark: good, bad, warning or neutral."""
 
     GOOD = "good"
     BAD = "bad"

@@ -21,8 +21,7 @@ REPORT_STORE = ContentStore(kind="report", computed_by=__name__)
 
 
 def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
-    """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return the paths by
-    format.
+    """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
     ``figures`` contains the pictures, their data as CSV, the tables and the rows of the report. If writing fails, the
     former files remain. ``report.json`` lists all files with their SHA-256; unchanged files of a former report that are
@@ -68,7 +67,7 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
 
 
 def _content(report: Report, stage: Path) -> str:
-    """Hash the content of a report and its typesetting, without the time at which the report is made."""
+    """Hash everything that determines a report's files, except the time at which the report is made."""
     files = {path.name: path.read_bytes() for path in sorted((stage / FIGURES_FOLDER).iterdir())}
     whole = as_plain(replace(report, generated_utc=datetime(1, 1, 1, tzinfo=UTC)))
     return content_sha256(whole, report_data(report), files, *list_pdf_dependencies())

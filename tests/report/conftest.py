@@ -57,7 +57,7 @@ HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref 
 
 @pytest.fixture(scope="session")
 def with_rig(tmp_path_factory):
-    """The report that everybody gets first, but for its short runs: with the rig's excerpts that come with srbval."""
+    """The main report with short runs and the rig's excerpts that come with srbval."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
@@ -72,7 +72,7 @@ def line_of(_: str) -> SimpleNamespace:
 
 
 def view(origin: str = "measured", **changes: Any) -> Any:
-    """What figures draw of a record of noise with a tall line at 128.1 Hz, a shaft of 11.833 Hz."""
+    """Arrays of a record of noise with a tall line at 128.1 Hz and a shaft speed of 11.833 Hz, as figures need them."""
     rng, time = np.random.default_rng(1), np.arange(12_288) / 61_440
     noise, height = rng.standard_normal(time.size), rng.random(10_000)
     height[1281] = 30.0
@@ -95,7 +95,7 @@ def view(origin: str = "measured", **changes: Any) -> Any:
 
 
 def spectrum(record: Any) -> SpectrumView:
-    """Its envelope spectrum up to 600 Hz with the harmonics of BPFI, over half of it as that of a healthy bearing."""
+    """Envelope spectrum up to 600 Hz with the harmonics of BPFI, over half of it as a healthy bearing's."""
     healthy = SimpleNamespace(frequency_hz=record.frequency_hz, amplitude=record.amplitude / 2)
     cursors = fault_cursors("BPFI", 128.04, 600.0, sideband_hz=record.shaft_hz, sidebands=2)
     return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=((128.1, 30.0),), end_hz=600.0)
@@ -152,7 +152,7 @@ def table():
 
 @pytest.fixture(scope="session")
 def report(panels, table):
-    """The whole."""
+    """A small report with blocks of every kind."""
     texts = (
         blocks.Paragraph("Text with **weight** and `code`."),
         blocks.Paragraph(literal(HOSTILE)),

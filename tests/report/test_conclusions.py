@@ -1,4 +1,4 @@
-"""Sentences that depend on an outcome: each function of them reaches each of its branches."""
+"""Sentences that depend on a result: every branch of every function is reached."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -1,4 +1,4 @@
-"""Panels: pictures that are there, named when synthetic, the same each time, with their data beside."""
+"""Panels: pictures exist, name synthetic data, are the same each time, and have their data beside them."""
 
 import csv
 import sys

@@ -1,4 +1,4 @@
-"""Prose in Markdown, blocks and tables straight from frames; pages of studies with and without a result or a study."""
+"""Prose in Markdown, blocks and tables from frames; pages of studies with and without a result or a study."""
 
 import math
 import os
@@ -188,7 +188,7 @@ print(",".join(page.name for page in found), ",".join(study_names()))
 
 
 def without(study: str, folder: Path) -> Path:
-    """A copy of the package in which one study's folder is missing, and links to what ships beside it."""
+    """Copy the package without one study's folder, and link what ships beside it."""
     left_out = shutil.ignore_patterns("__pycache__", "docs")
     shutil.copytree(PACKAGE, folder / PACKAGE.name, ignore=left_out)
     shutil.rmtree(folder / PACKAGE.name / "studies" / study)

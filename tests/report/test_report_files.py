@@ -1,4 +1,4 @@
-"""A small report's files: all or none; a page that stands alone and escapes everything; a tagged PDF."""
+"""Files of a small report: all or none; a page without further files that escapes everything; a tagged PDF."""
 
 import base64
 import dataclasses

@@ -1,4 +1,4 @@
-"""The report on a user's recordings: the answer first, every line told, records of any rate, length and speed."""
+"""Report on a user's recordings: the answer first, every line listed, records of any rate, length and speed."""
 
 from __future__ import annotations
 

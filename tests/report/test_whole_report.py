@@ -1,4 +1,4 @@
-"""The whole report, short: files, sections and numbers, the same twice and in every form; problems of its data."""
+"""Main report with short runs: files, sections and numbers, the same twice and in every form; problems of its data."""
 
 import dataclasses
 import html
@@ -161,7 +161,7 @@ def words(text: str) -> str:
 
 
 def shown_tables(page: Path) -> dict[str, list[list[str]]]:
-    """Texts of the cells of a page's tables, row by row, by the id of the block that a table stands in."""
+    """Texts of a page's table cells, row by row, by the id of the table's block."""
     found = {}
     for name, body in re.findall(
         r'<div class="table" id="(.*?)".*?<tbody>(.*?)</tbody>', page.read_text("utf-8"), re.S
@@ -172,7 +172,7 @@ def shown_tables(page: Path) -> dict[str, list[list[str]]]:
 
 
 def cells(made: Made) -> Iterator[tuple[str, TableColumn, Cell, str, dict[str, object]]]:
-    """Each cell of each table: the table's name, the column, the cell, its text in a page, its entry in report.json."""
+    """Every cell of every table: table id, column, cell, its text on the page, its entry in report.json."""
     of_json = {table["id"]: table["rows"] for table in made.document()["tables"]}
     shown = shown_tables(made.files["html"])
     assert set(shown) == set(of_json) == {table.id for table in made.report.tables()}

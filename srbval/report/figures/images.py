@@ -98,7 +98,7 @@ def scalogram_panel(
 
 
 def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Resample a scalogram to the picture's resolution: rows at equal frequency ratios, columns averaged."""
+    """Resample a scalogram for drawing: frequencies at equal ratios, neighbouring times averaged."""
     order = np.argsort(frequency)
     logs = np.log(frequency[order])
     wanted = np.linspace(logs[0], logs[-1], min(IMAGE_ROWS, max(len(logs), 2)))
@@ -119,7 +119,7 @@ def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, 
 
 
 def average_columns(values: FloatArray, columns: int) -> FloatArray:
-    """Average the last axis over `columns` equal stretches; an axis that is not longer stays unchanged."""
+    """Average the last axis over `columns` equal stretches; a shorter axis stays unchanged."""
     n = values.shape[-1]
     if n <= columns:
         return values

@@ -149,7 +149,7 @@ def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = Fa
 
 
 def _draw_names(axes: Any, view: SpectrumView) -> None:
-    """Draw the cursors, and above them the names of the harmonics and of the first sidebands."""
+    """Draw the expected lines, and above the curves the names of harmonics and of the first harmonic's sidebands."""
     blended = axes.get_xaxis_transform()
     for cursor in view.cursors:
         look: dict[str, Any] = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
@@ -160,7 +160,7 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:
-    """Draw harmonics with frequency and shaft order, and sidebands with their names."""
+    """Draw the expected lines: harmonics labelled by frequency and shaft order, sidebands by name."""
     cursors, blended = view.cursors, axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
     room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # width of the numbers beside the axis
@@ -179,7 +179,7 @@ def _draw_cursors(axes: Any, view: SpectrumView) -> None:
 
 
 def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
-    """Choose the top of each cursor's label in heights of the axes: the highest of `LABEL_TOPS` with room beside."""
+    """Choose the height of each label, in heights of the axes, so that neighbouring labels do not overlap."""
     low, high = axes.get_xlim()
     width = LABEL_INCHES / axes.figure.get_figwidth()
     last = dict.fromkeys(LABEL_TOPS, -np.inf)

@@ -137,7 +137,7 @@ def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
 
 
 def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
-    """Return picture and data of a panel by the suffixes of their files."""
+    """Return a panel's picture (SVG) and data (CSV) as texts, by file suffix."""
     import pandas as pd
 
     data = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)

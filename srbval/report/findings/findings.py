@@ -47,7 +47,7 @@ class Findings:
     provenance: Mapping[str, Any]
 
     def sides_of(self, state: Fault) -> tuple[list[RecordView], list[Scalogram]]:
-        """Return the views and the scalograms of a state, each for the model and the rig."""
+        """Return the views and the scalograms of one bearing state, each as a list of model and rig."""
         return [side[state] for side in self.views.values()], [side[state] for side in self.scalograms.values()]
 
     def frame(self, key: str) -> "pd.DataFrame":

@@ -34,15 +34,14 @@ MIN_RUN_S = 1.0  # below this the envelope spectrum cannot separate the lines fr
 def gather(
     *, seconds: float, pages: Iterable[Page] = (), jobs: int | None = None, progress: Progress = silent
 ) -> Findings:
-    """Run the cases and analyse them with the registered recordings of the rig; see `make_report`.
+    """Simulate the paper's cases and analyse them with the registered recordings of the rig; see `make_report`.
 
     Raises the errors of simulating and loading, `NumericsError` with the name of a failed run, and `DataError` if no
     recording of a state can be read.
     """
     if seconds < MIN_RUN_S:
         raise ConfigurationError(
-            f"{seconds:g} s of simulation are too few to separate fault lines from shaft harmonics; use {MIN_RUN_S:g} s "
-            "or more."
+            f"{seconds:g} s are too short to separate fault lines from shaft harmonics; use {MIN_RUN_S:g} s or more."
         )
     bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), load_newest_results(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
@@ -56,7 +55,7 @@ def gather(
     sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
 
     def keep(one: PairReading) -> None:
-        """Keep both sides of the records that the figures draw."""
+        """Keep the measured and the simulated side of a record if the figures draw it."""
         rig, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
         if entry is None or rig.recording.file != entry.file:
             return
@@ -109,7 +108,7 @@ def gather(
 
 
 def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
-    """Raise `DataError` if a state that the figures need has no recording."""
+    """Raise `DataError` if one of the paper's bearing states has no readable recording."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
         raise DataError(
@@ -121,7 +120,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load without axial load; only at the speeds of stored model draws, if any."""
+    """Select recordings at the paper's load; if simulations with varied inputs are stored, only at their speeds."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
@@ -130,9 +129,10 @@ def select_drawn_records(
 def choose_rig_recordings(
     printed: Mapping[Fault, Published], registered: Iterable[RegisteredRecording]
 ) -> dict[Fault, RegisteredRecording]:
-    """Choose one recording of each state at the paper's load and one speed: most states first, then nearest to 727 rpm.
+    """Choose recordings of the rig at the paper's load and at one speed, one for each bearing state.
 
-    Of several recordings of a state, the longest is chosen.
+    The speed with most states is chosen, then the speed nearest to 727 rpm; of several recordings of a state, the
+    longest.
     """
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):

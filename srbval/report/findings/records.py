@@ -27,17 +27,18 @@ BAND_EDGE_FACTOR = 2 ** (1 / 6)  # edges of the one-third-octave band about a li
 
 
 def make_badge(analysis: Analysis) -> Badge:
-    """Return the badge of the source of an analysis."""
+    """Return the label of an analysed recording's source, such as "measured"."""
     return Badge(analysis.recording.origin.value)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordView:
-    """Arrays of one record for figures; amplitudes in `unit`, the record's unit or standard deviations of the band.
+    """Arrays of one record that figures draw.
 
-    `time_s`, `acceleration` and `envelope`, shape [n], are inside `window_s`. `frequency_hz` and `amplitude`, shape
-    [m], are the envelope spectrum; `peaks` are name, frequency [Hz] and amplitude of its detected lines. `power_hz` and
-    `power_db` [dB re 1/Hz], shape [k], are a Welch spectrum before demodulation.
+    Amplitudes are in `unit`: the record's own unit, or standard deviations of the band-passed signal. `time_s`,
+    `acceleration` and `envelope`, shape [n], are inside `window_s`. `frequency_hz` and `amplitude`, shape [m], are the
+    envelope spectrum; `peaks` are name, frequency [Hz] and amplitude of its detected lines. `power_hz` and `power_db`
+    [dB re 1/Hz], shape [k], are a Welch spectrum before demodulation.
     """
 
     analysis: Analysis
@@ -64,7 +65,7 @@ class RecordView:
 
 
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
-    """Prepare the arrays of one record; with `own_unit` in the record's unit instead of standard deviations."""
+    """Prepare an analysed record for figures, in standard deviations, or in the record's unit if `own_unit`."""
     shown = analysis.processed
     spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
     time = np.arange(len(shown.filtered)) / shown.fs_hz
@@ -91,7 +92,7 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
 
 
 def middle_window(*analyses: Analysis) -> tuple[float, float]:
-    """Choose the window [s] of `WINDOW_TURNS` turns of the first shaft in the middle of the shortest record."""
+    """Return start and end [s] of `WINDOW_TURNS` shaft turns in the middle of the shortest record."""
     whole = min(one.processed.samples.size / one.processed.fs_hz for one in analyses)
     length = min(whole, WINDOW_TURNS / analyses[0].speed.value_hz)  # without the filter's ends
     return (whole - length) / 2, (whole + length) / 2
@@ -161,12 +162,12 @@ def spectrum_view(
 
 
 def first_lines(analysis: Analysis) -> tuple[Line, ...]:
-    """Return the first harmonic of every family of lines, without sidebands."""
+    """Return the first harmonic of every line of the bearing (BPFO, BPFI, 2xBSF, FTF), without sidebands."""
     return tuple(line for line in analysis.lines if line.is_first)
 
 
 def marked_line(analysis: Analysis) -> Line | None:
-    """Return the detected fault line with the deepest modulation, whose harmonics a picture marks."""
+    """Return the detected fault line with the deepest modulation, whose harmonics figures mark; None without one."""
     return next(iter(detected_fault_lines(analysis.lines)), None)
 
 
@@ -185,7 +186,7 @@ def fault_cursors(
     sideband_name: str = "fr",
     sidebands: int = 0,
 ) -> tuple[Cursor, ...]:
-    """List the harmonics of `line` with `sidebands` on either side, named such as ``BPFI-fr`` and ``2xBPFI+2fr``."""
+    """List the frequencies to mark up to `end_hz`: harmonics of `line`, and `sidebands` on either side of each."""
     found = []
     for harmonic in range(1, int(end_hz // frequency_hz) + 1):
         name = line if harmonic == 1 else f"{harmonic}x{line}"
@@ -199,7 +200,7 @@ def fault_cursors(
 
 
 def envelope_scalogram(shown: RecordView) -> Scalogram:
-    """Compute the wavelet transform of the envelope of a view."""
+    """Compute the wavelet transform of a record's envelope inside its window."""
     envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
 

@@ -37,7 +37,7 @@ def compared_rows(
     register: RegisterListing,
     registered: Sequence[RegisteredRecording],
 ) -> dict[str, Any]:
-    """Compute the keys of ``report.json`` that follow from the findings and from the register of recordings."""
+    """Compute the entries of ``report.json`` from the findings and the register of recordings."""
     printed, bearing, runs = found.printed, found.bearing, found.runs
     every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
     shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
@@ -82,7 +82,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Compute a line at its recording's speed in the scene ``rig`` [Hz]: mean and 95 % half width over stored draws."""
+    """Compute a fault line's frequency [Hz] in the scene ``rig`` from stored simulations: mean and 95 % half width."""
     fault, variants = Fault(row["defect"]), stored.get("variants", ())
     analysis = rig[fault]
     found = [
@@ -103,7 +103,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
 def picture_rows(
     state: Fault, views: Iterable[RecordView], images: Sequence[Scalogram], levels: Iterable[Row]
 ) -> Iterator[Row]:
-    """Compare the numbers that decide whether the pictures of a pair are alike; `levels` are the pair's comparisons."""
+    """Compare model and rig by kurtosis, levels and power at the line, which decide whether figures are alike."""
     model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.processed.filtered for one in (model, rig))
@@ -120,7 +120,7 @@ def picture_rows(
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Compare a number of both sides; `alike` is true within `limit`, in dB or as a share of the rig's value."""
+    """Compare one number of model and rig, which are `alike` within a limit in dB or a share of the rig's value."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 

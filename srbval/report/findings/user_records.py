@@ -51,7 +51,7 @@ class ModelSide:
 
     @property
     def lines(self) -> dict[str, tuple[float, float]]:
-        """Lines at the cage's mean speed [Hz], with the 95 % half widths that the dimensions leave open [%]."""
+        """Frequencies of the model's lines [Hz] at its mean cage speed, with 95 % half widths [%]."""
         elements, shaft_hz = self.view.analysis.bearing.rolling_elements, self.view.shaft_hz
         cage, ci95 = self.run.cage_ratio, self.open_cage
         return {

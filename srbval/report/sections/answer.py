@@ -61,7 +61,7 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
 
 
 def worst_tone(answers: Iterable[str]) -> Tone:
-    """Return the tone of the worst verdict; a warning if there is no verdict."""
+    """Return the tone (colour and sign) of the worst verdict; a warning without verdicts."""
     found = set(answers)
     return next((tone for answer, tone in TONES_WORST_FIRST.items() if answer in found), Tone.WARNING)
 
@@ -84,7 +84,7 @@ def endpoint_words(endpoint: str) -> str:
 
 
 def near_sentence(data: ReportRow) -> str:
-    """State the errors of both lines at the rig's measured speed, and of the cage speed in the rig's scene."""
+    """State the errors of both fault lines at the rig's measured speed, and of the cage speed in the rig's scene."""
     rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
@@ -191,5 +191,5 @@ def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> 
 
 
 def record_words(record: str) -> str:
-    """Shorten the name of a record of the rig for a text."""
+    """Shorten the name of a rig record, such as OR_877rpm_sample to "OR 877"."""
     return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")

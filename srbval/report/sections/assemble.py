@@ -91,7 +91,7 @@ def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str
 
 
 def provenance_section(origin: Mapping[str, Any]) -> Section:
-    """Make the section with the command that repeats a report on the user's files, versions and machine."""
+    """Make the section with versions and machine, and the command that repeats a report on the user's files."""
     flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
     shown = {key: flat[key] for key in SHOWN_FACTS if flat.get(key)}
     if recordings := ", ".join(origin.get("recordings", ())):

@@ -33,7 +33,7 @@ HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # end of a shared axis over the highest
 
 
 def figures_section(findings: Findings) -> Section:
-    """Make the sixteen panels, each figure with a sentence on its sides."""
+    """Make the sixteen panels of Figures 11 to 14, and a sentence for each figure on how model and rig compare."""
     pictures = findings.data["pictures"]
     views, images = findings.views, findings.scalograms
     every = (side[state] for side in views.values() for state in side)
@@ -77,7 +77,7 @@ def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
 
 
 def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> dict[str, float]:
-    """Return the ends of the shared axes: `limit` of signals in time, `brightest` of the colours of scalograms."""
+    """Return common axis limits for several records: `limit` of signals over time, `brightest` of scalogram colours."""
     highest = max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for one in views)
     pixels = np.concatenate([one.amplitude.ravel() for one in images])
     return {"limit": HEAD_ROOM * highest, "brightest": float(np.quantile(pixels, COLOUR_QUANTILE))}
@@ -86,7 +86,7 @@ def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> d
 def drawings(
     view: SpectrumView, image: Scalogram, state: Fault, scale: Mapping[str, float], letters: tuple[str, str] = ("", "")
 ) -> dict[str, Drawing]:
-    """Prepare the drawings of one record by kind; `letters` label the panel in time and the panel of the spectrum."""
+    """Prepare the panels of one record by kind: acceleration, spectrum, scalogram; `letters` label the panels."""
     record, (letter, of_spectrum) = view.record, letters
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
     line = record.analysis.line_of(state) if state.line else None
@@ -100,13 +100,13 @@ def drawings(
 
 
 def figure_sentence(pictures: Iterable[ReportRow], number: str) -> str:
-    """State for each state of a figure whether both sides are alike."""
+    """State for each bearing state in a figure whether model and rig are alike."""
     kind, of = PAPER_FIGURES[number]
     return "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in of)
 
 
 def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> str:
-    """State whether both sides of a picture are alike, by the number that is farthest apart relative to its limit."""
+    """State whether model and rig are alike, by the number whose difference is largest relative to its limit."""
     rows = [one for one in pictures if (one["kind"], one["state"]) == (kind, state)]
     found = max(rows, key=lambda one: abs(one["model"] - one["rig"]) / one["limit"], default=None)
     if found is None:
@@ -116,7 +116,7 @@ def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> s
 
 
 def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
-    """State whether the level of `what` over its line is lower in the model than in the rig; `name` of the texts."""
+    """Choose the sentence on the level `what`: lower in the model than in the rig, not lower, or unknown."""
     row = next((one for one in pictures if one["what"] == what), None)
     if row is None:
         return FIGURE_TEXTS.text(f"{name}-unread")
@@ -124,7 +124,7 @@ def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
 
 
 def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
-    """Describe the interactive chart of an envelope spectrum; `curves` names the columns of its data file."""
+    """Describe the interactive chart of an envelope spectrum; `curves` labels the columns of its data file."""
     return Explore(
         x="frequency_hz",
         x_label="Frequency, Hz",
@@ -136,7 +136,7 @@ def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]
 
 
 def axis_ends(end_hz: float) -> dict[str, float]:
-    """Return the ends of the axes [Hz] for the texts of panels."""
+    """Return the frequency limits [Hz] of scalogram and spectrum for captions."""
     return dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, end_hz), strict=True))
 
 

@@ -45,7 +45,7 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """State in a word whether a sum of lines is the number of rollers within its interval."""
+    """Return "yes" if a sum of lines equals the number of rollers within its interval, else "no" or "no interval"."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 
