@@ -1,12 +1,11 @@
-"""How Sphinx builds the documentation: ``sphinx-build -W -q srbval/docs FOLDER``.
+"""Configuration of Sphinx, which builds the documentation: ``sphinx-build -W -q srbval/docs FOLDER``.
 
-A page ``api/ROOM.md`` describes a room of the package; the reference of its modules replaces the word `MODULES`, from
-the docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of every command with its
-options and `SCENE_KEYS` a list of every key of a scene file. A page
-`notebooks/NAME.md` shows the stored notebook `NAME` with its output. An expression such as
-`{{ amplitudes.counts.locked.of }}` becomes that number of a stored result, see `stored_numbers`. A line
-`PICTURE alt text` in the guide becomes the picture that the preceding command or Python example draws from the shipped
-recordings. Formulas become MathML, which browsers show without a network.
+A page ``api/ROOM.md`` describes a subpackage; its word `MODULES` becomes the reference of the modules, from the
+docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of all commands with their options
+and `SCENE_KEYS` a list of the keys of a scene file. A page `notebooks/NAME.md` contains the stored notebook `NAME` with
+its output. An expression such as `{{ amplitudes.counts.locked.of }}` becomes a number of a stored result, see
+`stored_numbers`. A line `PICTURE alt text` in the guide becomes the picture that the preceding command or Python
+example draws from the shipped recordings. Formulas become MathML, which browsers display without a network.
 """
 
 import argparse
@@ -78,7 +77,7 @@ CONSTANTS = (
 
 
 def stored_numbers() -> dict[str, Any]:
-    """Return the numbers that pages insert: stored results, bundled scenes, constants of modules, each by its name."""
+    """Return the numbers that pages insert, by name: stored results, bundled scenes, constants of modules."""
     from srbval.scene import scene_table
 
     numbers = {name: scene_table(name) for name in ("paper", "rig")}
@@ -101,19 +100,19 @@ myst_substitutions = stored_numbers()
 
 
 def modules_of(room: str) -> list[str]:
-    """List the dotted names of a room's modules, each package before its modules; a room may be a single module."""
+    """List the dotted names of a subpackage's modules, each package before its modules; `room` may be one module."""
     files = [p.relative_to(PACKAGE.parent) for p in (PACKAGE / room).rglob("*.py")] or [Path("srbval", f"{room}.py")]
     return sorted(".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files)
 
 
 def reference(room: str) -> str:
-    """Write the reference of a room's modules; re-exported names are documented where they are defined."""
+    """Write the reference of a subpackage's modules; a re-exported name is documented in its defining module."""
     entry = "## `{0}`\n\n```{{eval-rst}}\n.. automodule:: {0}\n```\n"
     return "\n".join(map(entry.format, modules_of(room)))
 
 
 def offered() -> str:
-    """List the package's public names, each with its first sentence and a link."""
+    """List the package's public names, each with the first sentence of its docstring and a link."""
     rows = []
     for name in srbval.__all__:
         thing = getattr(srbval, name)
@@ -124,7 +123,7 @@ def offered() -> str:
 
 
 def fill_in(_app: Any, page: str, source: list[str]) -> None:
-    """Insert the reference, the notebooks and the pictures of examples into their pages."""
+    """Insert the reference, notebooks and pictures of examples into a page."""
     folder, _, name = page.partition("/")
     if folder in ("api", "guide"):
         makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
@@ -136,7 +135,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """Return the picture `file` that a command with ``--plot`` or Python draws beside the shipped recordings."""
+    """Run a command with ``--plot`` or Python beside the shipped recordings, and return the picture `file` as HTML."""
     import matplotlib
 
     from srbval.cli import run_command_line
@@ -229,7 +228,7 @@ def _type_in_words(takes: Any) -> str:
 
 
 def cell(text: str | None) -> str:
-    """Put text on one line, with table and comment markup escaped."""
+    """Put a text on one line, and escape the markup of tables and comments."""
     return " ".join((text or "").split()).replace("|", "\\|").replace("<", "&lt;")
 
 
@@ -246,7 +245,7 @@ def mathml(formula: str, *, as_block: bool = False) -> str:
 
 
 def formula(translator: Any, node: Any) -> None:
-    """Write a formula as MathML; a displayed one gets its number and a link to it."""
+    """Write a formula as MathML; a displayed formula also gets its number and a link."""
     from docutils.nodes import SkipNode, math_block
 
     block = isinstance(node, math_block)
@@ -261,7 +260,7 @@ def formula(translator: Any, node: Any) -> None:
 
 
 def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
-    """Escape bars in docstrings, which are moduli and never substitutions."""
+    """Escape vertical bars in docstrings: they mean absolute values and never substitutions."""
     lines[:] = [
         "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in LITERAL.split(line))
         for line in lines

@@ -8,12 +8,18 @@ from srbval.diagnosis.fault_verdict import Diagnosis
 from srbval.errors import ConfigurationError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
-from srbval.reading.pipeline import one_signal
-from srbval.recordings import Recording, recording_from_run
+from srbval.recordings import Recording
 from srbval.report.figures import style
 from srbval.report.figures.signals import ORDER_LABEL_POINTS, QUANTITY_NAMES, draw_acceleration, draw_spectrum
 from srbval.report.figures.style import BLUE, extreme_indices, figure_style, legend_above, new_figure, title_panel
-from srbval.report.findings.records import OWN_UNITS, marked_line, peak_amplitude, record_views, spectrum_view
+from srbval.report.findings.records import (
+    OWN_UNITS,
+    load_signal,
+    marked_line,
+    peak_amplitude,
+    record_views,
+    spectrum_view,
+)
 from srbval.report.sections.figures import HEAD_ROOM
 from srbval.report.sections.pair_figures import draw_errors
 from srbval.signal import Spectrum
@@ -46,8 +52,7 @@ def _draw(of: Any, _: Any) -> None:
 
 @_draw.register
 def _signal(of: Recording | Run, axes: Any) -> None:
-    record = recording_from_run(of) if isinstance(of, Run) else of
-    samples = one_signal(record)
+    record, samples = load_signal(of)
     unit, kept = OWN_UNITS.get(record.unit, record.unit), extreme_indices(samples, RECORD_BINS)
     quantity = QUANTITY_NAMES.get(unit, "acceleration") if record.unit in OWN_UNITS else "signal"
     axes.plot(kept / record.fs_hz, samples[kept], color=style.ORIGINS[record.origin][1], lw=0.8)
