@@ -2,9 +2,9 @@
 
 The page "Your own bearing" of the guide describes the file. The bearings known by name are files in `known` and rows of
 `catalogue.csv`, whose columns are the keys of the tables `[elements]` and `[orders]`, a key of `catalogue_sources.csv`,
-and other designations of the same bearing. If a row has both tables, the dimensions count; the orders are the maker's
-rounded ones. A name may also be a printed designation (`designations`), or the numbers themselves, ``elements
-Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
+and other designations of the same bearing. If a row has both tables, the dimensions count; the orders are the maker's,
+rounded. A name may also be a printed designation (`designations`), or numbers: ``elements Z,D,DP,ANGLE`` or ``orders
+BPFO,BPFI,BSF,FTF``.
 """
 
 import dataclasses
@@ -39,16 +39,16 @@ INLINE = {  # what a name may state in place of a file, with the units
 
 @dataclass(frozen=True, kw_only=True)
 class Ratings(Limited):
-    """The table `[ratings]` of a spherical roller bearing's file: ratings of its catalogue."""
+    """Table `[ratings]` of a spherical roller bearing's file: load and speed ratings from the catalogue."""
 
     static_load_n: float = quantity("force", above=0)
     reference_rad_s: float = quantity("speed", above=0)
 
     def minimum_load_n(self, shaft_rad_s: float) -> float:
-        """Least equivalent load at which rollers do not skid, by SKF Rolling bearings, 2018, spherical roller bearings.
+        """Compute the least equivalent load without skidding (SKF Rolling bearings, 2018, spherical roller bearings).
 
-        0.003 C_0 up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above; stated there
-        up to 2 n_r, extrapolated beyond.
+        0.003 C_0 up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above; valid up to 2
+        n_r, extrapolated beyond.
         """
         beyond = max(0.0, shaft_rad_s / self.reference_rad_s - 0.3)
         return 0.003 * self.static_load_n * (1 + 2 * math.sqrt(beyond))
@@ -56,12 +56,12 @@ class Ratings(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Bearing(NotebookObject):
-    """A rolling bearing.
+    """Rolling bearing with its kinematic orders.
 
-    `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
-    simulate, `elements` for others whose dimensions are known; if both are None, `orders` come from the published
-    table in `source`. `ratings`: load and speed of its catalogue, if known. Its lines are looked for up to a
-    mean slip of the cage of `largest_slip`, a share of the cage's speed.
+    `rolling_elements` counts one row. `geometry`: only for spherical roller bearings that the full model can simulate,
+    `elements`: for other bearings with known dimensions; if both are None, `orders` come from the published table in
+    `source`. `ratings`: load and speed from the catalogue, if known. `largest_slip`: largest mean slip of the cage at
+    which its lines are searched, as a share of the cage's speed.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Bearing(NotebookObject):
     ratings: Ratings | None = None
 
     def overload(self, radial_n: float | None, axial_n: float | None) -> str:
-        """Caution about a load [N] above the static rating; empty if the load or the rating is not known."""
+        """Describe a load [N] above the static rating; empty below it, or if the load or the rating is not known."""
         static_n = self.ratings.static_load_n if self.ratings else static_load_n(self.title)
         load_n = max(radial_n or 0.0, axial_n or 0.0)
         if static_n is None or load_n <= static_n:
@@ -86,19 +86,19 @@ class Bearing(NotebookObject):
         )
 
     def summary_table(self) -> tuple[str, dict[str, Any]]:
-        """Orders and source, for a notebook."""
+        """List the orders and the source, for a notebook."""
         about = {"rolling elements of a row": self.rolling_elements, "source": self.source}
         return f"{self.name}: {self.title}", {key.upper(): value for key, value in vars(self.orders).items()} | about
 
     @property
     def pitch_diameter_m(self) -> float | None:
-        """Diameter of the circle on which the rolling elements' centres lie; None if only orders are known."""
+        """Diameter of the circle through the rolling elements' centres; None if only orders are known."""
         if self.geometry is not None:
             return 2 * self.geometry.pitch_radius_m
         return None if self.elements is None else self.elements.pitch_diameter_m
 
     def with_slip(self, largest_pct: float) -> "Bearing":
-        """The bearing with its lines looked for up to this mean slip of the cage [%]; not beyond `MOST_SLIP_PCT`."""
+        """Returns the bearing with another largest mean cage slip [%] for its lines; at most `MOST_SLIP_PCT`."""
         if not 0 < largest_pct <= MOST_SLIP_PCT:
             raise ConfigurationError(
                 f"largest slip of the cage, {largest_pct:g} %: must be positive and at most {MOST_SLIP_PCT:g} %, "
@@ -109,7 +109,7 @@ class Bearing(NotebookObject):
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedOrders(FaultOrders):
-    """The table `[orders]` of a bearing file."""
+    """Table `[orders]` of a bearing file."""
 
     rolling_elements: int
 
@@ -139,7 +139,7 @@ class PublishedOrders(FaultOrders):
 
     @property
     def orders(self) -> FaultOrders:
-        """The orders alone."""
+        """Orders without the number of rolling elements."""
         return FaultOrders(bpfo=self.bpfo, bpfi=self.bpfi, bsf=self.bsf, ftf=self.ftf)
 
 
@@ -155,12 +155,12 @@ class _BearingFile:
 
 
 def known_bearings() -> tuple[str, ...]:
-    """Names of the bearings that ship with the program, sorted."""
+    """List the names of the bearings that come with the program, sorted."""
     return tuple(sorted({*(path.stem for path in (FOLDER / "known").glob("*.toml")), *catalogue_rows()}))
 
 
 def find_bearings(text: str) -> tuple[Bearing, ...]:
-    """Known bearings that `text` designates, or with each of its words in name, title or source; all for no text."""
+    """Find known bearings by designation, or by words that name, title or source contain; all for an empty text."""
     if designated := _match_designation(text):
         return tuple(map(load_bearing, designated))
     found = (load_bearing(name) for name in known_bearings())
@@ -169,10 +169,10 @@ def find_bearings(text: str) -> tuple[Bearing, ...]:
 
 
 def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
-    """Load a bearing by name (see `known_bearings`) or from a TOML file; a bearing itself is returned as it is.
+    """Load a bearing by name (see `known_bearings`) or from a TOML file; a `Bearing` is returned unchanged.
 
-    A name may also be a designation as it is printed on ring and box; the title says then whose dimensions are taken.
-    The file may be a machine's, with the bearing's tables below `[bearing]`.
+    A name may also be a designation as printed on ring and box; the title then names the bearing whose dimensions are
+    used. The file may describe a machine, with the bearing's tables below `[bearing]`.
 
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
@@ -193,7 +193,7 @@ def _read_bearing_file(path: Path, content: bytes) -> Bearing:
 
 @cache
 def _find_bearing(text: str) -> Bearing:
-    """The bearing that a name, a designation or numbers mean: a campaign asks for it ten times a case."""
+    """Find a bearing by name, designation or numbers; cached, because a campaign does so ten times per case."""
     if text.partition(" ")[0] in INLINE:
         return bearing_from_table(_parse_inline(text), text)
     if text in catalogue_rows():
@@ -211,7 +211,7 @@ def _find_bearing(text: str) -> Bearing:
 
 @cache
 def _printed_names() -> tuple[tuple[str, Designation], ...]:
-    """Names of the known bearings with their designations: that in the title, and the others that a row states."""
+    """List the known names with each printed designation: from the title, and the others in the catalogue's row."""
     files = ((path.stem, read_toml(path)["title"], "") for path in (FOLDER / "known").glob("*.toml"))
     rows = ((row["name"], row["title"], row["also"] or "") for row in read_table("catalogue.csv"))
     found = (
@@ -223,7 +223,7 @@ def _printed_names() -> tuple[tuple[str, Designation], ...]:
 
 
 def _match_designation(text: str) -> list[str]:
-    """Names of the known bearings that a printed designation names: of its maker first, then as the table has them."""
+    """Find the names of known bearings with a printed designation, first of the same maker, then in catalogue order."""
     printed = read_designation(text)
     for alike in printed.alike if printed else ():
         found = [(one.maker, name) for name, one in _printed_names() if one[1:] == alike]
@@ -234,7 +234,7 @@ def _match_designation(text: str) -> list[str]:
 
 
 def _nearest_known(text: str) -> str:
-    """Suggestion for a bearing that is not known: those of the same size, or the name that is spelt most alike."""
+    """Suggest, for an unknown bearing, known bearings of the same size, or the name with the most similar spelling."""
     printed = read_designation(text)
     if printed is None:
         close = None if any(c.isdigit() for c in text) else closest_word(text, known_bearings())
@@ -245,7 +245,7 @@ def _nearest_known(text: str) -> str:
 
 
 def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> Bearing:
-    """A bearing from the content of a file, `where` (its name); `ConfigurationError` for impossible values."""
+    """Build a bearing from the content of the file `where`; raises `ConfigurationError` for impossible values."""
     file = build(_BearingFile, table, where or name)
     given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
     if len(given) != 1:
@@ -258,7 +258,7 @@ def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> 
 
 
 def _parse_inline(text: str) -> Mapping[str, Any]:
-    """The table that a file of this bearing would hold, from ``elements Z,D,DP,ANGLE`` or the orders."""
+    """Convert ``elements Z,D,DP,ANGLE`` or ``orders ...`` to the table of a bearing file."""
     kind, _, numbers = text.partition(" ")
     units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
     try:
@@ -286,9 +286,9 @@ def _parse_inline(text: str) -> Mapping[str, Any]:
 
 
 def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFrequencies:
-    """Kinematic fault frequencies of a bearing, or of one by its name or file, at a shaft speed [rpm].
+    """Compute the kinematic fault frequencies of a bearing (or its name or file) at a shaft speed [rpm].
 
-    Raises what `load_bearing` raises, and `ConfigurationError` for a speed that is no positive number.
+    Raises the errors of `load_bearing`, and `ConfigurationError` for a speed that is no positive number.
     """
     if not (math.isfinite(rpm) and rpm > 0):
         raise ConfigurationError(f"shaft speed {rpm} rpm must be a positive number.")
@@ -297,7 +297,7 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 
 @cache
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
-    """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
+    """Read the catalogue; each row, by name, as the table of a bearing file."""
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
     return {row["name"]: _read_catalogue_row(row, sources) for row in read_table("catalogue.csv")}
 

@@ -17,16 +17,14 @@ MIN_ROLLER_SHARE = 0.85  # of the printed diameter: that share less, and the pla
 
 @dataclass(frozen=True, kw_only=True)
 class SphericalRollerGeometry(Limited):
-    """Table 1 of the paper, in SI, and what follows from it.
+    """Dimensions of Table 1 of the paper in SI units, and derived quantities.
 
-    The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of
-    an inner raceway is an arc of the same radius about the circle of centres (`inner_centre_radial_m`,
-    `inner_centre_axial_m`). `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only
-    as a radius does it give the printed fault frequencies. The barrel rollers carry the raceway's own
-    profile radius: the paper models no difference in curvature. Only the slices model knows one:
-    `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's; the
-    outer raceway's stays as it is, the inner arc's centre moves along the contact normal. Two geometries
-    of the same Table 1 are equal.
+    The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of an inner raceway
+    is an arc of the same radius about the circle of centres (`inner_centre_radial_m`, `inner_centre_axial_m`).
+    `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only as a radius does it give the printed fault
+    frequencies. The paper's rollers have the raceway's profile radius. Only the slices model uses a difference:
+    `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's; the outer raceway does
+    not change, the inner arc's centre moves along the contact normal. Two geometries of the same Table 1 are equal.
     """
 
     raceway_radius_m: float = quantity("length", above=0)
@@ -104,11 +102,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def zero_play_diameter_m(self) -> float:
-        """Roller diameter that leaves no play between both raceways [m].
-
-        Gap between roller centre and outer raceway plus the same to the inner one along the contact
-        normal; a play of zero means this diameter.
-        """
+        """Roller diameter without play between both raceways [m]: sum of both gaps along the contact normal."""
         distance = self.roller_centre_distance_m
         centre = math.hypot(
             self.inner_centre_radial_m - self.pitch_radius_m,
@@ -117,7 +111,7 @@ class SphericalRollerGeometry(Limited):
         return (self.raceway_radius_m - distance) + (self.raceway_radius_m - centre)
 
     def outer_ring_mass_kg(self, density_kg_m3: float) -> float:
-        """Mass of the outer ring: a cylinder of the outer diameter less the sphere of the raceway [kg].
+        """Compute the mass of the outer ring: a cylinder of the outer diameter less the sphere of the raceway [kg].
 
         V = pi int (R_o^2 - (R_x^2 - z^2)) dz over the width; the lubrication groove is ignored.
         """

@@ -1,4 +1,4 @@
-"""Rolling elements of a bearing, its localized faults and their orders: pure rolling, outer ring at rest."""
+"""Rolling elements of a bearing, localized faults and their orders: pure rolling, stationary outer ring."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ MOST_ROWS = 4
 
 @dataclass(frozen=True, kw_only=True)
 class FaultOrders(Limited):
-    """Fault lines per shaft revolution, dimensionless.
+    """Frequencies of the fault lines per shaft revolution, dimensionless.
 
-    `bsf` is the rolling element's spin relative to the cage; a defect on it meets a race twice per
-    spin, so its line is ``2xBSF``. `bpfo` + `bpfi` is the number of rolling elements of a row.
+    `bsf` is the rolling element's spin relative to the cage; a defect on it meets a race twice per spin, so its line is
+    ``2xBSF``. `bpfo` + `bpfi` is the number of rolling elements of a row.
     """
 
     bpfo: float = limited(above=0, most=MAX_ORDER)
@@ -30,7 +30,7 @@ class FaultOrders(Limited):
     def from_dimensions(
         cls, rolling_elements: int, element_diameter_m: float, pitch_diameter_m: float, contact_angle_rad: float
     ) -> FaultOrders:
-        """Orders from the geometry (Randall, Vibration-based Condition Monitoring, 2011, sect. 2.2.3).
+        """Compute the orders from the dimensions (Randall, Vibration-based Condition Monitoring, 2011, sect. 2.2.3).
 
         ``rolling_elements`` counts one row. Assumes no slip and a stationary outer ring.
         """
@@ -54,7 +54,7 @@ class FaultOrders(Limited):
         )
 
     def at(self, shaft_hz: float) -> FaultFrequencies:
-        """Frequencies at a shaft speed of `shaft_hz` [Hz]."""
+        """Compute the frequencies at a shaft speed of `shaft_hz` [Hz]."""
         lines = {f"{name}_hz": order * shaft_hz for name, order in vars(self).items()}
         return FaultFrequencies(shaft_hz=shaft_hz, **lines)
 
@@ -71,7 +71,7 @@ class FaultFrequencies:
 
 
 class ElementShape(enum.StrEnum):
-    """A ball touches its races in an ellipse, a roller along its length."""
+    """Shape of a rolling element: a ball touches its races in an ellipse, a roller along its length."""
 
     BALL = "ball"
     ROLLER = "roller"
@@ -79,11 +79,11 @@ class ElementShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RollingElements(Limited):
-    """Number in one row, diameters and contact angle; the others matter for contacts alone, and have usual values.
+    """Number in one row, diameters and contact angle; the other values matter only for contacts and have defaults.
 
-    `outer_groove`, `inner_groove`: radius of the groove in which a ball runs over the ball's diameter (0.515 to 0.53
-    are usual; quoted from memory, not checked). `length_m`: of a roller's contact, without it as long as the roller is
-    thick. All `rows` are alike, in phase, and share the load evenly.
+    `outer_groove`, `inner_groove`: radius of the groove in which a ball runs, over the ball's diameter (0.515 to 0.53
+    are usual; quoted from memory, not checked). `length_m`: of a roller's contact; None for the roller's diameter. All
+    `rows` are alike, in phase, and share the load evenly.
     """
 
     rolling_elements: int = limited(least=1)
@@ -123,8 +123,8 @@ class Fault(enum.StrEnum):
     """Health state of a bearing: healthy, or the part that carries a localized defect.
 
     `line` names the fault's line in the envelope spectrum and `sidebands` the spacing of the sidebands about it
-    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485), None if there are none; `code` is the short form
-    used in tables and in file names of the paper's rig, `label` the part in words. ``Fault("none")`` is `HEALTHY`,
+    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485), None if there are none; `code` is the short form in
+    tables and in file names of the paper's rig, `label` the part in words. ``Fault("none")`` is `HEALTHY`,
     ``Fault("ball")`` is `ROLLER`.
     """
 
@@ -136,7 +136,7 @@ class Fault(enum.StrEnum):
     def __new__(
         cls, value: str, line: str | None = None, sidebands: str | None = None, code: str = "", label: str = ""
     ) -> Fault:
-        """One member with its properties; ``Fault("outer")`` is a look-up and needs the value only."""
+        """Create a member with its properties; ``Fault("outer")`` is a look-up and needs only the value."""
         member = str.__new__(cls, value)
         member._value_ = value
         member.line, member.sidebands, member.code, member.label = line, sidebands, code, label
@@ -153,26 +153,26 @@ class Fault(enum.StrEnum):
 
     @classmethod
     def of_line(cls, line: str) -> Fault | None:
-        """The fault that a line points to, None for lines of no fault (``FTF``)."""
+        """Find the fault that a line indicates; None for lines of no fault (``FTF``)."""
         return next((fault for fault in DEFECTS if fault.line == line), None)
 
     @property
     def scene_word(self) -> str:
-        """The word of scene files: ``none`` for a healthy bearing, else the value."""
+        """Word in scene files: ``none`` for a healthy bearing, otherwise the value."""
         return _SCENE_NONE if self is Fault.HEALTHY else self.value
 
     def line_order(self, orders: FaultOrders) -> float:
-        """Kinematic order of the line, per shaft revolution; `KeyError` for a healthy bearing, which has none."""
+        """Look up the line's kinematic order, per shaft revolution; raises `KeyError` for a healthy bearing."""
         return {Fault.OUTER: orders.bpfo, Fault.INNER: orders.bpfi, Fault.ROLLER: 2 * orders.bsf}[self]
 
     def sideband_order(self, orders: FaultOrders) -> float:
-        """Spacing of the sidebands in orders: how often the defect passes through the load zone; 0 without any."""
+        """Look up the sidebands' spacing as an order: passages of the load zone per shaft revolution; 0 for none."""
         return {Fault.INNER: 1.0, Fault.ROLLER: orders.ftf}.get(self, 0.0)
 
     def passing_order(self, rolling_elements: int, cage_ratio: float) -> float | None:
-        """Rolling elements that pass a defect per shaft revolution, from the cage's speed over the shaft's.
+        """Compute how many rolling elements pass a defect per shaft revolution, from cage speed over shaft speed.
 
-        That is the line's order with slip; None if the defect is on no race.
+        This is the line's order with slip; None if the defect is on no race.
         """
         ratio = {Fault.OUTER: cage_ratio, Fault.INNER: 1 - cage_ratio}.get(self)
         return None if ratio is None else rolling_elements * ratio

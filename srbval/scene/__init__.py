@@ -1,4 +1,4 @@
-"""What is to be run and what is asked of it: speed, loads, defect, duration, model, solver."""
+"""Scenes: all inputs of a simulation, from speed, loads and defects to model and solver."""
 
 from srbval.scene.oil import Oil
 from srbval.scene.parts import Contact, Defect, DefectShape, LoadPath, RollerFit, SpeedProfile, Traction

@@ -1,4 +1,4 @@
-"""The oil of a scene: viscosity by class and temperature, and what film, traction and drag need beside it."""
+"""Oil of a scene: viscosity by class and temperature, and the constants of film, traction and drag."""
 
 import math
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ ROELANDS_PA, ROELANDS_LOG = 1.96e8, 9.67  # pole pressure, and less the logarith
 
 @dataclass(frozen=True, kw_only=True)
 class Oil(Limited):
-    """The table `[oil]`, for the model slices; `scene/oil.toml` has its defaults, with the sources.
+    """Table `[oil]` of a scene, for the model slices; ``scene/oil.toml`` contains the defaults and their sources.
 
     Kinematic viscosity: a mineral oil of class `iso_vg` (ISO 3448; 32 to 460) and viscosity index 95, or
     `viscosity_40_mm2_s` and `viscosity_100_mm2_s`; at `temperature_c` by ASTM D341. `roughness_m`: RMS, of both
-    surfaces together. `fill`: share of oil in the bearing's free space, through which rollers move with the
-    `drag_coefficient`. Without `rolling_resistance` rolling costs nothing; `fill` and `pocket_friction` may be 0.
+    surfaces together. `fill`: share of oil in the bearing's free space, in which rollers move with the
+    `drag_coefficient`. Without `rolling_resistance` rolling is free of loss; `fill` and `pocket_friction` may be 0.
     """
 
     iso_vg: int | None = None
@@ -70,33 +70,33 @@ class Oil(Limited):
 
     @property
     def walther_slope(self) -> float:
-        """B in log log (nu + 0.7) = A - B log T (ASTM D341), decimal logarithms, T in K."""
+        """Slope B in log log (nu + 0.7) = A - B log T (ASTM D341), decimal logarithms, T in K."""
         at_40, at_100 = (math.log10(math.log10(point + WALTHER)) for point in self.points_mm2_s)
         return (at_40 - at_100) / math.log10((100 + KELVIN) / (40 + KELVIN))
 
     def kinematic_mm2_s(self) -> float:
-        """Kinematic viscosity at the scene's temperature."""
+        """Compute the kinematic viscosity at the scene's temperature."""
         ratio = math.log10((40 + KELVIN) / (self.temperature_c + KELVIN))
         double = math.log10(math.log10(self.points_mm2_s[0] + WALTHER)) + self.walther_slope * ratio
         return float(10**10**double - WALTHER)
 
     @property
     def viscosity_pa_s(self) -> float:
-        """Dynamic viscosity at the scene's temperature and no pressure [Pa s]."""
+        """Dynamic viscosity at the scene's temperature and ambient pressure [Pa s]."""
         return self.kinematic_mm2_s() * 1e-6 * self.density_kg_m3
 
     @property
     def thinning_1_k(self) -> float:
-        """Relative fall of the viscosity per degree [1/K], the derivative of ASTM D341."""
+        """Relative decrease of the viscosity per degree [1/K], the derivative of ASTM D341."""
         thick = self.kinematic_mm2_s() + WALTHER
         share = thick * math.log(thick) / self.kinematic_mm2_s()
         return self.walther_slope * share / (self.temperature_c + KELVIN)
 
     def log_thickening(self, pressure_pa: float) -> float:
-        """Logarithm of the viscosity under pressure over the one without pressure: C. Roelands 1966, on page "Oil".
+        """Compute ln(viscosity under pressure / viscosity without pressure) by C. Roelands 1966, see page "Oil".
 
         As in Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the
-        same constants in Stachowiak & Batchelor); z gives the pressure-viscosity coefficient without pressure.
+        same constants in Stachowiak & Batchelor); z follows from the pressure-viscosity coefficient without pressure.
         """
         scale = math.log(self.viscosity_pa_s) + ROELANDS_LOG
         exponent = self.pressure_viscosity_1_pa * ROELANDS_PA / scale
@@ -105,6 +105,6 @@ class Oil(Limited):
 
 @cache
 def viscosities_100_mm2_s() -> dict[int, float]:
-    """Kinematic viscosity at 100 degrees C by class of ISO 3448, of ``oil.toml``."""
+    """Read the kinematic viscosity at 100 degrees C of each class of ISO 3448 from ``oil.toml``."""
     table = read_toml(Path(__file__).with_name("oil.toml"))["viscosity_100_mm2_s"]
     return {int(key): float(value) for key, value in table.items()}

@@ -1,4 +1,4 @@
-"""The parts of a scene: housing, masses, contact, load, defects; speed and load over time as tables."""
+"""Parts of a scene: housing, masses, contact, load, defects, and tables of speed and load over time."""
 
 import enum
 import itertools
@@ -23,8 +23,8 @@ CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may
 class Housing(Limited):
     """Housing: point mass on the outer ring, spring and damper to ground in all three directions.
 
-    Spring and damper of the paper belong to the load path `housing`. With the path `bearing` a scene file states its
-    own damper, for the power that the structure around the ring takes, or has none.
+    The paper's spring and damper belong to the load path `housing`. With the path `bearing` a scene file may state a
+    damper, for the power that the structure around the ring absorbs.
     """
 
     mass_kg: float = quantity("mass", least=0)
@@ -36,11 +36,11 @@ class Housing(Limited):
 class Bodies(Limited):
     """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` of all `cages` (not in the paper).
 
-    Two cages, one for each row, turn independently and tilt together. `row_stagger`: angle of row 2 against row 1 in
-    the cage, in pitches of its rollers; 1 equals 0. `pocket_offset_m`: largest distance along the pitch circle of a
-    roller from the middle of its slot, as pockets of different clearance allow; each slot's own is drawn evenly with
-    the scene's seed. Models that tell rows apart know these three (full, line, slices). `free_rollers` tilt and slide
-    along their axes, in the model slices; other rollers are held against both.
+    Two cages, one for each row, turn independently and tilt together. `row_stagger`: angle between row 2 and row 1 in
+    the cage, in pitches of the rollers; 1 equals 0. `pocket_offset_m`: largest distance along the pitch circle of a
+    roller from the middle of its slot, due to pocket clearance; each slot's offset is drawn evenly with the scene's
+    seed. Only models that distinguish the rows use these three values (full, line, slices). `free_rollers` tilt and
+    slide along their axes, in the model slices; other rollers do neither.
     """
 
     density_kg_m3: float = quantity("density", above=0)
@@ -62,8 +62,8 @@ class RollerFit(enum.StrEnum):
 class Contact(Limited):
     """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
 
-    `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` is part of the stiffness.
-    `radial_play_m` is the gap between the raceways at a roller less the roller's diameter.
+    `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` affects the stiffness. `radial_play_m` is
+    the gap between the raceways at a roller less the roller's diameter.
     """
 
     stiffness_n_m: float = quantity("stiffness", above=0)
@@ -86,10 +86,7 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """Law of friction: over the slip's speed (dry, eq. 19), or over its share of the rolling speed (lubricated).
-
-    Film: as the film of the scene's oil shears, see `srbval.models.film`.
-    """
+    """Friction law over slip speed (dry, eq. 19), over slip per rolling speed (lubricated), or of the oil film."""
 
     DRY = "dry"
     LUBRICATED = "lubricated"
@@ -98,12 +95,12 @@ class Traction(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class LineContact(Limited):
-    """Contact of a roller and a race along the roller, for the slices model alone.
+    """Contact of a roller and a race along the roller, for the slices model only.
 
-    `slices`: number of parts; `damping_s`: time constant of the damper on the slope of the force. With lubricated
+    `slices`: number of parts; `damping_s`: time constant of the damper, times the contact's stiffness. With lubricated
     `traction` the coefficient of friction rises by `traction_slope` over the slide-to-roll ratio up to
-    `traction_limit`; with dry traction `Contact` states the friction. `outer_osculation` and `inner_osculation`: see
-    `SphericalRollerGeometry`; the bearing's own if None.
+    `traction_limit`; with dry traction `Contact` contains the friction. `outer_osculation` and `inner_osculation`: see
+    `SphericalRollerGeometry`; None for the bearing's values.
     """
 
     slices: int = limited(least=3, most=201)
@@ -116,7 +113,7 @@ class LineContact(Limited):
 
 
 class LoadPath(enum.StrEnum):
-    """Support of the ring: housing spring and damper beside the rollers, or the rollers alone."""
+    """Support of the ring: the housing's spring and damper beside the rollers, or the rollers alone."""
 
     HOUSING = "housing"
     BEARING = "bearing"
@@ -126,7 +123,7 @@ class LoadPath(enum.StrEnum):
 class Load(Limited):
     """External force on the outer ring: `radial_n` along `direction_rad` in the x-y plane, `axial_n` along z.
 
-    The load zone lies opposite to the direction of the force. `gravity` adds the weight of rollers, outer ring and
+    The load zone is opposite to the direction of the force. `gravity` adds the weight of rollers, outer ring and
     housing mass, along -y; the paper does not mention it.
     """
 
@@ -143,7 +140,7 @@ class Load(Limited):
 
 
 class DefectShape(enum.StrEnum):
-    """Flat: one height all over. Cosine: a raised cosine along the rolling direction. Hole: round, seen from above."""
+    """Flat: the same height everywhere. Cosine: a raised cosine along the rolling direction. Hole: round from above."""
 
     FLAT = "flat"
     COSINE = "cosine"
@@ -152,19 +149,19 @@ class DefectShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Defect(Limited):
-    """A localized defect on one circle of a raceway, or on one roller where that circle runs.
+    """Localized defect on one circle of a raceway, or on one roller along that circle.
 
-    Positive heights are bumps towards the other surface (the paper), negative ones pits. Without `extent_m` the defect
-    is the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in the
-    rolling direction with the given `shape`, and `refinement` times as many points, each with that much less of the
+    Positive heights are bumps towards the other surface (the paper), negative heights pits. Without `extent_m` the
+    defect is the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in
+    the rolling direction with the given `shape`; `refinement` times as many points, each with proportionally less
     stiffness, may replace the race's points there. `angle_rad`: angle of the defect's middle at time zero, on a race
-    from the middle of the load zone, on a roller from its slot's outward direction about its own axis. `row` is 1 (+z)
-    or 2, `circle` 1 to 3; `roller` counts from 1, for a roller's defect.
+    from the middle of the load zone, on a roller about its axis from its slot's outward direction. `row` is 1 (+z) or
+    2, `circle` 1 to 3; `roller` counts from 1, for a roller's defect.
 
-    The slices model knows the true shape: a `hole` is `extent_m` across, any other is `width_m` wide along the roller
-    (if None, the share of a circle) with ramps of `ramp_m` at both ends along the race, and lies `axial_m` from the
-    roller's middle, outwards (if None, on the circle). Models of circles treat a hole as a flat defect and ignore
-    width, ramps and `axial_m`.
+    The slices model uses the true shape: a `hole` is `extent_m` across, any other shape is `width_m` wide along the
+    roller (if None, the share of a circle) with ramps of `ramp_m` at both ends along the race, `axial_m` outwards from
+    the roller's middle (if None, on the circle). Models of circles treat a hole as a flat defect and ignore width,
+    ramps and `axial_m`.
     """
 
     kind: Fault
@@ -198,7 +195,7 @@ class Defect(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class _Profile(Limited):
-    """A table over `time_s`, two or more entries that rise; between two of them values change linearly."""
+    """Table over `time_s` with two or more rising times; values between two times are linear."""
 
     time_s: tuple[float, ...] = quantity("time")
 
@@ -218,7 +215,7 @@ class _Profile(Limited):
         return type(self).__name__.removesuffix("Profile").lower()
 
     def check_covers(self, duration_s: float) -> None:
-        """Refuse a table that does not cover the recorded time."""
+        """Raises `ConfigurationError` if the table does not cover the recorded time."""
         first, last = self.time_s[0], self.time_s[-1]
         if first > 0 or last < duration_s * (1 - 1e-9):
             raise ConfigurationError(
@@ -227,7 +224,7 @@ class _Profile(Limited):
             )
 
     def mean(self, values: Sequence[float], duration_s: float) -> float:
-        """Mean of one of its columns from 0 to `duration_s`."""
+        """Compute the mean of a column's `values` from 0 to `duration_s`."""
         inside = [t for t in self.time_s if 0 < t < duration_s]
         times = np.array([0.0, *inside, duration_s])
         return float(np.trapezoid(np.interp(times, self.time_s, values), times) / duration_s)

@@ -1,4 +1,4 @@
-"""Scenes from TOML: the paper's scene, with the rig's, a user's file or options laid over it.
+"""Scenes from TOML: the paper's scene, changed by the rig's scene, a user's file or options.
 
 Uncertain values of the scene `rig` are ranges with their sources, from `rig_inputs.toml`.
 """
@@ -40,24 +40,24 @@ WITHOUT_DIMENSIONS = {"model": "impulse"}
 
 
 def paper_scene(**changes: Any) -> Scene:
-    """The paper's scene (Table 4, 710 rpm, 124.8 kN), with `changes` laid over it.
+    """Build the paper's scene (Table 4, 710 rpm, 124.8 kN) with `changes`.
 
     `changes` are top-level keys of a scene file, e.g. ``duration="2 s"``, ``defect={"kind": "outer"}``, or in short
-    ``defect="outer"``. For another `bearing` all other values go with its size, see `for_bearing`.
+    ``defect="outer"``. For another `bearing` all other values scale with its size, see `for_bearing`.
     """
     return _scene(_spelled_out(changes), "scene")
 
 
 def _spelled_out(changes: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Changes in which the kind of a defect stands in its table."""
+    """Write a defect that is given by its kind alone as a table."""
     kind = changes.get("defect")
     return {**changes, "defect": {"kind": kind}} if isinstance(kind, str) else changes
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Read a scene by name, one of `BUNDLED`, or a file: one with an ending such as ``.toml`` or a folder before it.
+    """Read a scene: a name in `BUNDLED`, or a file, recognised by a suffix such as ``.toml`` or a folder before it.
 
-    Missing keys keep the paper's value; `changes` overrule the file. Raises `DataError` for a missing file,
+    Missing keys keep the paper's value; `changes` override the file. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
     """
     given = scene_table(path)
@@ -68,7 +68,7 @@ def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Sc
 
 
 def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]:
-    """The table of a bundled scene or a file, from `folder` on, as `load_scene` reads it; read only."""
+    """Read the table of a bundled scene or of a file in `folder`, as `load_scene` does; read-only."""
     return _named_table("scene", str(scene), {name: name for name in BUNDLED}, folder)
 
 
@@ -86,13 +86,13 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
 
 @cache
 def bundled_table(name: str) -> Mapping[str, Any]:
-    """A TOML file of this folder, laid over another one if `BASE_SCENES` states it; read only."""
+    """Read a TOML file of this folder, merged over its scene in `BASE_SCENES` if there is one; read-only."""
     table = read_toml(Path(__file__).with_name(f"{name}.toml"))
     return merge(bundled_table(BASE_SCENES[name]), table) if name in BASE_SCENES else table
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay table `over` on `base`, tables within tables; a quantity's two spellings replace each other."""
+    """Merge table `over` into `base`, tables within tables; the two spellings of a quantity replace each other."""
     merged = dict(base)
     for key, value in over.items():
         for suffix in SI_SUFFIX.values():
@@ -105,12 +105,12 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> Mapping[str, Any]:
-    """The table `base`, written for the default bearing, with the values of a bearing of another size.
+    """Scale the table `base`, written for the default bearing, to the bearing `name`.
 
-    Load, contact, housing, masses, defect and step go with its pitch diameter, and nothing carries the load past it
-    (see `for_size`) unless the load `path` states otherwise. A bearing known by its orders alone has no size and
-    changes only the model. A bearing of the same geometry changes nothing; with the path ``bearing`` it loses its
-    support. Raises the errors of `load_bearing`.
+    Load, contact, housing, masses, defect and step scale with its pitch diameter (see `for_size`), and the rollers
+    carry the whole load unless the load `path` states otherwise. A bearing known only by its orders has no size: only
+    the model changes. A bearing of the same geometry changes nothing; with the path ``bearing`` its support is removed.
+    Raises the errors of `load_bearing`.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
@@ -125,7 +125,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
 
 
 def size_of(bearing: Bearing) -> float | None:
-    """Pitch diameter over that of the default bearing, for which the bundled scenes were written; None without one."""
+    """Compute the pitch diameter relative to the default bearing, for which the bundled scenes are; None if unknown."""
     own, usual = bearing.pitch_diameter_m, load_bearing(DEFAULT_BEARING).pitch_diameter_m
     return None if own is None or usual is None else own / usual
 
@@ -133,9 +133,9 @@ def size_of(bearing: Bearing) -> float | None:
 def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
     """Scale the values of `base` to a bearing `size` times as large at the same shaft speed, see `SIZE_POWERS`.
 
-    Times of elastic bodies, and with them the step, go with the size; stresses and the friction law's velocity stay
-    (dimensional analysis with the same materials; Bridgman 1922). The housing of a bearing that is not `spherical` has
-    the damping `DAMPING_RATIO`.
+    Returns changes of a scene's table, in SI. Times of elastic bodies, and so the step, scale with the size; stresses
+    and the friction law's velocity do not change (dimensional analysis with the same materials; Bridgman 1922). The
+    housing of a bearing that is not `spherical` has the damping ratio `DAMPING_RATIO`.
     """
     table: dict[str, Any] = {part: {} for part in ("load", "contact", "housing", "bodies", "defect")}
     for part, changes in table.items():
@@ -172,24 +172,24 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
 
 
 def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
-    """The table, its oil (if it has one) with all values that it does not state."""
+    """Add the default oil values that the table does not state, if it has an oil."""
     oil = table.get("oil")
     return {**table, "oil": merge(bundled_table("oil")["defaults"], oil)} if isinstance(oil, Mapping) else {**table}
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A defect on a roller without an extent is as wide as the rig's drill."""
+    """Set the extent of a defect on a roller to the diameter of the rig's drill, if it has none."""
     without = defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect)
     return {**defect, "extent": DRILL} if without else defect
 
 
 @dataclass(frozen=True, kw_only=True)
 class RigInput:
-    """An uncertain value of the scene `rig`, from `low` to `high`, in `unit` as a scene file writes it.
+    """Uncertain value of the scene `rig`, from `low` to `high`, in `unit` as in a scene file.
 
     `key`: dotted path in a scene file; `points`: number of evenly spaced values that a study tries. `high_from`: key of
-    an earlier input whose value ends the range and is the nominal value: inner osculations taken from the outer ones
-    belong to one roller.
+    an earlier input whose value is the upper end and the nominal value: an inner osculation depends on the outer one,
+    because both belong to one roller.
     """
 
     key: str
@@ -211,30 +211,27 @@ class RigInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """The values to try, from the lowest to the highest, as shares of the range."""
+        """Values to try, from the lowest to the highest, as shares of the range."""
         return tuple(i / (self.points - 1) for i in range(self.points))
 
     @property
     def nominal_share(self) -> float:
-        """Place of the scene's value in the range, as a share."""
+        """Nominal value as a share of the range."""
         return 1.0 if self.high_from else (self.nominal - self.low) / (self.high - self.low)
 
     def changes(self, value: float) -> dict[str, Any]:
-        """Changes that give a scene this value, for `load_scene`."""
+        """Write changes, for `load_scene`, that give a scene this value."""
         return nest_value(self.key, f"{value!r} {self.unit}" if self.unit else value)
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """All of a kind: ``input``, ``oil`` of `rig-oil`, or ``position`` of a record's hole (no effect on the cage)."""
+    """List inputs of a kind: ``input``, ``oil`` (of `rig-oil`), ``position`` (of a record's hole; not of the cage)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Changes of a scene, for `load_scene`, that give each input the value at its share of the range.
-
-    An input of two points takes an end.
-    """
+    """Write scene changes that set each input to its share of the range; an input of two points gets an end."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):
@@ -245,7 +242,7 @@ def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str,
 
 
 def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float]]:
-    """Shares of the ranges of so many inputs at once: ``2**power`` points of a scrambled Sobol sequence."""
+    """Draw ``2**power`` points of a scrambled Sobol sequence: shares of the ranges of all inputs."""
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))
@@ -253,5 +250,5 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
 
 
 def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
-    """Changes of all inputs at once, see `sobol` and `changes_at`."""
+    """Draw changes of all inputs at once, see `sobol` and `changes_at`."""
     return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]

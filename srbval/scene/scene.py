@@ -1,6 +1,7 @@
-"""A scene: everything that a run of a model depends on, in SI, frozen.
+"""Scene: all values on which a run of a model depends, in SI units, frozen.
 
-Values have no defaults here: they come from `paper.toml` (the paper's Tables 4 and 5), and a user's file is laid over.
+Values have no defaults here: they come from `paper.toml` (the paper's Tables 4 and 5), and a user's file overrides
+them.
 """
 
 import math
@@ -31,21 +32,21 @@ class SolverSettings(Limited):
 
 
 def describe_step(steps_per_s: float) -> str:
-    """A step as a fraction of a second and as `step_s` takes it, to within `STEP_TOLERANCE`."""
+    """Format a step as a fraction of a second, and as a number for `step_s` that is within `STEP_TOLERANCE`."""
     return f"1/{steps_per_s:.10g} s ({1 / steps_per_s:.8g})"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scene(Limited):
-    """One case: a bearing at a speed under a load, with or without a defect, and how it is simulated.
+    """One case: a bearing at a speed under a load, with or without a defect, and its simulation settings.
 
     `settle_s` is simulated first and not recorded. `output_rate_hz`: rate of the recorded signals; an output interval
     must be a whole number of solver steps. `detail_rate_hz`: rate of the detailed outputs (spins, contact loads), 0 for
-    none. A profile replaces the constant speed or load and must cover the recorded time; before it its first value
-    holds. `slip_jitter`: random part of the spacing of two passages of a defect, relative, in models whose slip is
-    random; `cage_slip`: lag of the cage behind pure rolling, relative, in models that prescribe its speed.
-    `sensor_path`: structure between ring and sensor, None for none; no motion depends on it. `surface`: waves of races
-    and rollers, None for perfectly round ones. `oil`: None if rolling, drag and the cage's pockets cost nothing.
+    none. A profile replaces the constant speed or load and must cover the recorded time; before it, its first value
+    applies. `slip_jitter`: random part of the spacing of two passages of a defect, relative, in models with random
+    slip; `cage_slip`: lag of the cage behind pure rolling, relative, in models that prescribe its speed. `sensor_path`:
+    structure between ring and sensor, None for none; no motion depends on it. `surface`: waves of races and rollers,
+    None for perfectly round ones. `oil`: None if rolling, drag and the cage's pockets are free of loss.
     """
 
     bearing: str
@@ -126,7 +127,7 @@ class Scene(Limited):
 
     @property
     def defects(self) -> tuple[Defect, ...]:
-        """All defects that are there."""
+        """Defects of the scene; empty for a healthy bearing."""
         return tuple(d for d in (self.defect, *self.further_defects) if d.kind is not Fault.HEALTHY)
 
     @property

@@ -1,4 +1,4 @@
-"""The structure between outer ring and sensor: gains per third octave along the load and across it, as data.
+"""Structure between outer ring and sensor: gains per third octave along the load and across it, as data.
 
 The equation is on the page "The path to the sensor" of the theory.
 """
@@ -22,7 +22,7 @@ MAX_BAND_GAP = 1e-3  # relative: as near as the middle of one band must be to th
 class SensorPath(Limited):
     """Gains `load` and `cross` in adjoining third octaves with the middles `frequency_hz`, all [n], and their `source`.
 
-    `u_db`: standard deviation of both gains of each band [n]; `cross_u_db`: standard deviation of the ratio of cross to
+    `u_db`: standard deviation of both gains in each band [n]; `cross_u_db`: standard deviation of the ratio of cross to
     load, the same in all bands; empty and zero if unknown. `used`: names of the fitted records, on which no verdict may
     rest.
     """
@@ -61,7 +61,7 @@ class SensorPath(Limited):
         return self.frequency_hz[-1] * HALF_THIRD_OCTAVE
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
-        """Factors of the parts along the load and across it at these frequencies [n], shape [2, n]."""
+        """Compute complex gains along the load and across it at frequencies [n], shape [2, n]; 1 outside all bands."""
         inside = (frequency_hz >= self.low_hz) & (frequency_hz < self.high_hz)
         with np.errstate(divide="ignore"):
             place = np.rint(10 * np.log10(frequency_hz / self.frequency_hz[0]))
@@ -70,7 +70,7 @@ class SensorPath(Limited):
         return np.where(inside, gains, 1.0)
 
     def drawn(self, random: np.random.Generator) -> "SensorPath":
-        """A path whose gains are drawn from their uncertainty."""
+        """Draw a path with random gains, from their uncertainty."""
         off = 10 ** (np.array(self.u_db or (0.0,) * len(self.load)) * random.standard_normal(len(self.load)) / 20)
         ratio = 10 ** (self.cross_u_db * random.standard_normal() / 20)
         load, cross = np.array([self.load, self.cross]) * off
@@ -78,9 +78,9 @@ class SensorPath(Limited):
 
 
 def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> FloatArray:
-    """Parts of accelerations [n, 3 or 2] along the load and across it, each along the sensor's axis, shape [n, 2].
+    """Project accelerations [n, 3 or 2] along the load, and across it, onto the sensor's axis, shape [n, 2].
 
-    Their sum is the acceleration along that axis.
+    The sum of both columns is the acceleration along the sensor's axis.
     """
     angle = load_direction_rad
     axes = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])

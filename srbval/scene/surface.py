@@ -1,4 +1,4 @@
-"""The surfaces of races and rollers: waves all around, whose heights fall with their lengths by a power law.
+"""Surfaces of races and rollers: waves around the circumference; heights follow wavelength by a power law.
 
 The equations and sources are on the page "Surfaces: what excites a healthy bearing" of the theory.
 """
@@ -28,12 +28,12 @@ RoughnessClass = enum.StrEnum("RoughnessClass", {f"N{grade}": f"N{grade}" for gr
 
 @dataclass(frozen=True, kw_only=True)
 class Surface(Limited):
-    """Waves of the races and rollers, from `shortest` to `longest`, of random phase, drawn by the scene's seed.
+    """Waves of the races and rollers, from `shortest` to `longest`; the scene's seed draws their random phases.
 
     `outer_waviness`, `inner_waviness`, `roller_waviness`: RMS height of the waves on each row of a race and each
-    roller; a missing one follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes fall
-    with the order to the `exponent`. Heights do not vary along a roller. Models with continuous contacts know them:
-    line and slices. Defaults: 1 mm, 50 mm, 1.
+    roller; a missing value follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes
+    fall with the order to the `exponent`. Heights do not vary along a roller. Only models with continuous contacts use
+    them: line and slices. Defaults: 1 mm, 50 mm, 1.
     """
 
     outer_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
@@ -61,11 +61,11 @@ class Surface(Limited):
         return self.outer_waviness_m, self.inner_waviness_m, self.roller_waviness_m
 
     def orders(self, round_m: float) -> FloatArray:
-        """Orders of the waves around a body of this circumference."""
+        """List the orders of the waves around a body of the circumference `round_m`."""
         return np.arange(math.ceil(round_m / self.longest_m), math.floor(round_m / self.shortest_m) + 1.0)
 
     def amplitudes(self, round_m: float, height_m: float | None) -> FloatArray:
-        """Amplitudes of these orders [m]: with the RMS sum `height_m`, or by the class if None."""
+        """Compute the amplitudes of all orders [m], with the RMS sum `height_m`, or by the roughness class if None."""
         shares: FloatArray = self.orders(round_m) ** -self.exponent
         if height_m is None:
             return math.sqrt(2 * self.density_m() * round_m ** (2 * self.exponent - 1)) * shares
@@ -77,7 +77,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """The power law's constant g [m^(3 - 2 s)] of the roughness class, 0 without one."""
+        """Compute the power law's constant g [m^(3 - 2 s)] of the roughness class; 0 without a class."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(__file__).with_name("roughness.toml"))
@@ -90,5 +90,5 @@ class Surface(Limited):
 
 
 def _filter_gain(cutoff_m: float, length_m: FloatArray) -> FloatArray:
-    """Share of their amplitude that a profile filter passes of waves of these lengths (ISO 16610-21)."""
+    """Compute the gain of a profile filter for waves of these lengths (ISO 16610-21)."""
     return np.asarray(np.exp(-math.pi * (FILTER_CONSTANT * cutoff_m / length_m) ** 2))

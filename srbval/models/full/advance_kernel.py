@@ -1,6 +1,6 @@
-"""Kernels: steps of the full model, with the outputs averaged over each interval.
+"""Kernels: advance the full model and average its outputs over each output interval.
 
-One for each family of methods, as a run needs only one of them compiled.
+Each family of methods has its own kernel, because a run compiles only one of them.
 """
 
 import math
@@ -20,16 +20,16 @@ from srbval.models.solvers import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 @partial(kernel_part, fastmath=False)  # rounded as written, whatever stands around a call
 def time_of_step(first_step, number, step):
-    """Time at which a step begins [s], `number` after the first one: the same to the last digit for every method."""
+    """Compute the time at which a step begins [s], `number` steps after the first; bit-identical for every method."""
     return (first_step + number) * step
 
 
 @kernel
 def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, work, out):
-    """Advance `y` in place over the output intervals of `out`, one row for each, from step number `first_step`.
+    """Advance the state `y` in place over the output intervals of `out`, from step number `first_step`.
 
-    `method`: `Coefficients`; `work`: see `WorkingSpace`; columns of `out`: see `outputs`. Powers are weighted as the
-    method weights its stages, so that energy closes to the method's order.
+    `out` has one row per interval, with the columns of `outputs`; `method`: `Coefficients`; `work`: `WorkingSpace`.
+    Powers are averaged with the weights of the stages, so that the energy balance closes to the order of the method.
     """
     interval = step * steps_per_output
     for i in range(out.shape[0]):
@@ -42,7 +42,7 @@ def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, wo
 
 @kernel
 def advance_rosenbrock(y, first_step, step, steps_per_output, method, model, work, out):
-    """As `advance_runge_kutta`."""
+    """Advance the state with a Rosenbrock method; arguments as in `advance_runge_kutta`."""
     interval = step * steps_per_output
     for i in range(out.shape[0]):
         start = begin_interval(y, model, work.mean, out, i)
@@ -54,7 +54,7 @@ def advance_rosenbrock(y, first_step, step, steps_per_output, method, model, wor
 
 @kernel
 def advance_leapfrog(y, first_step, step, steps_per_output, method, model, work, out):
-    """As `advance_runge_kutta`."""
+    """Advance the state with a leapfrog method; arguments as in `advance_runge_kutta`."""
     interval = step * steps_per_output
     for i in range(out.shape[0]):
         start = begin_interval(y, model, work.mean, out, i)
@@ -69,9 +69,10 @@ ADVANCE = {RUNGE_KUTTA: advance_runge_kutta, ROSENBROCK: advance_rosenbrock, LEA
 
 @inlined
 def begin_interval(y, model, mean, out, i):
-    """Clear the mean over an output interval and enter the energies at its start.
+    """Clear the running mean, and write the energies at the start of output interval `i` into `out`.
 
-    Returned are the ring's velocity, x, y, z, the cage's angle and a second cage's relative angle there.
+    Returns the ring velocity x, y, z, the cage angle, and the relative angle of a second cage (0 without a second
+    cage).
     """
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)
@@ -88,7 +89,7 @@ def begin_interval(y, model, mean, out, i):
 
 @inlined
 def end_interval(y, start, interval, steps_per_output, mean, out, i):
-    """Enter the means over an output interval and the displacements at its end; `start`: see `begin_interval`."""
+    """Write the means over output interval `i` and the displacements at its end; `start`: from `begin_interval`."""
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)
     v0, v1, v2, turned, relative = start
@@ -118,10 +119,7 @@ def end_interval(y, start, interval, steps_per_output, mean, out, i):
 
 @kernel_part
 def mechanical_energy(y, model):
-    """Kinetic energy of rollers, cage and outer ring, and their energy in the field of gravity [J].
-
-    T = sum over bodies of m v^2 / 2 + I omega^2 / 2; the shaft, whose motion is prescribed, is left out.
-    """
+    """Compute kinetic energy and potential energy in gravity of rollers, cage and outer ring, not of the shaft [J]."""
     n = model.slot_angle.shape[0]
     at = state_indices(n, y.shape[0] // 2)
     turn = y[at.cage + 2]

@@ -1,16 +1,16 @@
-"""Layout of the arrays that the kernels share, and of the state vector.
+"""Layout of the state vector and of the arrays that the kernels share.
 
-Kernels import this module as ``col``. A compiler replaces the names by their numbers.
+Kernels import this module as ``col``; the compiler replaces the names by their numbers.
 
-**Workspace** (`space`): a slot for each roller, and a column for each roller against each race. The processor works on
-a group of `LANES` neighbours at a time, so each quantity is a row of one flat array, `STRIDE` apart. Rollers stand in
-the order of their slot angles, both rows of rollers in turn (row 1, row 2, row 1, ...), padded to whole lane groups: a
-load zone is a run of neighbours, and lane groups without contact are skipped. The roller in slot p meets the outer race
-in column p and the inner race in column ``RACE + p``. Columns that need more points than their lane group are copied
-together into groups of their own, from `COMPACTED` on; a column with points of its own (a defect near, a damaged
-roller) is copied to `SINGLE` or behind, one to each lane group.
+**Workspace** (`space`): each roller has a slot, and a column for each race. The processor handles `LANES` neighbouring
+columns (a lane group) at a time, so each quantity is a row of one flat array; rows begin `STRIDE` entries apart.
+Rollers are sorted by slot angle, with both rows alternating (row 1, row 2, row 1, ...), and padded to whole lane
+groups: loaded rollers are then neighbours, and lane groups without contact are skipped. The roller in slot p meets the
+outer race in column p and the inner race in column ``RACE + p``. Columns that need more points than their lane group
+are copied to common groups, from `COMPACTED` on. A column with its own points (near a defect, or of a damaged roller)
+is copied to `SINGLE` or behind, one per lane group.
 
-Row 2 is row 1 mirrored at the mid-plane: the shaft axes of its columns are reversed, and its points are those of row 1.
+Row 2 mirrors row 1 at the mid-plane: it uses the points of row 1, with the shaft axes of its columns reversed.
 """
 
 import itertools
@@ -125,7 +125,7 @@ RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
 
 
 def aligned_zeros(size: int) -> NDArray[np.float64]:
-    """Zeros, shape [size], that begin on a line of the cache, so that no lane group straddles two."""
+    """Allocate zeros, shape [size], aligned to a cache line, so that no lane group straddles two lines."""
     per_line = CACHE_LINE // 8
     whole = np.zeros(size + per_line)
     skipped = -whole.ctypes.data % CACHE_LINE // 8
@@ -137,7 +137,7 @@ CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, thre
 
 
 class StateIndices(NamedTuple):
-    """Index of the first value of each part of a state vector; velocities follow from `slide_rate` on.
+    """Index of the first entry of each part of a state vector; the velocities begin with `slide_rate`.
 
     `relative_angle` and `relative_rate` belong to a second cage; without it they are the indices of the next part.
     """
@@ -155,7 +155,7 @@ class StateIndices(NamedTuple):
 
 
 def indices_of(rollers: int, half: int) -> StateIndices:
-    """Layout of the state of `rollers` rollers, both rows together, and `half` coordinates."""
+    """Compute the indices for `rollers` rollers in both rows together and `half` coordinates."""
     cage = 2 * rollers
     return StateIndices(
         0, rollers, cage, cage + 3, cage + 6, half, half + rollers, half + cage, half + cage + 3, half + cage + 6
@@ -166,11 +166,11 @@ state_indices = kernel_part(indices_of)  # for kernels
 
 
 class StateLayout:
-    """The parts of the state of so many rollers as slices, so that ``y[layout.ring]`` is the ring's displacement.
+    """Slices of a state vector: ``y[layout.ring]`` is the ring displacement.
 
-    `half` is the number of coordinates, with which the velocities begin; `velocities` are the parts of that half in
-    order, `parts` those of both; `shaft_cage_rate` is the cage's angular velocity about the shaft. `relative_angle` and
-    `relative_rate` are empty with one cage, and then not among the parts.
+    `half` is the number of coordinates; the velocities follow them. `velocities` lists the parts of the second half in
+    order, `parts` all parts; `shaft_cage_rate` is the cage angular velocity about the shaft axis. With one cage
+    `relative_angle` and `relative_rate` are empty and not listed.
     """
 
     def __init__(self, rollers: int, cages: int = 1) -> None:
@@ -185,6 +185,6 @@ class StateLayout:
 
 
 def layout_of(state: NDArray[np.float64]) -> StateLayout:
-    """Layout of a state vector."""
+    """Compute the layout of a state vector from its length."""
     rollers, more = divmod(len(state) // 2 - CAGE_AND_RING, 2)
     return StateLayout(rollers, 1 + more)

@@ -1,7 +1,7 @@
-"""Kernel: contact forces and torques of a race's points on barrel rollers.
+"""Kernel: contact forces and torques between the points of a race and barrel rollers.
 
-Everything is in the rollers' slot frames: x along the slot (outwards), y along the race, z along the roller's axis,
-origin at the roller's centre. See `columns` for the layout.
+All vectors are in the slot axes of a roller: x along the slot (outwards), y along the race, z along the roller, origin
+at the roller's centre. For the array layout see `columns`.
 """
 
 import math
@@ -22,7 +22,7 @@ LONGEST_ONSET_M = 1e-5
 
 
 class ContactLaw(NamedTuple):
-    """Shape of the rollers' profile and the constants of eqs (18) and (19). Numbers only."""
+    """Profile of the rollers and constants of the contact law, eqs (18) and (19); numbers only."""
 
     profile_radius: float  # of the roller's profile arc [m]
     roller_radius: float  # at the roller's middle [m]
@@ -36,7 +36,7 @@ class ContactLaw(NamedTuple):
 
 
 class PointLaw(NamedTuple):
-    """The law of a point as the innermost loop reads it: `ContactLaw` with what follows from its constants alone."""
+    """Contact law of one point, with derived constants for the innermost loop; see `ContactLaw`."""
 
     profile_radius: float
     inner_radius: float  # of the circle that the profile's centre describes about the roller's axis [m]
@@ -53,7 +53,7 @@ class PointLaw(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Points ``points[race, window, :, first:last]`` that may be in contact, see `point_cloud.Windows`."""
+    """Points ``points[race, window, :, first:last]`` that a roller may touch, see `point_cloud.Windows`."""
 
     points: Any
     race: int
@@ -64,12 +64,12 @@ class Candidates(NamedTuple):
 
 @kernel_part
 def contact_columns(law, candidates, space, start, stop, damping, patch):
-    """Add the forces of `candidates` to the columns from `start` to `stop`.
+    """Add the contact forces of `candidates` to the columns from `start` to `stop` - 1.
 
-    For each candidate: penetration of the barrel in closed form, normal force by eq. (18), never pulling, friction by
-    eq. (19). The columns are the inner loop, so that a lane group is worked on at once. Unless `damping` is None, the
-    secant damping matrix is summed as well, see `damping_kernel`. With a `patch`, see `srbval.models.line`, a candidate
-    stands for the continuous contact of a whole circle.
+    For each candidate: penetration of the barrel in closed form, normal force by eq. (18) without pulling, friction by
+    eq. (19). The inner loop runs over columns, so that a lane group is computed at once. Unless `damping` is None, the
+    secant damping matrix is summed too, see `damping_kernel`. With a `patch` (see `srbval.models.line`) a candidate
+    represents the continuous contact of a whole circle.
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
@@ -112,7 +112,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
 
 @inlined
 def law_of_point(law):
-    """`PointLaw` of a `ContactLaw`."""
+    """Compute the derived constants of a `ContactLaw`."""
     critical = law.critical_velocity
     slope = law.static_friction / critical
     fall = (law.static_friction - law.dynamic_friction) / (0.5 * critical)
@@ -134,7 +134,7 @@ def law_of_point(law):
 
 @inlined
 def place_of_point(radial, tangential, axial, space, j):
-    """A race's point relative to the centre of column `j`'s roller, slot axes [m]."""
+    """Compute the position of a race point relative to the roller's centre in column `j`, slot axes [m]."""
     return (
         space[col.O_X + j] + radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
         space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
@@ -144,7 +144,7 @@ def place_of_point(radial, tangential, axial, space, j):
 
 @inlined
 def approach_and_slip(place, normal, space, j):
-    """Velocity of the ring's point at a place relative to the roller's material there: along the normal, and across."""
+    """Compute the velocity of the race relative to the roller at a place [m/s]: along the normal, then slip x, y, z."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
@@ -157,7 +157,7 @@ def approach_and_slip(place, normal, space, j):
 
 @inlined
 def add_contact(place, normal, pressure, friction, space, j):
-    """Add normal force and friction at a place to the sums of force and torque of column `j`."""
+    """Add the normal force `pressure` and `friction` at a place to the force and torque sums of column `j`."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     g_x, g_y, g_z = friction
@@ -174,10 +174,7 @@ def add_contact(place, normal, pressure, friction, space, j):
 
 @inlined
 def penetration(law, p_x, p_y, p_z):
-    """Depth of a point below the roller's surface [m] and the surface's outward normal there, slot axes.
-
-    The closed-form distance to the barrel, a circle of the profile radius swept about the roller's axis.
-    """
+    """Compute the depth of a point below the barrel's surface [m] and the outward normal there, in closed form."""
     rho = math.sqrt(p_x * p_x + p_y * p_y)
     s = rho + law.inner_radius
     distance = math.sqrt(s * s + p_z * p_z)
@@ -190,14 +187,14 @@ def penetration(law, p_x, p_y, p_z):
 
 @inlined
 def point_spring_and_damper(law, depth, u_n, share, damping):
-    """Spring force of a point in contact, eq. (18) [N], its damping coefficient [N s/m], and the force that is stored.
+    """Compute a point's spring force [N], damping coefficient [N s/m] and stored elastic force [N], eq. (18).
 
-    A point comes into contact with C_c times its speed, some 600 N at once: a step that finds it a little earlier or
-    later makes noise of first order. Unless `damping` is None, spring and damper of a point that approaches are
-    averaged over ``law.onset_s`` about the moment, but `LONGEST_ONSET_M` at most, at constant speed, in place of the
-    smoothing, whose width it crosses in nanoseconds. A point that retreats lets go where the damper's pull equals the
-    spring's push: nothing jumps there. What an averaged spring does beyond the one that is as deep as the point, is
-    lost.
+    A point that comes into contact meets C_c times its speed at once, some 600 N: a step that finds it a little earlier
+    or later causes first-order noise. Unless `damping` is None, spring and damper of an approaching point are therefore
+    averaged at constant speed over ``law.onset_s``, but over at most `LONGEST_ONSET_M`. The average replaces the
+    smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact when the damper's pull
+    equals the spring's push, without a jump. The stored force ignores the average: additional work of the averaged
+    spring is lost.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -220,17 +217,14 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
 
 @inlined
 def normal_force(spring, viscous, u_n):
-    """Normal force, eq. (18), with the depth rate -`u_n` [N]: a contact never pulls."""
+    """Compute the normal force by eq. (18) with the depth rate -`u_n` [N]; it is never negative."""
     normal = spring - viscous * u_n
     return normal if normal > 0.0 else 0.0
 
 
 @inlined
 def point_friction(law, normal, q_x, q_y, q_z):
-    """Friction of a point that slips by q: force over slip [N s/m], force [N] and power lost [W].
-
-    Eq. (19): the coefficient of friction over the slip speed, never above its slope at rest.
-    """
+    """Compute friction at slip q, eq. (19), at most its slope at rest: force over slip [N s/m], force, power [W]."""
     dynamic = law.dynamic_friction
     square = q_x * q_x + q_y * q_y + q_z * q_z
     slip = math.sqrt(square) + 1e-300
@@ -244,7 +238,7 @@ def point_friction(law, normal, q_x, q_y, q_z):
 
 @inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Friction of a patch in three parts of equal load; see `point_friction` and `part_friction`."""
+    """Compute the friction of a patch in three parts of equal load; see `point_friction` and `part_friction`."""
     reach = e_x * e_x + e_y * e_y + e_z * e_z
     third = normal * (1.0 / 3.0)
     drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)
@@ -258,12 +252,12 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
 
 @kernel_part
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
-    """Friction over mean slip of one part of a patch [N s/m].
+    """Compute friction over mean slip for one part of a patch [N s/m].
 
-    Its slip is q + e `mean`, plus and minus e `half` (`reach`: square of e), and besides, across it, what pivoting
-    about the normal adds, to either side alike: `pivot` is the square of that at the patch's edge. The mean of
-    eq. (19) over such slips: its critical velocity becomes their range, and the excess of static over dynamic friction
-    counts for the share of the range where it acts.
+    The slip varies over the part from q + e (`mean` - `half`) to q + e (`mean` + `half`); `reach` is the square of e.
+    Pivoting about the normal adds slip across it: `pivot` is the square of this slip at the patch's edge. The result is
+    eq. (19) averaged over these slips: the critical velocity becomes at least their range, and the excess of static
+    over dynamic friction counts only for the part of the range in which it acts.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean
@@ -284,7 +278,7 @@ def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, n
 
 @inlined
 def add_damping(viscous, drag, place, normal, space, j):
-    """Add a point's secant damping, `drag` across the normal and `viscous` along it, to the sums of column `j`."""
+    """Add a point's secant damping to the sums of column `j`: `viscous` along the normal, `drag` across it [N s/m]."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     along_normal = viscous - drag
@@ -308,15 +302,12 @@ def add_damping(viscous, drag, place, normal, space, j):
 
 @kernel_part
 def elastic(law, damping):
-    """The same law without friction, and with another `damping`."""
-    return ContactLaw(
-        law.profile_radius,
-        law.roller_radius,
-        law.stiffness,
-        damping,
-        law.smoothing,
-        0.0,
-        0.0,
-        law.critical_velocity,
-        law.onset_s,
-    )
+    """Returns the contact law without friction and with another `damping`."""
+    return with_friction(law, damping, 0.0, 0.0, law.critical_velocity)
+
+
+@kernel_part
+def with_friction(law, damping, static, dynamic, critical):
+    """Returns the contact law with another damping and other constants of friction, eq. (19)."""
+    profile, roller = law.profile_radius, law.roller_radius
+    return ContactLaw(profile, roller, law.stiffness, damping, law.smoothing, static, dynamic, critical, law.onset_s)

@@ -1,18 +1,18 @@
-"""Kernels: the linear equations of a step that takes friction and contact damping implicitly.
+"""Kernels: solve the linear equations of a step that treats friction and contact damping implicitly.
 
-The secant damping matrix of a contact, force on its roller over the velocity u of the race's point past the roller, is
+The secant damping matrix of a contact, force on its roller over the velocity u of the race relative to the roller, is
 
-    C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|,   c = C_c where the contact damps,
+    C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|,   c = C_c if the contact damps,
 
-the secant of eq. (19), never negative, and the damper of eq. (18). Left out: that friction depends on the damper's
-share of the normal force, and the fall of mu with the slip. With u = V + W x p at a point p of the roller the sums over
-a column's points are the matrix of force and torque against V, W_y (here P) and W_z (here S); W_x, turning about the
-slot, has an arm of the contact's length only and is left out. In the generalised speeds (slide u', spin s, cage w_y and
-w_z, ring v; slot axes): outer race V = (v_x - u', v_y - L w_z, v_z + L w_y), W = (., -w_y, -s); inner race the
-same without v.
+the secant of eq. (19), never negative, and the damper of eq. (18). Two effects are left out: friction depends on the
+damper's part of the normal force, and mu falls with the slip. With u = V + W x p at a point p of the roller, the sums
+over a column's points are the matrix of force and torque against V, W_y (index P) and W_z (index S). W_x, the rotation
+about the slot, is left out: its lever arm is only as long as the contact. In the generalised speeds (slide u', spin s,
+cage w_y and w_z, ring v; slot axes): outer race V = (v_x - u', v_y - L w_z, v_z + L w_y), W = (., -w_y, -s); inner race
+the same without v.
 
-M / h + D is an arrow: a 2 x 2 block for each roller, bordered by cage and ring, 6 x 6. The blocks are eliminated, the
-border is factored by Cholesky's method (Golub & Van Loan, Matrix Computations, 2013, sect. 4.2).
+M / h + D is an arrow matrix: a 2 x 2 block for each roller, bordered by cage and ring, 6 x 6. The blocks are
+eliminated, and the border is factored by Cholesky's method (Golub & Van Loan, Matrix Computations, 2013, sect. 4.2).
 """
 
 import math
@@ -29,10 +29,10 @@ BORDER = 6  # cage angular velocity, ring velocity, world axes
 
 @kernel_part
 def factor(weight, model, totals, factors):
-    """Factor M / `weight` + D, D from the columns' damping sums: blocks into the rollers' slots, `factors` [6, 6].
+    """Factor M / `weight` + D into the rollers' blocks, stored in their slots, and the border `factors`, [6, 6].
 
-    `weight` [s], above 0, is the step times the method's coefficient. `totals`: see `right_hand_side`, of the same
-    state.
+    D contains the columns' damping sums. `weight` [s], above 0: step times the method's implicit coefficient. `totals`:
+    from `right_hand_side`, at the same state.
     """
     space = model.scratch.space
     slots = np.uint64(model.scratch.slots)
@@ -136,7 +136,7 @@ def factor(weight, model, totals, factors):
 
 @kernel_part
 def factor_relative(second, own, factors):
-    """Eliminate cage and ring from the equation of a second cage's relative rate, whose `own` entry this is."""
+    """Eliminate cage and ring from the equation of the second cage's relative rate; `own`: its diagonal entry."""
     if second is None:
         return
     b = col.RELATIVE_BORDER
@@ -152,7 +152,7 @@ def factor_relative(second, own, factors):
 
 @kernel_part
 def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
-    """Acceleration of the relative angle under its `load`, and of cage and ring, given those without it."""
+    """Compute the relative acceleration under `load`, and correct the accelerations `g0` to `g5` of cage and ring."""
     if second is None:
         return 0.0, g0, g1, g2, g3, g4, g5
     b, f = col.RELATIVE_BORDER, col.RELATIVE_FOLLOWED
@@ -172,7 +172,7 @@ def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
 
 @inlined
 def factor_border(factors):
-    """Replace the lower triangle of a symmetric matrix by its Cholesky factor, the diagonal inverted."""
+    """Replace the lower triangle of a symmetric matrix by its Cholesky factor, with the diagonal inverted."""
     for j in range(BORDER):
         for i in range(j, BORDER):
             left = factors[i, j]
@@ -183,9 +183,9 @@ def factor_border(factors):
 
 @kernel_part
 def solve(weight, model, totals, factors, rate):
-    """Replace the accelerations a in `rate` by those of M a = (M + h D) x: x; the rest of `rate` is left alone.
+    """Replace the accelerations a in `rate` by x with (M + h D) x = M a; the rest of `rate` is unchanged.
 
-    h is the `weight`. `factors` and the rollers' slots as `factor` left them, `weight` and `totals` as it had them.
+    h is the `weight`. `factors` and the rollers' slots come from `factor`, called with the same `weight` and `totals`.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, rate.shape[0] // 2)
@@ -262,7 +262,7 @@ def solve(weight, model, totals, factors, rate):
 
 @inlined
 def solve_border(factors, g0, g1, g2, g3, g4, g5):
-    """Forward and backward substitution with the factor, whose diagonal is inverted, for one right-hand side."""
+    """Solve for one right-hand side by forward and backward substitution with the factor of `factor_border`."""
     g0 *= factors[0, 0]
     g1 = (g1 - factors[1, 0] * g0) * factors[1, 1]
     g2 = (g2 - factors[2, 0] * g0 - factors[2, 1] * g1) * factors[2, 2]

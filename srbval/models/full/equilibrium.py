@@ -1,17 +1,19 @@
 """Start of a run: ring and rollers in static balance with the load, cage and rollers rolling.
 
-The unknowns are the ring's three displacements and every roller's slide. Without friction the contact forces have
-a potential that is convex for small displacements, and a roller's slide touches nothing but its own balance and the
-ring's. So the problem is solved in two nested steps: for a given ring, each slide by a bracketed Newton iteration (all
-rollers at once); around it a Newton iteration for the ring, whose stiffness is the Schur complement of the slides, with
-a line search on the gradient alone. Forces come from `right_hand_side` itself, so whatever it knows is balanced.
+The unknowns are the three displacements of the ring and the slide of each roller. Without friction the contact forces
+have a potential that is convex for small displacements, and a roller's slide affects only its own balance and the
+ring's balance. So the problem is solved in two nested steps. For a given ring, a bracketed Newton iteration finds all
+slides at once. Around it, a Newton iteration finds the ring: its stiffness is the Schur complement of the slides, and
+its line search uses only the gradient. Forces come from `right_hand_side`, so that every effect in the model is
+balanced.
 
 A run is settled from its first sample (`test_a_run_is_settled_from_its_first_sample`): RMS acceleration in the first
-roller passage is 0.95 to 1.01 of that of later ones, so that two roller passages, 0.02 s at 710 rpm, settle a run.
+roller passage is 0.95 to 1.01 times the acceleration in later passages. Two roller passages, 0.02 s at 710 rpm, settle
+a run.
 
-The cage's tilt is not balanced: with the printed fit it creeps to 20 microradians in 0.1 s, unseen by the ring. If the
-rollers alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: settle for a
-turn of the cage (0.2 s), and in proportion at other speeds.
+The cage's tilt is not balanced: with the printed fit it creeps to 20 microradians in 0.1 s, without effect on the ring.
+If the rollers alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: settle
+for one turn of the cage (0.2 s), and in proportion at other speeds.
 """
 
 from collections.abc import Callable
@@ -46,14 +48,14 @@ SPIN_HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of th
 
 
 def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> FloatArray:
-    """The state, [4 M + 12], in static balance of ring and slides at time zero; cage speed and spins follow from it.
+    """Compute the state at time zero in static balance, shape [4 N + 12] for N rollers, with cage and rollers rolling.
 
-    The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and
-    the rollers' centrifugal force at the rolling cage speed, which presses unloaded rollers outwards. The cage is
-    turned by `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
+    The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and the
+    rollers' centrifugal force at the rolling cage speed, which presses unloaded rollers outwards. The cage is turned by
+    `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
 
-    Raises `ConfigurationError` if a roller is pressed deeper into a raceway than the contact search reaches, or if
-    more than `MAX_UNCARRIED_SHARE` of the load is carried by nothing.
+    Raises `ConfigurationError` if a roller penetrates a raceway deeper than the contact search reaches, or if more than
+    `MAX_UNCARRIED_SHARE` of the load is not carried.
     """
     statics = Statics(model, cage_angle_rad)
     ring = np.zeros(3)
@@ -81,7 +83,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
 
 
 class Statics:
-    """The model at rest, without friction, its shaft held as at time zero."""
+    """Model at rest: no friction, shaft held at its angle at time zero."""
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
         self.layout = state_layout(model)
@@ -94,7 +96,7 @@ class Statics:
         self.y[self.layout.cage] = 0.0, 0.0, cage_angle_rad
 
     def forces(self, slide: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-        """Force along each slot [2 M] and on the ring [3], in N, and the deepest penetration [m]."""
+        """Compute force along each slot [N], [2 M], force on the ring [N], [3], and the deepest penetration [m]."""
         model, layout = self.rest, self.layout
         self.y[layout.slide], self.y[layout.ring] = slide, ring
         found = rates(model, 0.0, self.y)
@@ -103,12 +105,12 @@ class Statics:
         return slide_n, model.ring_mass * found.rate[layout.ring_rate], float(found.totals[col.DEEPEST])
 
     def slide_stiffness(self, slide: FloatArray, ring: FloatArray, slide_n: FloatArray) -> FloatArray:
-        """Loss of force along each slot per slide, [2 M], in N/m: one roller's slide moves no other."""
+        """Compute the stiffness of each roller along its slot [N/m], shape [2 M]; a slide affects no other roller."""
         return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
 
 
 def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Slides in balance with the given ring, near `slide`, and the force then left on the ring [N]."""
+    """Find the slides near `slide` that balance the rollers for a given ring, and the force left on the ring [N]."""
     model = statics.rest
     clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
     far = clearance + float(np.linalg.norm(ring)) + SLIDE_RANGE_M
@@ -126,7 +128,7 @@ def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tu
 
 
 def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray) -> FloatArray:
-    """Newton step of the ring with the slides following (Schur complement), shape [3], shortened to the longest."""
+    """Compute the Newton step of the ring [m], [3], with the slides following; at most `LONGEST_STEP_M` long."""
     slide_n, _, _ = statics.forces(slide, ring)
     stiffness = statics.slide_stiffness(slide, ring, slide_n)
     moved = [statics.forces(slide, ring + NUDGE_M * axis) for axis in np.eye(3)]
@@ -143,7 +145,7 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten `step` until the force along it is no longer reversed; a convex potential then has fallen."""
+    """Shorten `step` until the force along it reverses by at most `OVERSHOOT`; returns ring, slides and force left."""
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
         trial = ring + share * step
@@ -156,10 +158,10 @@ def _line_search(
 
 
 def rolling_speeds(model: Parameters) -> tuple[float, float]:
-    """Cage speed and roller spin of pure rolling at the middle circle [rad/s].
+    """Compute cage speed and roller spin of pure rolling at the middle circle, at time zero [rad/s].
 
-    Cage speed (1 - d cos(alpha) / D) / 2 of the shaft (Randall 2011, sect. 2.2.3) and the spin that brings the
-    outer contact to rest, at time zero.
+    The cage turns at (1 - d cos(alpha) / D) / 2 times the shaft speed (Randall 2011, sect. 2.2.3); the spin brings the
+    outer contact to rest.
     """
     pitch_radius = model.centre_distance * model.tilt_cosine
     shaft = shaft_motion(0.0, model.drive)[0]
@@ -168,11 +170,11 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
 
 
 def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
-    """`state` with the cage speed and roller spins at which friction balances on each roller and on the cage.
+    """Returns `state` with the cage speed and roller spins at which friction balances on each roller and on the cage.
 
-    The three circles of a contact have different rolling radii and cannot all roll, so friction decides. The cage's
-    speed is found by bisection, with the spins by bisection within it. A roller without traction turns like the median
-    of the others; a cage that its rollers do not drive keeps the speed of pure rolling. All other velocities are zero.
+    The three circles of a contact have different rolling radii and cannot all roll, so friction decides. Bisection
+    finds the cage speed, and an inner bisection the spins. A roller without traction gets the median spin of the other
+    rollers; a cage without traction keeps the speed of pure rolling. All other velocities are zero.
     """
     cage, _ = rolling_speeds(model)
     width = abs(cage) * CAGE_RANGE
@@ -186,7 +188,7 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
 
 
 def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
-    """`state` at this cage speed, the rollers turning so that friction has no torque about their axes."""
+    """Set the cage speed [rad/s], and the spins so that friction has no torque about the rollers' axes."""
     layout = state_layout(model)
     spins = layout.spin
     y = state.copy()
@@ -204,7 +206,11 @@ def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatAr
 
 
 def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Zero of each component of a falling `f`, the median of the others if it has none; the middle if none has one."""
+    """Find the zero of each component of the falling function `f` by bisection between `low` and `high`.
+
+    A component without a zero gets the median of the other zeros, or the middle of the range if no component has a
+    zero.
+    """
     middle = (low + high) / 2
     passes = (f(low) > MIN_ACCELERATION_RAD_S2) & (f(high) < -MIN_ACCELERATION_RAD_S2)
     if not passes.any():

@@ -1,10 +1,10 @@
-"""Kernels: shear of the film under a slice.
+"""Kernels: friction of the oil film under a slice.
 
-Eyring's law at the slice's mean pressure p, see `srbval.models.film`, and the friction of touching asperities:
+Eyring's law at the slice's mean pressure p (see `srbval.models.film`), and the friction of touching asperities:
 
     drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
 
-with the load share s of the asperities. The drag is averaged over the two Gauss points of the slice, since the slip u
+with the load share s of the asperities. The drag is averaged over the two Gauss points of the slice, because the slip u
 differs between its ends. Logarithm and exponential are written out: library calls would prevent vector instructions.
 """
 
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from srbval.models.full.contact_kernel import ContactLaw
+from srbval.models.full.contact_kernel import with_friction
 from srbval.models.full.oil_kernel import rolling_speed, thermal_share
 from srbval.models.jit import kernel_part
 
@@ -35,12 +35,12 @@ LOG_MIDDLE, MIDDLE_BITS = 1.1, 1061158912  # the bits of 0.75
 
 
 class FilmLaw(NamedTuple):
-    """Constants of a film's shear. Numbers only, but for `curve`.
+    """Constants of the film's friction; all are numbers except `curve`.
 
-    `curve`, [2 races, 8]: polynomial over the mean pressure [GPa]: the binary logarithm of the viscosity over that
-    without pressure, less that of the film over the reference film; `hertz`: pi E* / 8 [Pa]; `thickness`: the
-    reference film at 1 m/s [m]; `per_thickness`: Eyring's slip speed without pressure over the film [1/s]; `eyring`
-    [Pa]; `roughness` [m]; `boundary`: coefficient of friction; `heating`: see `oil_kernel.OilLaw`.
+    `curve`, [2 races, 8]: polynomial in the mean pressure [GPa] for log2(viscosity / viscosity without pressure) -
+    log2(film / reference film); `hertz`: pi E* / 8 [Pa]; `thickness`: the reference film at 1 m/s [m]; `per_thickness`:
+    Eyring's slip speed without pressure over the film [1/s]; `eyring`: stress [Pa]; `roughness` [m]; `boundary`:
+    coefficient of friction of asperities; `heating`: see `oil_kernel.OilLaw`.
     """
 
     curve: Any
@@ -55,7 +55,7 @@ class FilmLaw(NamedTuple):
 
 @kernel_part
 def law_in_film(law, slices, cage, shaft):
-    """The law of `film_at_speed` if slices have a film and no critical ratio of 0 keeps the law."""
+    """Adapt the contact law to the film of the slices, if any, at these speeds [rad/s]; see `film_at_speed`."""
     if slices is None:
         return law
     return film_at_speed(law, slices, slices.film, cage, shaft)
@@ -63,9 +63,10 @@ def law_in_film(law, slices, cage, shaft):
 
 @kernel_part
 def film_at_speed(law, slices, film, cage, shaft):
-    """The law with Eyring's slip speed in place of the critical velocity, and shares of friction, at these speeds.
+    """Adapt the contact law to a `film` at these speeds [rad/s]; unchanged without one, or if the critical ratio is 0.
 
-    The static coefficient becomes the film's share, 1 less that of the asperities; the dynamic one what asperities add.
+    Eyring's slip speed replaces the critical velocity. The static coefficient becomes the film's share, 1 - s, and the
+    dynamic coefficient the friction of the asperities, s mu_b.
     """
     if film is None:
         return law
@@ -74,22 +75,13 @@ def film_at_speed(law, slices, film, cage, shaft):
     rolling = rolling_speed(slices, cage, shaft)
     height = film.thickness * rolling**SPEED_EXPONENT * thermal_share(film.heating, rolling)
     share = math.exp(-ASPERITY * (height / film.roughness) ** ASPERITY_EXPONENT)
-    return ContactLaw(
-        law.profile_radius,
-        law.roller_radius,
-        law.stiffness,
-        law.damping,
-        law.smoothing,
-        law.static_friction * (1.0 - share),
-        law.static_friction * share * film.boundary,
-        film.per_thickness * height,
-        law.onset_s,
-    )
+    static, dynamic = law.static_friction * (1.0 - share), law.static_friction * share * film.boundary
+    return with_friction(law, law.damping, static, dynamic, film.per_thickness * height)
 
 
 @kernel_part
 def power_of_two(x):
-    """2^x to 1e-5 for x from -100 to 60, in single precision: a polynomial, and the number's exponent."""
+    """Compute 2^x to 1e-5 for x from -100 to 60, in single precision, by a polynomial and the exponent bits."""
     x += np.float32(128.0)  # above zero, where a conversion rounds down
     whole = np.int32(x)
     y = x - np.float32(whole) - np.float32(0.5)
@@ -99,7 +91,7 @@ def power_of_two(x):
 
 @kernel_part
 def logarithm(x):
-    """ln x to 2e-5 for x above 0.75, in single precision: a polynomial, and the number's exponent."""
+    """Compute ln x to 2e-5 for x above 0.75, in single precision, by a polynomial and the exponent bits."""
     bits = np.float32(x).view(np.int32)
     exponent = np.int32(np.int32(bits - np.int32(MIDDLE_BITS)) >> np.int32(23))
     t = np.int32(bits - np.int32(exponent << np.int32(23))).view(np.float32) - np.float32(LOG_MIDDLE)
@@ -109,7 +101,7 @@ def logarithm(x):
 
 @kernel_part
 def film_on_race(film, law, race):
-    """Numbers that `film_drag` reads of a film on a race, in single precision, taken out of tuples and arrays once."""
+    """Collect the numbers that `film_drag` needs for one race, in single precision; None without a film."""
     if film is None:
         return None
     curve = film.curve
@@ -131,10 +123,10 @@ def film_on_race(film, law, race):
 
 @kernel_part
 def film_drag(film, sagging, normal, length, square, more):
-    """Friction over slip of a slice [N s/m]; `more`: by how much the slip differs from its middle to its ends [m/s].
+    """Compute friction over slip of a slice [N s/m], in single precision, whose square roots are five times as fast.
 
-    `film`: see `film_on_race`; `sagging`: half the curvature of the gap along the race [1/m]; `length` that touches
-    [m]; `square` of the slip. In single precision, whose roots take a fifth of the time.
+    `film`: from `film_on_race`; `sagging`: half the curvature of the gap along the race [1/m]; `length` of contact [m];
+    `square` of the slip; `more`: difference in slip between the slice's middle and its ends [m/s].
     """
     c0, c1, c2, c3, c4, c5, c6, c7, hertz, per_velocity, eyring, boundary = film
     one, load = np.float32(1.0), np.float32(normal) / (np.float32(length) + np.float32(1e-12))

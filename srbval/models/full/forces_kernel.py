@@ -1,9 +1,9 @@
-"""Kernels: forces of all contacts that a plan names, damaged rollers included.
+"""Kernels: forces of all contacts in a plan, damaged rollers included.
 
-A height h of a roller's surface is met as if the race's point stood h higher, along its own normal n_p. The spring
-force S then also does work on the angle th from the defect to the point, d(depth) = -(n n_p) h'(th) d(th): besides
--S n a force on the roller -S (n n_p) h'(th) / rho along the direction e_th in which th grows, at the distance rho of
-the race's point, follows from the spring's potential energy (virtual work: Goldstein, Poole & Safko, Classical
+A height h of a roller's surface is treated as if the race's point were higher by h along its own normal n_p. The spring
+force S then also does work on the angle th from the defect to the point, d(depth) = -(n n_p) h'(th) d(th). Besides -S
+n, the spring's potential energy therefore gives a force on the roller of -S (n n_p) h'(th) / rho along the direction
+e_th in which th grows, at the distance rho of the race's point (virtual work: Goldstein, Poole & Safko, Classical
 Mechanics, 2002, sect. 1.4).
 """
 
@@ -25,12 +25,12 @@ FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's columns have met the
 def evaluate_contacts(
     law, rotation, model, groups, single, first_circle, end_circle, damping, patch, slices, first_time
 ):
-    """Add the contact forces of the circles from `first_circle` to `end_circle` to the columns of the plan.
+    """Add the contact forces of the circles from `first_circle` to `end_circle` - 1 to the columns of the plan.
 
-    With a `patch`, all columns but the single ones meet one continuous contact per circle; with `slices`, all meet
-    slices, a third of the contact for each circle. Single columns of damaged rollers, which have turned by `rotation`
-    relative to their slots, [2 M] [rad], meet points of their own, the `FIRST_TIME` all of them: those are then set up,
-    and the flanks of the defects push along the race. With slices, the openings under single columns are found then.
+    With a `patch`, all columns except single ones have one continuous contact per circle; with `slices`, all columns
+    have slices, and a circle means a third of the contact. Single columns of damaged rollers have their own points,
+    which depend on the rollers' `rotation` relative to their slots, [2 M] [rad]. If `first_time` is `FIRST_TIME`, these
+    points, or the openings under slices, are found first, and the flanks of the defects push along the race.
     """
     points = model.races.points
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
@@ -39,29 +39,18 @@ def evaluate_contacts(
 
 @kernel_part
 def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
-    """`evaluate_contacts` for slices."""
+    """Add the contact forces of slices, see `evaluate_contacts`."""
     if slices is None:
         return
     space, plan = model.scratch.space, model.scratch.plan
     if first_time is not None:
-        find_openings(
-            slices,
-            single,
-            plan,
-            space,
-            rotation,
-            model.law.roller_radius,
-            model.races.window_of.shape[2],
-            model.roller_defects,
-            rotation.shape[0],
-            model.spare_of,
-        )
+        find_openings(slices, single, plan, space, rotation, model)
     evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping)
 
 
 @kernel_part
 def evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time):
-    """`evaluate_contacts` for points."""
+    """Add the contact forces of points, see `evaluate_contacts`."""
     if points is None:
         return
     space, plan, starts = model.scratch.space, model.scratch.plan, model.races.starts
@@ -92,13 +81,13 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
 
 @kernel_part
 def roller_in(slot, rollers):
-    """Number of the roller in a slot: rows alternate in the slots, and follow each other in the state."""
+    """Compute the number of the roller in a slot: rows alternate in the slots, and follow each other in the state."""
     return slot // 2 + (slot % 2) * (rollers // 2)
 
 
 @kernel_part
 def normal_loads(model, rotation, groups, compacted, single, loads):
-    """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
+    """Fill `loads` with the normal force of each race's circles on each roller [N]; overwrites the columns' sums."""
     space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
     law = elastic(model.law, model.law.damping)
     for circle in range(CIRCLES_PER_RACE):
@@ -116,7 +105,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 
 @kernel_part
 def raised_points(model, roller, rotation, candidates, spare, space, column):
-    """Fill the window `spare` of a race with candidates as a damaged roller meets them in the frame of `column`."""
+    """Fill the window `spare` of a race with the candidates, raised by the heights of a damaged roller in `column`."""
     points, race, window, first, last = candidates
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
@@ -133,10 +122,7 @@ def raised_points(model, roller, rotation, candidates, spare, space, column):
 
 @kernel_part
 def lift_at(model, roller, rotation, x, y, z):
-    """Height of a damaged roller's surface at a point in its slot axes [m], and its rise with the angle [m/rad].
-
-    The edges of a flat defect have no rise: their effect is left out.
-    """
+    """Compute height [m] and slope [m/rad] of a damaged roller's surface at a point; flat edges have no slope."""
     radius, defects = model.law.roller_radius, model.roller_defects
     lift, rise = 0.0, 0.0
     for d in range(defects.shape[0]):
@@ -156,11 +142,10 @@ def lift_at(model, roller, rotation, x, y, z):
 
 @kernel_part
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
-    """Add the forces along the race of the flanks of a roller's defects to the sums of its `column`.
+    """Add the forces along the race of the flanks of a roller's defects to the sums of `column`.
 
-    `spare`: the window that `raised_points` filled from the candidates. `column` is the first of a lane group of its
-    own; the next one stores its sums meanwhile. Only the spring pushes: the damper's share of the work on the angle is
-    left out of force and energy balance alike.
+    `spare`: the window filled by `raised_points`. `column` is the first of its own lane group; the next column stores
+    its sums meanwhile. Only the spring pushes: force and energy balance both leave out the damper's work on the angle.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)

@@ -1,6 +1,6 @@
-"""Kernel: slot axes of every roller, position and motion of both races against it, number of points it may meet.
+"""Kernel: slot axes of every roller, position and motion of both races relative to it, number of points in reach.
 
-The slot axes of a roller: x along the slot, outwards, y along the race, z along the roller; see `srbval.models.full`.
+Slot axes of a roller: x along the slot, outwards, y along the race, z along the roller; see `srbval.models.full`.
 """
 
 import math
@@ -32,29 +32,29 @@ class CageTilt(NamedTuple):
 
 @inlined
 def cage_tilt(angle_x, angle_y):
-    """The tilt at the first two gimbal angles [rad]."""
+    """Compute the `CageTilt` of two gimbal angles [rad]."""
     return CageTilt(math.cos(angle_x), math.sin(angle_x), math.cos(angle_y), math.sin(angle_y))
 
 
 @inlined
 def cage_axes(tilt):
-    """Rotation Rx(a) Ry(b) of the tilted cage, by columns: its axes x, y and z in world coordinates."""
+    """Compute the axes x, y, z of the tilted cage in world coordinates: the columns of the rotation Rx(a) Ry(b)."""
     ca, sa, cb, sb = tilt
     return cb, sa * sb, -ca * sb, 0.0, ca, sa, sb, -sa * cb, ca * cb
 
 
 @inlined
 def tilted_about_x(tilt, w_y, w_z):
-    """Components along z and y of the axes tilted about x alone, in which the second gimbal angle turns."""
+    """Compute the components along z and y in axes tilted about x only, in which the second gimbal angle turns."""
     return tilt.cos_x * w_z - tilt.sin_x * w_y, tilt.cos_x * w_y + tilt.sin_x * w_z
 
 
 @inlined
 def slot_axes(axes, c, s, along, across):
-    """Slot axes x, y and z of a roller in world coordinates, nine values.
+    """Compute the slot axes x, y and z of a roller in world coordinates, nine values.
 
-    `axes` of the cage, see `cage_axes`; `c`, `s`: cosine and sine of the slot's angle in the world; `along` and
-    `across`: parts of the slot's direction in the cage's plane and along its axis.
+    `axes` of the cage, see `cage_axes`; `c`, `s`: cosine and sine of the slot's angle; `along` and `across`: components
+    of the slot's direction in the cage's plane and along its axis.
     """
     t00, t10, t20, t01, t11, t21, t02, t12, t22 = axes
     ex = along * c
@@ -73,7 +73,7 @@ def slot_axes(axes, c, s, along, across):
 
 
 class RaceLimits(NamedTuple):
-    """Limits of the search for candidates on one race, see `parameters.RaceSearch`; `onwards`: sense of rolling."""
+    """Limits of the candidate search on one race, see `parameters.RaceSearch`; `onwards`: sign of the rolling."""
 
     per_spacing: float
     per_clearance: float
@@ -83,7 +83,7 @@ class RaceLimits(NamedTuple):
 
 
 class SearchConstants(NamedTuple):
-    """Constants of the search on both races: points of a circle, lead at which approaching points begin to act."""
+    """Constants of the candidate search on both races: points per circle, and lead at which approaching points act."""
 
     points: float
     per_radian: float
@@ -94,9 +94,9 @@ class SearchConstants(NamedTuple):
 
 
 class SurfaceHeights(NamedTuple):
-    """Heights at even angles [m]: of both `races`, [2 races, 2 rows, H], and all `rollers`, [2 M, K]; none: H = K = 0.
+    """Surface heights at even angles [m]: `races`, [2 races, 2 rows, H], and `rollers`, [2 M, K]; H = K = 0 if smooth.
 
-    Angles of a race count from its first point, those of a roller from where its slot points outwards at the start.
+    A race's angle begins at its first point, a roller's angle at the slot's outward direction at time zero.
     """
 
     races: Any
@@ -105,13 +105,13 @@ class SurfaceHeights(NamedTuple):
 
 @inlined
 def race_limits(race, onwards):
-    """`RaceLimits` of a race."""
+    """Compute the `RaceLimits` of a race."""
     return RaceLimits(1.0 / race.spacing, 1.0 / race.clearance, race.own_middle, race.own_half, onwards)
 
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy slides, their rates and spins of state `y` to the slots, both rows of `half` rollers in turn; no damage."""
+    """Copy slides, slide rates and spins from state `y` to the slots, alternating both rows, and clear the damage."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -125,9 +125,10 @@ def read_rollers(y, at, half, space):
 
 @kernel_part
 def face_defects(defects, radius, rotation, space):
-    """Add in both columns of each damaged roller the heights of those `defects` that may meet the race there [m].
+    """Add the heights of `defects` that may meet a race to the damage of the roller's column for that race [m].
 
-    `rotation` of the rollers relative to their slots [rad]; the outer race is in front, the inner one behind.
+    `rotation` of the rollers relative to their slots [rad]; the outer race is in front of a roller, the inner race
+    behind.
     """
     half = rotation.shape[0] // 2
     for d in range(defects.shape[0]):
@@ -142,7 +143,7 @@ def face_defects(defects, radius, rotation, space):
 
 @kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
-    """Fill the frames of all `slots` and of their columns for state `y`; `count` points make a circle."""
+    """Fill the frames of all `slots` and of their columns for state `y`; `count`: points per circle."""
     space = model.scratch.space
     turn = y[at.cage + 2]
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
@@ -213,7 +214,6 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
             abs(o_y) + leaning,
             angle,
             here,
-            space[col.DAMAGE + p] > 0.0,
             patch,
             space,
             p,
@@ -238,7 +238,6 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
             leaning,
             angle - shaft_angle,
             here,
-            space[col.DAMAGE + q] > 0.0,
             patch,
             space,
             q,
@@ -246,13 +245,12 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
 
 
 @inlined
-def count_candidates(search, race, depth, offset, lead, aside, angle, here, damaged, patch, space, column):
-    """Fill a column's rows for the search: its depth, its position among the race's points, how many it may meet.
+def count_candidates(search, race, depth, offset, lead, aside, angle, here, patch, space, column):
+    """Fill a column's rows for the search: depth, position among the race's points, number of candidates.
 
-    `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: how much deeper
-    within the averaging time of an onset [m]; `aside`: how far the roller may stand from its meridian [m]; `angle` of
-    the roller from the race's first point [rad]; `here`: the slot has a roller; `damaged`: one of its defects may meet
-    the race.
+    `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: additional depth
+    within the averaging time of an onset [m]; `aside`: largest distance of the roller from its meridian [m]; `angle` of
+    the roller from the race's first point [rad]; `here`: True if the slot contains a roller.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
@@ -269,6 +267,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
         patch,
     )
     away = (position - race.own_middle) * search.per_point
+    damaged = space[col.DAMAGE + column] > 0.0
     own = damaged or search.points * abs(away - math.floor(away + 0.5)) < race.own_half
     space[col.CANDIDATES + column] = candidates
     space[col.CANDIDATE_CODE + column] = OWN_POINTS if own else candidate_code(candidates)
@@ -276,11 +275,11 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
 
 @kernel_part
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
-    """Number of points of each circle in a roller's window: all that may be in contact, at most `most`.
+    """Compute the number of points of each circle in a roller's window: all that may be in contact, at most `most`.
 
     `depth`: in units of the clearance of a point one spacing aside, with all margins; `depth_ahead`: the same for
-    points that the roller moves on to, which begin to act before they touch; `aside`: how far the roller may stand from
-    its meridian, and `position` where it stands, growing as it moves on, both in spacings. A `patch` counts as one.
+    points ahead, which act before they touch; `aside`: largest distance of the roller from its meridian, and `position`
+    in the direction of rolling, both in spacings. A `patch`, or slices (None), count as one point.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -301,7 +300,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 
 @kernel_part
 def candidate_code(candidates):
-    """Code of a column's number of candidates: sums over a lane group count the columns with one, two, three points."""
+    """Encode a number of candidates: the sum over a lane group counts its columns with one, two and three points."""
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
         + (NEEDS_TWO if candidates > 1.0 else 0.0)
@@ -311,11 +310,11 @@ def candidate_code(candidates):
 
 @kernel_part
 def add_heights(surface, rotation, count, space):
-    """Bring the races of all columns nearer by the heights under them. `rotation` of the rollers [rad].
+    """Raise the races under all columns by the surface heights; `rotation` of the rollers [rad].
 
-    A height towards the other surface brings the race of one contact that much nearer to its roller, along the slot:
-    along the normal less by the cosine of its lean, 0.6 % at a contact's ends. The slope of a wave tilts no normal, and
-    how fast it passes counts for no damper (at 3 kHz and 10 us 2 % of the force).
+    A height moves the race of one contact nearer to its roller along the slot. Along the normal the movement is smaller
+    by the cosine of its lean, 0.6 % at a contact's ends. The slope of a wave does not tilt the normal, and its passing
+    does not act on the damper (2 % of the force at 3 kHz and 10 us).
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:
@@ -343,7 +342,7 @@ def add_heights(surface, rotation, count, space):
 
 @kernel_part
 def place_in_table(turns, size):
-    """The entries before and behind an angle in a table of `size` around a body, and the share of the latter."""
+    """Find the entries before and after an angle [turns] in a table of `size` entries, and the weight of the second."""
     place = (turns - math.floor(turns)) * size
     first = int(place)
     first = first if 0 <= first < size else 0  # of a state that is no longer finite, too

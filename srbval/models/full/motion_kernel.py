@@ -1,7 +1,7 @@
 """Kernel: the right-hand side of the full model's equations of motion.
 
-Newton-Euler in the generalised speeds (slides, spins, cage angular velocity, ring velocity), projected as in
-Kane's method; for the equations and the layout of the state see `srbval.models.full`.
+Newton-Euler equations in the generalised speeds (slides, spins, cage angular velocity, ring velocity), projected as in
+Kane's method; for the equations and the state see `srbval.models.full`.
 """
 
 import numpy as np
@@ -37,16 +37,16 @@ WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 @kernel
 def rates_and_loads(t, y, model, rate, totals, loads):
-    """The `right_hand_side` without damping sums, for Python."""
+    """Evaluate `right_hand_side` without damping sums; callable from Python."""
     right_hand_side(t, y, model, rate, totals, loads, None)
 
 
 @kernel_part
 def right_hand_side(t, y, model, rate, totals, loads, damping):
-    """Fill `rate` (shape of `y`) and `totals`, [col.TOTALS], for state `y` at time `t`.
+    """Compute `rate` (shape of `y`) and `totals`, [col.TOTALS], for state `y` at time `t` [s].
 
-    `loads`, shape [2 races, 2 M, 3 circles]: normal forces [N], filled unless it is None. `damping`: None, or
-    `WITH_DAMPING` to have the columns' damping sums filled, see `damping_kernel`.
+    `loads`: array for the normal forces [N], shape [2 races, 2 M, 3 circles], or None. `damping`: `WITH_DAMPING` if the
+    columns' damping sums are needed, see `damping_kernel`; otherwise None.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, y.shape[0] // 2)
@@ -203,9 +203,10 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
 @kernel_part
 def couples_on_cages(law, row, model, slots, relative, on_cages):
-    """Torque on the angle between both cages and on the cages, x, y, z, with the couples of a `row` of the slots [N m].
+    """Add the couples in a `row` of the slots [N m] to the torques on the relative angle and on the cages.
 
-    They are about the rollers' axes as the cages hold them. Nothing is added without the `law` that fills the row.
+    The couples act about the rollers' axes as the cages guide them. Without the `law` of the row the torques are
+    unchanged.
     """
     if law is None:
         return relative, on_cages
@@ -222,10 +223,7 @@ def couples_on_cages(law, row, model, slots, relative, on_cages):
 
 @inlined
 def ring_motion(t, y, at, model, on_ring, rate, totals):
-    """Fill the rates of the outer ring on the housing's spring and damper, and the powers of load and housing.
-
-    `on_ring`: force of the rollers on it, x, y, z [N].
-    """
+    """Compute the outer ring's rates under `on_ring` [N], housing and load, and the powers of load and housing."""
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
     ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
     rate[at.ring], rate[at.ring + 1], rate[at.ring + 2] = ring_vx, ring_vy, ring_vz
@@ -244,7 +242,7 @@ def ring_motion(t, y, at, model, on_ring, rate, totals):
 
 @kernel_part
 def shaft_motion(t, drive):
-    """Speed and angle of the shaft at time `t`: linear between the table's entries, constant outside."""
+    """Compute speed and angle of the shaft at time `t` [rad/s, rad]; speed is linear in the table, constant outside."""
     table = drive.speed
     last = table.shape[1] - 1
     if t <= table[0, 0]:
@@ -259,7 +257,7 @@ def shaft_motion(t, drive):
 
 @kernel_part
 def entry_before(times, t):
-    """Index of the last of the rising `times` before `t`, which is above the first and below the last of them."""
+    """Find the index of the last of the rising `times` before `t`, which is between the first and the last of them."""
     before, behind = 0, times.shape[0] - 1
     while behind - before > 1:
         middle = (before + behind) // 2
@@ -272,7 +270,7 @@ def entry_before(times, t):
 
 @kernel_part
 def external_load(t, drive):
-    """Radial and axial load at time `t`: linear between the table's entries, constant outside."""
+    """Compute radial and axial load [N] at time `t`: linear between the table's entries, constant outside."""
     table = drive.load
     last = table.shape[1] - 1
     if t <= table[0, 0]:

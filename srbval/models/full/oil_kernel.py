@@ -1,8 +1,8 @@
 """Kernels: effects of oil besides traction: rolling resistance, drag, friction in the cage's pockets.
 
-Each is small beside the forces that carry the load and changes slowly, so that steps take it explicitly: a roller's
-spin would relax under its rolling resistance in 0.3 s. For the equations see `srbval.models.film` and `.oil`.
-Left out: that a pocket's friction also pushes its roller along the slot, some 10 N.
+These forces are small beside the load and change slowly, so steps treat them explicitly: rolling resistance alone would
+stop a roller's spin in 0.3 s. For the equations see `srbval.models.film` and `.oil`. The push of a pocket's friction
+along the slot, some 10 N, is left out.
 """
 
 import math
@@ -18,11 +18,11 @@ LEAST_RAD_S = 1e-6
 
 
 class OilLaw(NamedTuple):
-    """Constants of what the oil does to rollers. Numbers only, but for `rolling`.
+    """Constants of the oil's forces on rollers; all are numbers except `rolling`.
 
-    `rolling`, [2 races, 2]: couple at 1 rad/s over the root of the load, of a contact shorter than its roller, and over
-    the fourth root, of one as long [N m]; `heating`: L of shear heating at 1 m/s; `drag`: force over the square of a
-    roller's speed [kg/m]; `pocket`: coefficient of friction there.
+    `rolling`, [2 races, 2]: couple at 1 rad/s [N m], over the square root of the load for a contact shorter than its
+    roller, over the fourth root for a contact as long as its roller; `heating`: L of shear heating at 1 m/s; `drag`:
+    force over the square of a roller's speed [kg/m]; `pocket`: coefficient of friction in the pockets.
     """
 
     rolling: Any
@@ -33,19 +33,19 @@ class OilLaw(NamedTuple):
 
 @kernel_part
 def rolling_speed(slices, cage, shaft):
-    """Speed at which contacts move over the rollers' surface [m/s], mean of both races', at these speeds [rad/s]."""
+    """Compute the speed of contacts over the rollers' surface [m/s], mean of both races; arguments in rad/s."""
     return 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
 
 
 @kernel_part
 def thermal_share(heating, rolling):
-    """3.94 / (3.94 + L^0.62) with L = `heating` u^2, see `film.thermal_factor`."""
+    """Compute 3.94 / (3.94 + L^0.62) with L = `heating` u^2, see `film.thermal_factor`."""
     return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
 
 
 @kernel_part
 def rate_power(rate):
-    """The rate to the 0.6484, in place of Goksem & Hargreaves' 0.648: half, eighth, 64th and 128th by roots."""
+    """Compute rate^0.6484 from square roots; Goksem & Hargreaves' exponent is 0.648."""
     half = math.sqrt(np.float32(rate))
     eighth = math.sqrt(math.sqrt(half))
     last = math.sqrt(math.sqrt(math.sqrt(eighth)))
@@ -54,7 +54,7 @@ def rate_power(rate):
 
 @kernel_part
 def resist_rolling(space, j, short, full):
-    """Add its rolling resistance to the torque of column `j`; the power [W]. Factors: see `OilLaw.rolling`."""
+    """Add the rolling resistance to the torque of column `j`; returns its power [W]. Factors: see `OilLaw.rolling`."""
     root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
     shorter, longest = short * root, full * math.sqrt(root)
     rate = space[col.W_Z + j]
@@ -66,9 +66,9 @@ def resist_rolling(space, j, short, full):
 
 @kernel_part
 def add_oil_forces(oil, model, slots, cage, shaft, totals):
-    """Add rolling resistance and pockets' couples to the columns' torques; fill the couples on cages, and the powers.
+    """Add rolling resistance and pocket friction to the columns' torques; fill the couples on cages, and the powers.
 
-    The columns' forces are those of the contacts, summed over all that touch. Nothing happens without `oil`.
+    The columns' forces must already contain the sums of their copies. Nothing happens without `oil`.
     """
     if oil is None:
         return

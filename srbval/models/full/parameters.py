@@ -1,4 +1,4 @@
-"""All numbers the kernels need, in one flat tuple of floats and arrays."""
+"""Parameters of the kernels: all numbers of a scene, in one flat tuple of floats and arrays."""
 
 import math
 from collections.abc import Sequence
@@ -37,11 +37,11 @@ MOST_LOADED = 5.0  # times the mean load along the force: of a bearing with clea
 
 
 class RaceSearch(NamedTuple):
-    """Limits of the search for candidates on one race.
+    """Limits of the candidate search on one race.
 
-    `spacing`: least spacing of its points [m]; `clearance` of a roller that just touches to a point one spacing aside,
-    at least [m]; middle and half the width of the stretch outside of which `Races.window_of` names no window of
-    displaced points, in points.
+    `spacing`: smallest distance of neighbouring points [m]; `clearance`: smallest gap between a roller that just
+    touches and a point one spacing aside [m]; `own_middle`, `own_half`: middle and half width, in points, of the
+    stretch that contains all points with a window of their own.
     """
 
     spacing: float
@@ -51,11 +51,11 @@ class RaceSearch(NamedTuple):
 
 
 class Races(NamedTuple):
-    """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
+    """Point clouds of both raceways for the kernels, outer race first, see `point_cloud.Windows`.
 
-    `points` shape [2, W, col.POINT_ROWS, candidates], with a spare window for each damaged roller at the end, None if
-    contacts are slices; `starts` [2, W, 4]; `window_of` [2 races, 2 rows, points]; `highest` [2, W]; `plain`:
-    how many windows hold undisplaced points; `height`: farthest point from the mid-plane [m].
+    `points`, [2, W, col.POINT_ROWS, candidates]: with a spare window for each damaged roller at the end; None if
+    contacts are slices; `starts`: [2, W, 4]; `window_of`: [2 races, 2 rows, points]; `highest`: [2, W] [m]; `plain`:
+    number of windows of undisplaced points; `height`: largest distance of a point from the mid-plane [m].
     """
 
     points: Any
@@ -69,7 +69,7 @@ class Races(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Space the kernels work in; one set for each run, so parameters are not to be shared between threads.
+    """Working space of the kernels; each run has its own, so threads must not share parameters.
 
     `space` and `plan`: see `columns`; `slots` for rollers, padded to a multiple of `col.LANES`.
     """
@@ -80,9 +80,10 @@ class Scratch(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Piecewise linear drive over the run's time [s]. A constant has one entry.
+    """Piecewise linear speed and load over the run's time [s]; a constant has one entry.
 
-    `speed`, shape [3, k]: time, shaft speed [rad/s], shaft angle then [rad]; `load`, [3, k]: time, radial, axial [N].
+    `speed`, shape [3, k]: time, shaft speed [rad/s], shaft angle [rad]; `load`, [3, k]: time, radial and axial force
+    [N].
     """
 
     speed: FloatArray
@@ -92,7 +93,7 @@ class Drive(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """The full model in SI: geometry, bodies, contact, housing, load, drive, point clouds."""
+    """Parameters of the full model in SI units: geometry, bodies, contact, housing, load, drive, point clouds."""
 
     # geometry
     centre_distance: float  # roller centre from the bearing centre [m]
@@ -132,7 +133,7 @@ class Parameters(NamedTuple):
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
     """Assemble the kernel parameters of a scene (values: the paper's Tables 1 and 4).
 
-    Cages are taken as thin rings at the pitch radius; their mass is the scene's assumption.
+    Cages are modelled as thin rings at the pitch radius; their mass is an assumption of the scene.
     """
     diameter, defects = roller_diameter_m(scene, geometry), _roller_defects(scene, geometry)
     damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
@@ -182,7 +183,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
 
 def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Angle of each roller in the cage, row 1 first, [2 M] [rad]: even but for the places in the pockets."""
+    """Compute the angle of each roller in the cage, row 1 first, [2 M] [rad]: evenly spaced, plus random offsets."""
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
@@ -190,11 +191,11 @@ def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
 
 
 def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: float) -> tuple[float, float, float]:
-    """Mass [kg] and moments of inertia about its axis and across it [kg m2] of a barrel roller.
+    """Compute mass [kg] and moments of inertia about the axis and across it [kg m2] of a barrel roller.
 
-    Solid of revolution of the raceway's profile arc, `diameter_m` at its middle, of a `density` [kg/m3].
-    Integrals over the width: m = rho pi int r^2 dz, I_a = rho pi/2 int r^4 dz,
-    I_t = I_a/2 + rho pi int r^2 z^2 dz (any text on rigid bodies). No end chamfers, no bore.
+    The roller is a solid of revolution of the raceway's profile arc, `diameter_m` at its middle, of a `density`
+    [kg/m3], without end chamfers or bore. Integrals over the width: m = rho pi int r^2 dz, I_a = rho pi/2 int r^4 dz,
+    I_t = I_a/2 + rho pi int r^2 z^2 dz (any text on rigid bodies).
     """
     half = geometry.roller_width_m / 2
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
@@ -206,12 +207,12 @@ def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: f
 
 
 def state_layout(model: Parameters) -> StateLayout:
-    """Layout of the model's state."""
+    """Compute the layout of the model's state vector."""
     return StateLayout(len(model.slot_angle), 1 if model.second_cage is None else 2)
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
-    """Roller diameter of the scene: raceway gap less the radial play, or Table 1's printed value [m]."""
+    """Compute the scene's roller diameter [m]: raceway gap less the radial play, or the value printed in Table 1."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
@@ -224,7 +225,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
-    """Both races' windows side by side, with `spares` for damaged rollers, and what the search needs."""
+    """Build the windows of both races, with `spares` for damaged rollers, and the limits of the candidate search."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
@@ -263,7 +264,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 
 
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
-    """Middle and half width, in points, of the shortest stretch with every point that has a window of its own."""
+    """Compute middle and half width, in points, of the shortest stretch with all points that have their own window."""
     count = window_of.shape[1]
     points = np.flatnonzero((window_of >= plain).any(axis=0))
     if len(points) == 0:
@@ -275,7 +276,7 @@ def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
 
 
 def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:
-    """Points of each circle of both rows of a race, with its defects."""
+    """Place the points of each circle of both rows of a race, displaced by the race's defects."""
     own = [d for d in scene.defects if d.kind is kind]
     n, zone = scene.contact.points_per_circle, scene.load.zone_rad
     return [
@@ -288,7 +289,7 @@ def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[
 
 
 def _drive(scene: Scene) -> Drive:
-    """Drive tables in the run's own time, which starts `settle_s` before the recorded time."""
+    """Build the drive tables in run time, which begins `settle_s` before the recorded time."""
     load, direction = scene.load_profile, scene.load.direction_rad
     time, speed = np.array([0.0]), np.array([scene.shaft_speed_rad_s])
     if scene.speed_profile is not None:
@@ -308,7 +309,7 @@ def _drive(scene: Scene) -> Drive:
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Defects on rollers as the kernels read them, see `columns`."""
+    """Convert the defects of rollers to an array for the kernels, shape [D, col.DEFECT_COLUMNS]."""
     rows, count = [], geometry.rollers_per_row
     for d in scene.defects:
         if d.kind is Fault.ROLLER:
@@ -321,12 +322,12 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
 
 
 def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
-    """Position along the roller's axis at which a circle of row 1 meets the outer side of its roller [m]."""
+    """Compute the position along the roller's axis at which a circle of row 1 meets the roller's outer side [m]."""
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
 def _scratch(slot_angle: FloatArray) -> Scratch:
-    """Space for every roller on both races, and for a single column of each; what never changes filled in."""
+    """Allocate working space for every roller on both races and a single column of each; fill in the constants."""
     count = len(slot_angle)
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
@@ -346,7 +347,7 @@ def _scratch(slot_angle: FloatArray) -> Scratch:
 
 
 def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: float) -> SurfaceHeights:
-    """Tables for both races, in the middle of their contacts, and rollers of `roller_m` radius; empty if smooth."""
+    """Tabulate surface heights of both races and of rollers of radius `roller_m`; the tables are empty if smooth."""
     surface, rollers = scene.surface, 2 * geometry.rollers_per_row
     if surface is None:
         return SurfaceHeights(np.zeros((2, 2, 0)), np.zeros((rollers, 0)))
@@ -372,7 +373,7 @@ def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: f
 
 
 def contact_half_m(load_n_m: float, curvature_1_m: float) -> float:
-    """Half length along the race of a line contact of steel under a load per length [m].
+    """Compute the half length along the race of a line contact of steel under a load per length [m].
 
     b^2 = 4 P R / (pi E*), 1 / R the `curvature_1_m` of the gap (Johnson 1985, Contact Mechanics, sect. 4.2; quoted from
     memory, not checked).
@@ -382,11 +383,11 @@ def contact_half_m(load_n_m: float, curvature_1_m: float) -> float:
 
 
 def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
-    """Share J_0(k b) of a wave's amplitude that a contact of half length b feels, k radians per length.
+    """Compute the share J_0(k b) of a wave's amplitude that moves the bodies of a contact of half length b; k in rad/m.
 
-    A small height h under a line contact brings its bodies nearer by the mean of h weighed by the pressure that one
-    more newton adds, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's pressure over the
-    load); for a wave this mean is J_0. Waves beyond the first zero, shorter than 2.6 b, are not counted.
+    A small height h under a line contact moves its bodies by the mean of h, weighted with the pressure of one
+    additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's pressure over the
+    load); for a wave this mean is J_0. Waves beyond the first zero, shorter than 2.6 b, are ignored.
     """
     from scipy.special import j0, jn_zeros
 
@@ -395,7 +396,7 @@ def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
 
 
 def sum_waves(orders: FloatArray, amplitudes_m: FloatArray, phases_rad: FloatArray, size: int) -> FloatArray:
-    """Sum of the waves at `size` even angles of each body, [bodies, size]; `phases_rad`, [bodies, orders]."""
+    """Sum the waves at `size` even angles of each body [m], [bodies, size]; `phases_rad`: [bodies, orders]."""
     lines = np.zeros((len(phases_rad), size // 2 + 1), dtype=np.complex128)
     lines[:, orders.astype(int)] = amplitudes_m * np.exp(1j * phases_rad) * (size / 2)
     return np.fft.irfft(lines, n=size)

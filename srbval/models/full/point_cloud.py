@@ -1,4 +1,4 @@
-"""The raceways as point clouds (paper, eqs 16 and 17), and which of their points a roller can touch."""
+"""Point clouds of the raceways (paper, eqs 16 and 17), and the points that a roller can touch."""
 
 import math
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ SAGITTA_SHARE = 0.98  # share of a point's clearance by its circle's curvature: 
 
 
 class Circle(NamedTuple):
-    """One circle of points: radius and height above the mid-plane [m], and the surface normal there.
+    """Circle of points: radius and height above the mid-plane [m], and the surface normal.
 
-    The normal (`normal_radial`, `normal_axial`) points off the raceway, towards the rollers; the height is
-    that of row 1 (z > 0).
+    The normal (`normal_radial`, `normal_axial`) points from the raceway to the rollers; the height is for row 1 (z >
+    0).
     """
 
     radius_m: float
@@ -32,15 +32,15 @@ class Circle(NamedTuple):
 
 
 def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Circle p of the outer raceway, eq. (17): on a sphere about the bearing centre."""
+    """Compute circle p of the outer raceway, eq. (17), on a sphere about the bearing centre."""
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(radius * c, radius * s, -c, -s)
 
 
 def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Circle p of the inner raceway, eq. (17) with its sign mended: radius C_x **minus** R_x cos(p alpha).
+    """Compute circle p of the inner raceway, eq. (17) with its sign corrected: radius C_x **minus** R_x cos(p alpha).
 
-    As printed, with a plus, the inner raceway would lie outside the outer one.
+    With the printed plus, the inner raceway would be outside the outer one.
     """
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(geometry.inner_centre_radial_m - radius * c, geometry.inner_centre_axial_m - radius * s, c, s)
@@ -49,7 +49,7 @@ def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
 class CirclePoints(NamedTuple):
     """Points of one circle of one row: angle [rad], displacement along the normal [m], share of K_c and C_c.
 
-    `cell` is the undisplaced, unrefined point that each stands at or takes the place of. All arrays are [n].
+    `cell` is the number of the undisplaced, unrefined point that a point represents or replaces. All arrays are [n].
     """
 
     angle: FloatArray
@@ -59,7 +59,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """`count` points evenly spaced (eq. 16), with the circle's defects; angles of defects count from `zone_rad`."""
+    """Place `count` even points on a circle (eq. 16) and apply its defects, whose angles begin at `zone_rad`."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -76,18 +76,18 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
 
 
 def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
-    """Height of a defect, as a share of its full one, at `across` extents from its middle; 0 beyond half an extent."""
+    """Compute a defect's height over its full height at `across` extents from its middle; 0 beyond half an extent."""
     inside = np.abs(across) <= 0.5
     return np.where(inside, 0.5 + 0.5 * np.cos(2 * np.pi * across) if shape is DefectShape.COSINE else 1.0, 0.0)
 
 
 def wrapped(angle: FloatArray) -> FloatArray:
-    """Angle between -pi and pi [rad]."""
+    """Wrap an angle to the range from -pi to pi [rad]."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float, times: int) -> CirclePoints:
-    """Replace the points within the extent, and one spacing more either side, by `times` as many of 1/`times` share."""
+    """Replace points within the extent and one spacing more by `times` as many, each with 1 / `times` of the share."""
     spacing = 2 * math.pi / count
     near = np.abs(wrapped(points.angle - middle)) <= extent_rad / 2 + spacing
     if np.count_nonzero(near) * times + len(near) > MOST_POINTS:
@@ -102,10 +102,10 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 
 
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """Number of points on either side of the nearest one that a roller can touch, up to `DEEPEST_M` deep with bumps.
+    """Compute how many points on either side of the nearest point a roller can touch, `DEEPEST_M` deep and with bumps.
 
-    A point at distance x along the race stands x^2/2 (1/r + 1/R) clear of a roller that just touches the
-    race (parallel-axis circles; R negative for the outer, concave race).
+    A point at distance x along the race is x^2/2 (1/r + 1/R) clear of a roller that just touches the race (circles with
+    parallel axes; R is negative for the concave outer race).
     """
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     reach_m = math.sqrt(2 * (DEEPEST_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))
@@ -113,18 +113,18 @@ def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_pe
 
 
 def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
-    """Least clearance of a point one spacing aside of a roller that just touches [m], see `window_half_count`."""
+    """Compute the least clearance [m] of a point one spacing aside of a roller that just touches."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     return SAGITTA_SHARE * spacing**2 / 2 * (1 / roller_radius_m + 1 / race_radius_m)
 
 
 class Windows(NamedTuple):
-    """Candidate points about each point of a race, in the frame of that point's meridian; those of row 2 mirrored.
+    """Candidate points around each point of a race, in the frame of that point's meridian; row 2 is mirrored.
 
-    `points`, W arrays [col.POINT_ROWS, candidates]: see `columns`. `starts`, [W, 4]: where each circle's begin, and the
-    end of the last. The first windows hold undisplaced points, window ``c - 1`` the c nearest of each circle: about the
-    nearest point for odd c, about the point before the roller for even c. `window_of`, [2, points]: which window
-    belongs to a nearest point, the last undisplaced one or one of its own. `highest`, [W]: highest displacement in it
+    `points`, W arrays [col.POINT_ROWS, candidates]: see `columns`. `starts`, [W, 4]: first candidate of each circle,
+    and the end. The first windows contain undisplaced points: window ``c - 1`` has the c nearest of each circle, around
+    the nearest point for odd c, around the point before the roller for even c. `window_of`, [2, points]: window of each
+    nearest point, the last undisplaced one or a window of its own. `highest`, [W]: highest displacement in the window
     [m].
     """
 
@@ -137,7 +137,7 @@ class Windows(NamedTuple):
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
-    """Windows of a race with these points of each circle of each row; `ConfigurationError` for too many points."""
+    """Build a race's windows, `half` points to either side; raises `ConfigurationError` for too many points."""
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))
@@ -168,7 +168,7 @@ def candidate_windows(
 
 
 def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntArray:
-    """Points of the undisplaced circle with one that is displaced or refined at most `half` points away, rising."""
+    """Find the points of the plain circle that are at most `half` points from a displaced or refined point; sorted."""
     marked = np.zeros(3 * count + 1, dtype=np.int64)
     for circle in points:
         cell = circle.cell[(circle.lift != 0) | (circle.share != 1)]
@@ -180,7 +180,7 @@ def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntA
 def _window(
     circles: Sequence[Circle], points: Sequence[CirclePoints], nearest: int, offsets: IntArray, count: int
 ) -> list[FloatArray]:
-    """One window, circle by circle, each [col.POINT_ROWS, candidates]."""
+    """Build one window: the candidates of each circle, [col.POINT_ROWS, candidates]."""
     columns = []
     for circle, own in zip(circles, points, strict=True):
         near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))

@@ -1,10 +1,10 @@
 """Kernels: torque and powers of the forces that an implicit step applies.
 
-Forces are evaluated at speeds v, but the bodies are moved by what friction and contact damping, linear in the speeds,
-are at v + x: by F(v) - D x in M k = F(v) - D x, k the accelerations. The shaft's motion is prescribed, so its torque
-stands in no equation and follows from the shaft's own row d of D; with u = (v, shaft speed W) the losses are u D u:
+Forces are evaluated at speeds v. Friction and contact damping, linear in the speeds, then move the bodies as at v + x:
+M k = F(v) - D x, with the accelerations k. The shaft's motion is prescribed, so no equation contains its torque; the
+torque follows from the shaft's own row d of D. With u = (v, shaft speed W) the losses are u D u:
 
-    torque on the shaft = that at v less d x,   losses = those at v + (2 v + x) D x + 2 W d x,   D x = M (a - k)
+    torque on the shaft = torque at v - d x,   losses = losses at v + (2 v + x) D x + 2 W d x,   D x = M (a - k)
 
 with the accelerations a at v. Evaluated at v alone, the drive's power is 26 % too large in the paper's scene and step.
 """
@@ -18,10 +18,10 @@ from srbval.models.jit import kernel_part
 
 @kernel_part
 def shaft_row(model, factors):
-    """Fill the shaft's row of D, less its sign: rollers' parts into their slots, cages' into the row `SHAFT_ROW`.
+    """Fill the shaft's row of D with reversed sign: parts of rollers in their slots, of cages in the row `SHAFT_ROW`.
 
-    The shaft moves the inner race by (0, L z_z, -L y_z) past a roller and turns it by (., y_z, z_z), y_z and z_z the
-    parts of the slot's axes along the shaft. See `damping_kernel`, of the same state.
+    A turning shaft moves the inner race by (0, L z_z, -L y_z) past a roller and turns it by (., y_z, z_z), with the
+    components y_z and z_z of the slot's axes along the shaft. See `damping_kernel`, for the same state.
     """
     space, second = model.scratch.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0
@@ -47,11 +47,11 @@ def shaft_row(model, factors):
 
 @kernel_part
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
-    """Add the changes by x to the torque and the powers of `totals`; see above.
+    """Add the changes due to x to the torque and the powers in `totals`; for v, x, a and k see the module.
 
-    Of the state's shape: the speeds v of the evaluation, x (`beyond`) and a - k (`braked`). `shaft`: its speed [rad/s];
-    `inertia`: the totals that belong to the `factors`. Friction's power stays that at v, where slip is what it is; the
-    rest of the losses, but for the housing's, counts as contact damping's.
+    `speeds`: v; `beyond`: x; `braked`: a - k, all of the state's shape. `shaft`: speed [rad/s]; `inertia`: totals from
+    which `factors` were computed. The power of friction keeps its value at v; the other changed losses, except the
+    housing's, are counted as contact damping.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, speeds.shape[0] // 2)

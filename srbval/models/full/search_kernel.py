@@ -1,10 +1,10 @@
-"""Kernels: points of a race that each roller may touch.
+"""Kernels: find the points of a race that each roller may touch.
 
-Candidates follow from the angle, no search among points is needed. `frames_kernel.candidate_count` says how many points
-of a circle a column needs; a lane group of columns is given a window that holds enough for most of them. Columns that
-need more, or that alone of their group need any, are copied into common groups ("compacted"). Columns with points of
-their own, near a defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the
-`plan`, see `columns`.
+Candidates follow from the roller's angle, without a search among points. `frames_kernel.candidate_count` computes how
+many points of a circle a column needs; a lane group of columns gets a window with enough points for most of its
+columns. Columns that need more, or that alone of their group need any, are copied to common groups ("compacted").
+Columns with their own points, near a defect of a race or of a damaged roller, are copied to a group each ("single").
+The result is the `plan`, see `columns`.
 """
 
 import math
@@ -21,9 +21,9 @@ COPY_COST = 0.3
 
 @kernel_part
 def plan_contacts(slots, races, space, plan, count):
-    """Fill the plan: number of lane groups, of compacted and of single columns, and the deepest penetration [m].
+    """Fill the plan; returns the numbers of lane groups, compacted and single columns, and the deepest penetration [m].
 
-    See `Parameters` for `races`, `Scratch` for `slots` and the rest; `count`: points in a circle.
+    For `races` see `Parameters`, for `slots`, `space` and `plan` see `Scratch`; `count`: points per circle.
     """
     lanes = np.uint64(col.LANES)
     groups, compacted, single = 0, 0, 0
@@ -75,13 +75,13 @@ def plan_group(plan, row, race, window, first):
 
 @kernel_part
 def plan_copy(plan, row, column, points):
-    """Enter a column to be copied and the number of points it needs; the place of its copy follows."""
+    """Enter a column to be copied and the number of points that it needs; the place of its copy follows later."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Give the columns of a race that are compacted their places; each group the window of its neediest column."""
+    """Assign places to the compacted columns of a race; each group gets the window of its neediest column."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -100,7 +100,7 @@ def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
 
 @kernel_part
 def code_of_group(begin, space):
-    """Sum of the codes of a lane group of columns, see `candidate_code`."""
+    """Sum the candidate codes of a lane group of columns, see `candidate_code`."""
     code = 0.0
     for lane in range(np.uint64(col.LANES)):
         code += space[col.CANDIDATE_CODE + begin + lane]
@@ -109,7 +109,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Enter the columns with points of their own in a lane group that may have some; the number of `single` ones."""
+    """Enter the columns of a lane group that have points of their own; returns the new number of `single` columns."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -134,9 +134,9 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """Best number of points of each circle for a lane group in its place, and the number of its neediest column.
+    """Choose the number of points per circle for a lane group; returns it and the number for its neediest column.
 
-    Columns that need more are copied, at a cost. `code`: see `code_of_group`, not 0.
+    Columns that need more are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
     """
     one, two, three = code % 64, code // 64 % 64, code // 4096
     if three == 0:
@@ -161,7 +161,7 @@ def points_of_group(code, begin, space):
 
 @kernel_part
 def deepest_of(slots, space):
-    """Greatest depth of all columns [m]; a row of sums that is not yet in use serves to compare both races at once."""
+    """Compute the greatest depth of all columns [m]; overwrites the row `TWICE_ENERGY`, which is not yet in use."""
     for p in range(np.uint64(slots)):
         outer, inner = space[col.MIDDLE_DEPTH + p], space[col.MIDDLE_DEPTH + col.INNER + p]
         space[col.TWICE_ENERGY + p] = outer if outer > inner else inner
@@ -176,10 +176,7 @@ def deepest_of(slots, space):
 
 @kernel_part
 def angle_to_window(position, shift, spacing):
-    """Cosine and sine of the angle from a roller to its window's middle point.
-
-    The angle is at most `spacing`: taken from their series, exact to rounding up to 0.1 rad (60 points in a circle).
-    """
+    """Compute cosine and sine of the angle from a roller to its window's middle, by series exact up to 0.1 rad."""
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
     cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40320.0))))
@@ -200,10 +197,7 @@ def turn_to_window(original, copy, slot, shift, spacing, space):
 
 @kernel_part
 def prepare_columns(groups, slots, space, plan, spacing, damping):
-    """Turn the columns of the lane groups that stand in their places to their windows; clear all columns' sums.
-
-    `spacing`: angle between points [rad].
-    """
+    """Turn columns that are not copied to their windows, `spacing` [rad] between points; clear all columns' sums."""
     for i in range(groups):
         if plan[i, col.GROUP_FIRST] < col.COMPACTED:
             start = np.uint64(plan[i, col.GROUP_RACE] * col.RACE)
@@ -219,7 +213,7 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
 
 @kernel_part
 def spacing_of_windows(count, patch):
-    """Angle between the points that columns turn to [rad]; 0: a `patch` or slices follow the roller."""
+    """Compute the angle between the points of windows [rad]; 0 with a `patch` or slices, which follow the roller."""
     if patch is None:
         return 0.0
     return 0.0 if patch.shape[1] > 0 else 2.0 * math.pi / count
@@ -227,7 +221,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a column but for the axes of `turn_to_window`, clear the copy's sums and put the column out of reach."""
+    """Copy a column except its axes A and B, clear the copy's sums, and move the original out of reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]
@@ -238,10 +232,10 @@ def copy_column(original, copy, space, damping):
 
 @kernel_part
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
-    """Copy the compacted and the single columns, each turned to its own window.
+    """Copy the compacted and the single columns, and turn each copy to its own window.
 
-    `spacing` of the points that compacted columns meet, see `spacing_of_windows`; single ones meet one of `count`, but
-    for `slices`.
+    `spacing`: for compacted columns, see `spacing_of_windows`; single columns use `count` points per circle, or
+    `slices`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
@@ -258,7 +252,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
 
 @kernel_part
 def scatter_sums(compacted, single, space, plan, damping):
-    """Add the sums of the copied columns to those of the columns they were copied from."""
+    """Add the sums of the copied columns to the original columns."""
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
         add_column(np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO]), space, damping)
     for i in range(single):
@@ -268,7 +262,7 @@ def scatter_sums(compacted, single, space, plan, damping):
 
 @kernel_part
 def add_column(original, copy, space, damping):
-    """Add the sums of a column's copy to its own."""
+    """Add the sums of a column's copy to the original column."""
     for row in range(col.FIRST_SUM, col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM):
         start = np.uint64(row * col.STRIDE)
         space[start + original] += space[start + copy]

@@ -1,9 +1,9 @@
-"""Kernels: a second cage for row 2, which turns about the axis of row 1's and tilts with it.
+"""Kernels: a second cage for row 2, which turns about the axis of row 1's cage and tilts with it.
 
-The window cages of both rows ride on one guide ring. The relative angle a, by which row 2's is ahead, is one more
-coordinate beside the cage's three: with t the cage's axis, the rollers of row 2 and their cage move at
-omega_2 = omega + a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. Its equation is Kane's with
-the partial angular velocity t. Without a second cage (`second` is None) every function leaves its arguments unchanged.
+The window cages of both rows ride on one guide ring. The relative angle a, by which row 2's cage is ahead, is a fourth
+coordinate beside the cage's three. With the cage's axis t, the cage and the rollers of row 2 turn at omega_2 = omega +
+a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. The equation of a is Kane's, with the partial
+angular velocity t. Without a second cage (`second` is None) every function leaves its arguments unchanged.
 """
 
 import math
@@ -16,14 +16,14 @@ from srbval.models.jit import kernel_part
 
 
 class SecondCage(NamedTuple):
-    """Moment of inertia of row 2's own cage about its axis [kg m2]; the other inertia values count both cages."""
+    """Moment of inertia of row 2's cage about its axis [kg m2]; the other inertia values include both cages."""
 
     axial: float
 
 
 @kernel_part
 def turn_of_second(y, at, second):
-    """Cosine and sine of the angle of row 2's cage, its relative angle [rad] and rate [rad/s]; zeros without one."""
+    """Compute cosine and sine of the angle of row 2's cage, its relative angle and rate [rad/s]; zeros without it."""
     if second is None:
         return 0.0, 0.0, 0.0, 0.0
     turn = y[at.cage + 2] + y[at.relative_angle]
@@ -32,7 +32,7 @@ def turn_of_second(y, at, second):
 
 @kernel_part
 def cage_angle(second, cosine, sine, turned, side):
-    """Cosine and sine of the angle of the cage that a roller on this `side` is in."""
+    """Choose cosine and sine of the cage angle for a roller on this `side`."""
     if second is None:
         return cosine, sine
     return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
@@ -40,7 +40,7 @@ def cage_angle(second, cosine, sine, turned, side):
 
 @kernel_part
 def roller_angle(second, angle, turned, side):
-    """The angle of a roller on this `side`, given that in row 1's cage [rad]."""
+    """Compute the angle of a roller on this `side` [rad] from its angle in row 1's cage."""
     if second is None:
         return angle
     return angle + turned[2] if side < 0.0 else angle
@@ -48,7 +48,7 @@ def roller_angle(second, angle, turned, side):
 
 @kernel_part
 def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
-    """Components x and z in slot axes of a roller's cage's angular velocity, given those of row 1's [rad/s]."""
+    """Compute components x and z of the angular velocity of a roller's cage, slot axes [rad/s], from row 1's cage."""
     if second is None:
         return w_x, w_z
     return (w_x - turned[3] * tilt_sine, w_z + turned[3] * tilt_cosine) if side < 0.0 else (w_x, w_z)
@@ -56,9 +56,9 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Torque on the relative angle [N m], and those on both cages less what its rate takes; fills its inertia.
+    """Compute the torques on the relative angle and on both cages [N m], less the gyroscopic terms of its rate.
 
-    `torque_on_cages` and their `axis`: x, y, z, world axes.
+    Also fills the relative rate's inertia in `totals`. `torque_on_cages` and the cages' `axis`: x, y, z, world axes.
     """
     if second is None:
         return 0.0, torque_on_cages
@@ -108,7 +108,7 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
 
 @kernel_part
 def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
-    """Torque on the cages and their inertia (xx, yy, zz, xy, xz, yz), the relative rate's equation eliminated."""
+    """Eliminate the relative rate; returns the torque on the cages and their inertia (xx, yy, zz, xy, xz, yz)."""
     if second is None:
         return on_cages, inertia
     g_x, g_y, g_z = on_cages
@@ -128,7 +128,7 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
 
 @kernel_part
 def fill_relative_rates(second, y, at, totals, torque, rate):
-    """Fill the rates of the relative angle, those of the cages being known."""
+    """Compute the rates of the relative angle from the rates of row 1's cage."""
     if second is None:
         return
     taken = totals[col.RELATIVE_X] * rate[at.cage_rate] + totals[col.RELATIVE_Y] * rate[at.cage_rate + 1]
@@ -139,9 +139,9 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 @kernel_part
 def relative_border(second, weight, model, totals, factors):
-    """Fill the row `RELATIVE_BORDER` of the factors with the relative rate's part of M / `weight` + D; its own entry.
+    """Fill the row `RELATIVE_BORDER` with the relative rate's part of M / `weight` + D; returns its diagonal entry.
 
-    It turns a roller of row 2 as its cage's rate along the roller's axis does, `tilt_cosine` times.
+    A relative rate turns a roller of row 2 about its axis by the factor `tilt_cosine`.
     """
     if second is None:
         return 0.0
@@ -181,7 +181,7 @@ def relative_border(second, weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Right-hand side of the cages and of the relative rate, with its accelerations and what the rollers took."""
+    """Add the relative acceleration to the cages' right-hand side, and compute its own, less the rollers' part."""
     if second is None:
         return g0, g1, g2, 0.0
     space, per = model.scratch.space, 1.0 / weight
@@ -198,7 +198,7 @@ def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
 
 @kernel_part
 def rate_about_roller(second, w_z, relative, side, tilt_cosine):
-    """Rate of a roller's cage about the roller's axis, from the rate of row 1's cage."""
+    """Compute the rate of a roller's cage about the roller's axis, from the rate of row 1's cage."""
     if second is None:
         return w_z
     return w_z + tilt_cosine * relative if side < 0.0 else w_z
@@ -206,7 +206,7 @@ def rate_about_roller(second, w_z, relative, side, tilt_cosine):
 
 @kernel_part
 def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
-    """Angular velocity of the cage of a roller on this `side`, from that of row 1's cage, world axes [rad/s]."""
+    """Compute the angular velocity of the cage of a roller on this `side`, world axes [rad/s], from row 1's cage."""
     if second is None:
         return omega_x, omega_y, omega_z
     rate = turned[3] if side < 0.0 else 0.0
@@ -215,7 +215,7 @@ def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
 
 @kernel_part
 def relative_energy(second, turned, along):
-    """Twice what the relative rate adds to the kinetic energy of row 2's cage [J]; `along`: both's rate [rad/s]."""
+    """Compute twice the kinetic energy that the relative rate adds [J]; `along`: cage rate about the axis [rad/s]."""
     if second is None:
         return 0.0
     return second.axial * turned[3] * (2.0 * along + turned[3])

@@ -1,14 +1,14 @@
 """Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008).
 
-A slice of a race lies in the roller's meridian, or at the edge of an opening in the race, see `foot_of_slice`. Its gap
-to the barrel is the closed form of `contact_kernel.penetration`. Over the slice's own width the gap is taken as linear:
-with the penetration running from e_2 to e_1, e_1 - e_2 = s, and the law q = k e^(10/9) of a line contact per length,
+A slice of a race is in the roller's meridian, or at the edge of an opening in the race, see `foot_of_slice`. Its gap to
+the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width the gap is linear: with the
+penetration running from e_2 to e_1, e_1 - e_2 = s, and the law q = k e^(10/9) of a line contact per length,
 
     force  F = (9/19) k w / s (e_1^(19/9) - e_2^(19/9)),  its slope dF/de = k w / s (e_1^(10/9) - e_2^(10/9)),
-    energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)),
+    energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)).
 
-negative ends counting as zero: smooth while a slice comes into contact. The damper is a time constant on the slope
-(0.25e-5 to 2.5e-5 s after E. Krämer; quoted from memory, not checked).
+Negative ends count as zero: the force is smooth while a slice comes into contact. The damper is a time constant times
+the slope (0.25e-5 to 2.5e-5 s after E. Krämer; quoted from memory, not checked).
 """
 
 import math
@@ -18,7 +18,6 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import (
-    ContactLaw,
     add_contact,
     add_damping,
     approach_and_slip,
@@ -26,6 +25,7 @@ from srbval.models.full.contact_kernel import (
     normal_force,
     penetration,
     place_of_point,
+    with_friction,
 )
 from srbval.models.full.film_kernel import film_drag, film_on_race
 from srbval.models.jit import inlined, kernel_part
@@ -51,14 +51,14 @@ LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of 
 
 
 class SliceTable(NamedTuple):
-    """Slices of both races, and their law of force.
+    """Slices of both races, and their force law.
 
     `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening;
     `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the opening from
-    the race's first point [rad]; `reach`, [2, W]: how far from an opening's middle a roller meets it [m]; `damping_s`:
-    time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which the friction reaches its limit, 0
-    for a critical velocity that does not depend on the speed; `outer_radius`, `inner_radius`: of the races at the
-    contacts' middles, about the shaft [m]; `film`: a `FilmLaw` where a film's shear is the friction, or None.
+    the race's first point [rad]; `reach`, [2, W]: distance from an opening's middle within which a roller meets it [m];
+    `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which friction reaches its
+    limit, 0 for a critical velocity independent of the speed; `outer_radius`, `inner_radius`: of the races at the
+    middle of their contacts, about the shaft [m]; `film`: `FilmLaw` if a film's shear is the friction, or None.
     """
 
     rows: Any
@@ -74,8 +74,11 @@ class SliceTable(NamedTuple):
 
 @inlined
 def ninth_root(x, inverse):
-    """x^(1/9) for x above 1e-37, with its `inverse`: a first guess in single precision, whose roots take a fifth of the
-    time, and two terms of the series of (y^9 / x)^(-1/9) about 1."""
+    """Compute x^(1/9) for x above 1e-37; `inverse` is 1 / x.
+
+    A first guess in single precision, whose roots take a fifth of the time, is refined by two terms of the series of
+    (y^9 / x)^(-1/9) about 1.
+    """
     u = np.float64(math.sqrt(math.sqrt(math.sqrt(np.float32(x)))))
     y = ROOT_0 + u * (ROOT_1 + u * (ROOT_2 + u * (ROOT_3 + u * ROOT_4)))
     y2 = y * y
@@ -86,16 +89,15 @@ def ninth_root(x, inverse):
 
 @inlined
 def slice_spring(stiffness, depth, spread, bend, least):
-    """Force [N], its slope over the depth [N/m] and twice the energy [J] of a slice, then part and middle of its load.
+    """Compute a slice's force [N], stiffness [N/m], twice its energy [J], touching share, and offset of its load.
 
-    `stiffness`: k w [N/m^(10/9)]; `depth`: mean penetration over the slice; `spread`: by how much it differs between
-    the ends; `bend`: curvature of the gap along the roller times w^2; `least` spread, all [m] and the last above 0. The
-    part of the width that touches; over the width and with the sign of the opening, how far the middle of the load lies
-    off the slice's towards the deeper end.
+    `stiffness`: k w [N/m^(10/9)]; `depth`: mean penetration; `spread`: its difference between the ends; `bend`:
+    curvature of the gap along the roller times w^2; `least`: smallest spread, above 0; all lengths in m. The offset is
+    the distance of the load's middle from the slice's middle towards the deeper end, over the width.
 
-    Where a slice touches on a part t of its width, the line that follows the bent gap there best stands for it: lower
-    by bend (1 - t^2) / 12 at the deeper end, flatter by bend (1 - t) / 2. With r the part of the deepest e that the
-    spread takes, e^(19/9) - (e - r e)^(19/9) = r e^(19/9) times a polynomial in r, and so on: one root serves all.
+    If a slice touches on a share t of its width, a line replaces the bent gap: lower by bend (1 - t^2) / 12 at the
+    deeper end, flatter by bend (1 - t) / 2. With the deepest penetration e and r = spread / e, at most 1, e^(19/9) - (e
+    - r e)^(19/9) is r e^(19/9) times a polynomial in r, and so on: all results need one root.
     """
     e = depth + 0.5 * spread
     t = e / spread
@@ -119,10 +121,10 @@ def slice_spring(stiffness, depth, spread, bend, least):
 
 @inlined
 def friction_of_slice(law, slip, more):
-    """Coefficient of friction over the slip, mean over slips from `slip` less `more` to `slip` and `more` [s/m].
+    """Compute coefficient of friction over slip [s/m], averaged from `slip` - `more` to `slip` + `more`; both above 0.
 
-    Eq. (19) as a ramp to the static coefficient less one, half as wide, by which it falls to the dynamic one; the mean
-    over a range is the difference of its integral. Both slips above 0.
+    Eq. (19) is a ramp to the static coefficient, less a ramp half as wide by which it falls to the dynamic coefficient;
+    the average is the difference of the integral over the range.
     """
     critical = law.critical_velocity
     high, low = slip + more, abs(slip - more)
@@ -137,33 +139,23 @@ def friction_of_slice(law, slip, more):
 
 @kernel_part
 def law_at_speed(law, slices, cage, shaft):
-    """The law with the critical velocity of lubricated traction at these speeds [rad/s]; as it is without `slices`.
+    """Set the critical velocity of lubricated traction at these speeds [rad/s]; unchanged without `slices`.
 
     The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed u, to its limit at the
-    critical ratio. u is the speed at which both contacts move over the roller's surface, the mean of the races'; that
-    of row 1's cage serves both rows.
+    critical ratio. u is the speed of the contacts over the roller's surface, the mean of both races; both rows use row
+    1's cage.
     """
     if slices is None:
         return law
     if slices.critical_ratio == 0.0:
         return law
     rolling = 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
-    return ContactLaw(
-        law.profile_radius,
-        law.roller_radius,
-        law.stiffness,
-        law.damping,
-        law.smoothing,
-        law.static_friction,
-        law.dynamic_friction,
-        slices.critical_ratio * rolling,
-        law.onset_s,
-    )
+    return with_friction(law, law.damping, law.static_friction, law.dynamic_friction, slices.critical_ratio * rolling)
 
 
 @kernel_part
 def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping):
-    """Add the forces of the slices from `first_third` to `end_third` of each contact to the columns of the plan."""
+    """Add the forces of the slices from `first_third` to `end_third` - 1 of each contact to the columns of the plan."""
     for group in range(groups):
         race = plan[group, col.GROUP_RACE]
         first, end = slices.starts[race, 0, first_third], slices.starts[race, 0, end_third]
@@ -185,14 +177,15 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 
 @kernel_part
-def find_openings(slices, single, plan, space, rotation, roller_radius, points, defects, rollers, spare_of):
+def find_openings(slices, single, plan, space, rotation, model):
     """Find the opening under each single column's roller: its window and its distance.
 
-    `rotation` of all rollers [rad]. An opening of the roller precedes one of the race. In the copied column's row
-    `POSITION` is kept how far the roller's meridian is beyond the opening's middle, along the race: an angle [rad] for
-    one of the race, a length [m] for one of the roller, which the plan tells by `ON_ROLLER`.
+    `rotation` of all rollers [rad]. An opening of the roller takes precedence over an opening of the race. The row
+    `POSITION` of a copied column then contains the distance of the roller's meridian beyond the opening's middle, along
+    the race: an angle [rad] for the race, a length [m] for the roller, which the plan marks by `ON_ROLLER`.
     """
-    per_point = 2.0 * math.pi / points
+    defects, spare_of, rollers = model.roller_defects, model.spare_of, rotation.shape[0]
+    per_point, roller_radius = 2.0 * math.pi / model.races.window_of.shape[2], model.law.roller_radius
     for i in range(single):
         row, start = col.FIRST_SINGLE + i, np.uint64(col.SINGLE + i * col.LANES)
         race, window, at = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW], plan[row, col.SINGLE_FROM]
@@ -220,10 +213,10 @@ def find_openings(slices, single, plan, space, rotation, roller_radius, points, 
 
 @kernel_part
 def face_roller(space, start, stop):
-    """Turn the columns' axes from the slot's meridian to that of the ring through the roller's centre: the ring moves.
+    """Turn the columns' axes from the slot's meridian to the meridian of the displaced ring at the roller's centre.
 
-    Nearer to the roller than there the ring is nowhere, so that rolling alone does not change the depth. The angle
-    [rad] is kept in the row `SHIFT`, which slices have no other use for.
+    There the ring is nearest to the roller, so that rolling alone does not change the depth. The angle [rad] is stored
+    in the row `SHIFT`, which slices do not use otherwise.
     """
     for j in range(np.uint64(start), np.uint64(stop)):
         a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]
@@ -267,7 +260,7 @@ def touches(law, slices, race, i, space, start, stop):
 
 @inlined
 def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
-    """Sine of the angle at which a gap opens along its slice, and in which direction: the race's tangent, x and z."""
+    """Compute the sine of the angle at which a gap opens along its slice, and the race's tangent, x and z."""
     r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
     r_z = normal_radial * space[col.A_Z + j] + normal_axial * space[col.Z_Z + j]
     return n_x * r_z - n_z * r_x, r_z, -r_x
@@ -275,11 +268,11 @@ def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
 
 @kernel_part
 def slice_columns(law, slices, film, race, window, first, last, space, start, stop, damping, away, on_roller):
-    """Add the forces of a race's slices to the columns from `start` to `stop`; see `contact_columns`.
+    """Add the forces of a race's slices to the columns from `start` to `stop` - 1; see `contact_columns`.
 
-    `away`: how far the one column's roller is from the opening of the window, see `find_openings`; None for none. Over
-    an opening of the race the force is along the roller's normal, over one of the roller, which meets the race with an
-    edge of its own, along the race's. `film`: that of the slices.
+    `away`: distance of the column's roller from the window's opening, see `find_openings`, or None. Over an opening of
+    the race the force acts along the roller's normal; over an opening of the roller, which meets the race with its
+    edge, along the race's normal. `film` of the slices.
     """
     begin, end = np.uint64(start), np.uint64(stop)
     point_law = law_of_point(law)
@@ -334,7 +327,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
 
 @inlined
 def normal_of_race(radial, tangential, axial, space, j):
-    """Normal into the race of a place on it, slot axes, from its components off the race in the column's frame."""
+    """Compute the normal into the race, slot axes, from the components of the outward normal in the column's frame."""
     return (
         -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
         -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],
@@ -344,12 +337,12 @@ def normal_of_race(radial, tangential, axial, space, j):
 
 @kernel_part
 def foot_of_slice(rows, race, window, i, away):
-    """Point at which a slice of a race with an opening meets a roller: radial, along the race, axial [m].
+    """Compute where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
 
-    The opening's middle is `away` [m] behind the roller's meridian. The roller rests on what reaches farthest into
-    it: the race or the nearest edge, a place on the ramp behind the edge, or the floor, which is above the race where
-    the "opening" is a raised piece. All are fixed to the race or follow the roller where its surface is parallel to
-    them, so that their forces have a potential.
+    The opening's middle is `away` [m] behind the roller's meridian. The roller rests on the part that reaches farthest
+    into it: the race or the nearest edge, a place on the ramp behind the edge, or the floor, which is above the race if
+    the "opening" is a raised piece. Each part is fixed to the race, or follows the roller to the place of parallel
+    surfaces, so that the forces have a potential.
     """
     radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
     half, ramp = rows[race, window, col.SLICE_HALF, i], rows[race, window, col.SLICE_RAMP, i]

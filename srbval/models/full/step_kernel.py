@@ -1,6 +1,6 @@
 """Kernels: one step of the full model by each family of methods.
 
-Explicit Runge-Kutta methods, and two families that take friction and contact damping implicitly, see `damping_kernel`.
+Explicit Runge-Kutta methods, and two families that treat friction and contact damping implicitly, see `damping_kernel`.
 """
 
 import math
@@ -21,10 +21,10 @@ from srbval.models.jit import inlined, kernel_part
 class WorkingSpace(NamedTuple):
     """Arrays that a step works in, and the running mean over an output interval.
 
-    `rates`, [stages, size]; `trial` and `braked`, [size]; `factors`, [col.FACTOR_ROWS, BORDER], and `frozen`,
-    [col.TOTALS]: the factored border and the totals it belongs to; `totals` of the latest evaluation and their `mean`,
-    see `add_to_mean`, both [col.TOTALS]; `ahead`, [size]: what a leapfrog remembers of the step before, zeros at the
-    start of a run.
+    `rates`: [stages, size]; `trial` and `braked`: [size]; `factors`, [col.FACTOR_ROWS, BORDER], and `frozen`,
+    [col.TOTALS]: the factored border and the totals from which it was computed; `totals` of the latest evaluation and
+    their `mean`, see `add_to_mean`, both [col.TOTALS]; `ahead`, [size]: memory of a leapfrog from the step before,
+    zeros at the start of a run.
     """
 
     rates: FloatArray
@@ -38,7 +38,7 @@ class WorkingSpace(NamedTuple):
 
 
 def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
-    """Arrays for states of the size of `memory`, the leapfrog's, and a method of so many stages."""
+    """Allocate the arrays for a method of `stages` stages; `memory`: the leapfrog's `ahead`, of the state's size."""
     size = len(memory)
     return WorkingSpace(
         rates=np.zeros((max(2, stages), size)),
@@ -54,7 +54,7 @@ def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
 
 @kernel_part
 def clear_mean(mean):
-    """Begin an output interval."""
+    """Reset the running mean at the start of an output interval."""
     for m in range(col.TOTALS):
         mean[m] = 0.0
     mean[col.DEEPEST] = mean[col.CONTACT_ENERGY] = -1.0
@@ -64,8 +64,8 @@ def clear_mean(mean):
 def add_to_mean(totals, weight, mean, first):
     """Add `weight` times the totals to `mean`.
 
-    But the deepest penetration becomes the deepest so far, and the contacts' energy, where it is still negative, that
-    of the `first` evaluation.
+    Two totals differ: the deepest penetration becomes the deepest so far, and the contact energy keeps its value at the
+    start of the interval (`first`: True at the start of a step).
     """
     for m in range(col.TOTALS):
         if m == col.DEEPEST:
@@ -78,7 +78,7 @@ def add_to_mean(totals, weight, mean, first):
 
 @inlined
 def runge_kutta_step(y, t, step, method, model, work):
-    """Advance `y` in place from time `t` by `step`; add the weighted totals to the mean."""
+    """Advance `y` in place from time `t` by `step` with a Runge-Kutta method; add the weighted totals to the mean."""
     size = y.shape[0]
     rates, trial, totals = work.rates, work.trial, work.totals
     a, b, c, powers = method.a, method.b, method.c, method.powers
@@ -101,10 +101,10 @@ def runge_kutta_step(y, t, step, method, model, work):
 
 @inlined
 def rosenbrock_step(y, t, step, method, model, work):
-    """Advance `y` in place from time `t` by `step`; add the weighted totals to the mean.
+    """Advance `y` in place from time `t` by `step` with a Rosenbrock method; add the weighted totals to the mean.
 
-    `work`: see `WorkingSpace`. With the stages weighed alike, the mean force is that at each stage's speeds and the u
-    that it solves for: the `beyond` of `power_kernel`.
+    With equal weights of the stages, the mean force acts at each stage's speeds plus the stage's solution u: the
+    `beyond` of `power_kernel`.
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
@@ -142,14 +142,14 @@ def rosenbrock_step(y, t, step, method, model, work):
 
 @inlined
 def leapfrog_step(y, t, step, method, model, work):
-    """Advance `y` in place from time `t` by `step`; add the totals to the mean. `method`: `Coefficients`.
+    """Advance `y` in place from time `t` by `step` with a leapfrog `method`; add the totals to the mean.
 
-    `ahead` of `work`: predicted change of the velocities up to where forces are linearised; renewed for the next
-    step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
-    x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
-    velocities; where no roller is damaged or wavy, no force depends on them and the predicted velocities serve. With
-    the solutions k1 and k2 the mean force of the step is that at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead, of one
-    solution that at gamma h k1 - ahead: the `beyond` of `power_kernel`.
+    `ahead` of `work`: predicted change of the velocities, at which forces are linearised; it is updated for the next
+    step. With x the velocities less the predicted velocities, a their accelerations and J the damping, the equation is
+    x' = a + J x from x = -ahead. The rollers' angles move in the middle of the step, with the mean of both velocities;
+    if no roller is damaged or wavy, no force depends on these angles, and the predicted velocities suffice. With the
+    solutions k1 and k2 the mean force of the step acts at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead, with one
+    solution at gamma h k1 - ahead: the `beyond` of `power_kernel`.
     """
     size = y.shape[0]
     b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead
@@ -204,7 +204,7 @@ def leapfrog_step(y, t, step, method, model, work):
 
 @kernel_part
 def drift(y, step):
-    """Move slides, cages and ring on for `step` [s] at their present velocities: the cage by the midpoint rule."""
+    """Advance slides, cages and ring by `step` [s] at their present velocities, the cage by the midpoint rule."""
     half = y.shape[0] // 2
     n = (half - 6) // 2
     at = state_indices(n, half)
@@ -225,7 +225,7 @@ def drift(y, step):
 
 @kernel_part
 def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
-    """Rates of the cage's three gimbal angles at its first two and its angular velocity, world axes [rad/s]."""
+    """Compute the rates of the cage's three gimbal angles [rad/s] from two angles and its velocity in world axes."""
     tilt = cage_tilt(tilt_x, tilt_y)
     w_z, rate_y = tilted_about_x(tilt, w_y, w_z)
     about = w_z / tilt.cos_y

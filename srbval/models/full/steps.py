@@ -1,4 +1,4 @@
-"""The full model's kernels behind documented calls: rates of a state, and steps of a method."""
+"""Documented calls of the full model's kernels: rates of a state, and steps of a method."""
 
 from typing import NamedTuple
 
@@ -18,10 +18,10 @@ from srbval.models.solvers import Method
 
 
 class Rates(NamedTuple):
-    """Time derivative of a state, and the contact forces in it.
+    """Time derivative of a state, and its contact forces.
 
-    `rate` has the state's shape; `totals`, shape [col.TOTALS], see `columns`; `load_n`: normal forces, shape
-    [outer and inner race, 2 M rollers, 3 circles] [N].
+    `rate` has the state's shape; `totals`, shape [col.TOTALS]: see `columns`; `load_n`: normal forces [N], shape [outer
+    and inner race, 2 M rollers, 3 circles].
     """
 
     rate: FloatArray
@@ -48,10 +48,11 @@ def take_steps(
     intervals_per_detail: int = 0,
     memory: FloatArray | None = None,
 ) -> Outputs:
-    """Advance `state` in place over `intervals` output intervals of `steps_per_output` steps each.
+    """Advance `state` in place over the output `intervals` of `steps_per_output` steps each.
 
-    The first of the intervals determines the time. No interval at all only compiles. `memory`, of the state's shape, is
-    renewed in place: the method keeps it from one call to the next; None at a start.
+    `intervals` counts from the start of the run and so determines the time; an empty range only compiles. `memory`, of
+    the state's shape, carries the method's memory from call to call and is updated in place; None at a start. Details
+    (spins and contact loads) are stored every `intervals_per_detail` intervals, 0 for never.
     """
     memory = np.zeros_like(state) if memory is None else memory
     rollers, length = len(model.slot_angle), intervals_per_detail or max(len(intervals), 1)

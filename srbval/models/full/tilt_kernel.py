@@ -1,15 +1,15 @@
-"""Kernels: rollers that tilt about the tangent and slide along their axes, each in balance at every moment.
+"""Kernels: rollers that tilt about the tangent and slide along their axes, in balance at every moment.
 
-Without friction a contact's force acts on the line through the centres of the two arcs that touch, and of a roller in
-balance both contacts have one line (moment equilibrium, as ISO/TS 16281 asks of every roller): that through the centres
-of the races' arcs in the slot's meridian, o of the outer one and i of the inner one, slot axes. With it along x',
+Without friction a contact's force acts on the line through the centres of the two arcs that touch. For a roller in
+balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through the centres
+of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. With this line along x',
 
     tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift w = o_z cos(tilt) - o_x sin(tilt)  along  z'
 
-turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; laminae stay
-where they are along the roller. The columns' frames are then the roller's. Rolling without skew, friction has no part
-along the axis: it delays the balance only, and tilting and sliding themselves meet none here. About the slot the cage
-holds a roller, so that its skew moment acts on the cage. Nothing happens if rollers are held (`free` is None).
+turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; laminae keep
+their place along the roller. The columns' frames then belong to the roller. Without skew, friction has no component
+along the axis: it only delays the balance, and tilting and sliding themselves are frictionless here. The cage guides a
+roller about its slot, so the skew moment acts on the cage. Nothing happens if rollers are held (`free` is None).
 """
 
 import math
@@ -22,7 +22,7 @@ FREE = 1  # for `Parameters.free`
 
 @kernel_part
 def tilt_rollers(free, model, slots):
-    """Tilt and shift all rollers: keep both in the slots' rows, and bring the columns into the rollers' frames."""
+    """Tilt and shift all rollers, store both in the slots' rows, and transform the columns to the rollers' frames."""
     if free is None:
         return
     space = model.scratch.space
@@ -50,9 +50,9 @@ def tilt_rollers(free, model, slots):
 
 @inlined
 def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
-    """Turn a column's velocities into the roller's frame: V at its shifted centre, the spin about its own axis.
+    """Transform a column's velocities to the roller's frame: V at its shifted centre, the spin about its own axis.
 
-    A rocking cage turns no free roller about the tangent, and so moves no shifted one along its slot.
+    A rocking cage neither turns a free roller about the tangent nor moves a shifted roller along its slot.
     """
     v_x, v_z = space[col.V_X + j], space[col.V_Z + j]
     race_x, race_z = space[col.W_X + j] + w_x, space[col.W_Z + j] + spin  # of the race itself, as in the slot
@@ -65,10 +65,10 @@ def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
 
 @kernel_part
 def sums_in_slots(free, model, slots):
-    """Turn the columns' forces and torques back: forces and the inner race's torque into slot axes, about the slot.
+    """Transform the columns' forces, and the inner race's torque, back to slot axes about the slot's centre.
 
-    The outer race's torque is such that both together are, about x and y, what the cage bears, and about z what turns
-    the roller about its own axis; a couple about the slot's z is left for the cages.
+    The outer race's torque is set so that the sum of both torques acts on the cage about x and y, and on the roller's
+    spin about z; a couple about the slot's z is left for the cages.
     """
     if free is None:
         return
@@ -86,7 +86,7 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Turn a column's force into slot axes; its torque about x', through the slot's centre."""
+    """Transform a column's force to slot axes; returns its torque about x', through the slot's centre [N m]."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y

@@ -1,11 +1,11 @@
-"""A planar ring on kinematic rollers or balls: two free coordinates, contact stiffness varying as they pass.
+"""Planar ring on kinematic rollers or balls: two free coordinates, contact stiffness varies as rollers pass.
 
-Runs spherical roller bearings with a [geometry], and any other with [elements]: balls in Hertz's point contact,
-cylindrical rollers in line contact, see `contacts`.
+Simulates spherical roller bearings with a [geometry], and other bearings with [elements]: balls in Hertzian point
+contact, cylindrical rollers in line contact, see `contacts`.
 
-Answers: harmonic pattern, load-zone modulation and sidebands, amplitude, roller passage (variable compliance) of a
-healthy bearing. Cannot answer: slip (its cage turns kinematically, or lags by the scene's `cage_slip`), noise floor
-(nothing rattles or chatters), axial load or motion, point passing, energy, roller dynamics. A ball's defect stays on
-its track, and the contact angle what it is under any load. Of a tapered or angular contact bearing the axial force that
-a radial load makes is taken by something else.
+Suitable for: harmonic pattern, load-zone modulation and sidebands, amplitude, roller passage (variable compliance) of a
+healthy bearing. Not suitable for: slip (the cage turns kinematically, or lags by the scene's `cage_slip`), noise floor
+(no rattling or chatter), axial load or motion, point passing, energy, roller dynamics. A ball's defect stays on its
+track, and the contact angle does not change with the load. The axial force that a radial load causes in a tapered or
+angular contact bearing is assumed to be carried elsewhere.
 """

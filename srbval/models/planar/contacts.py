@@ -1,14 +1,15 @@
-"""One roller between two races, without mass: force on the outer ring as a function of how near the rings are.
+"""Massless roller between two races: force on the outer ring as a function of the approach of the rings.
 
-`approach` is how far the outer race has come towards the shaft at a roller's angle [m], in the bearing's radial
-direction. The roller slides in its slot until both races press it alike. On a circle whose normal leans by b from the
-slot and by a from the radial direction the outer race is penetrated by approach cos a + (slide + e_o) cos b, the
-inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the race; forces follow `line.Patch`.
+`approach` is the displacement of the outer race towards the shaft at a roller's angle [m], in the bearing's radial
+direction. The roller slides in its slot until both races press equally. On a circle whose normal leans by b from the
+slot and by a from the radial direction, the outer race is penetrated by approach cos a + (slide + e_o) cos b, the inner
+race by (e_i - slide) cos b, with e the roller's radius less the gap to the race; forces follow `line.Patch`.
 
-The force is tabulated once per run: over the approach, and over the position of a defect besides.
+The force is tabulated once per run, over the approach; with a defect also over the defect's position.
 
-A contact of a ball or a cylindrical roller is a row of independent strips along the race: the page "The model
-hierarchy" of the theory, "planar", has their laws. The contact angle is constant."""
+A contact of a ball or a cylindrical roller is a row of independent strips along the race; for their laws see the page
+"The model hierarchy" of the theory, "planar". The contact angle is constant.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ POSITIONS = 64  # tabulated positions of a defect, from under the roller to out 
 
 
 class DefectHeight(NamedTuple):
-    """A defect's piece on one circle of one race (0 outer, 1 inner), `middle_m` along it from the roller, any shape."""
+    """Piece of a defect on one circle of a race (0 outer, 1 inner), `middle_m` from the roller along the race."""
 
     race: int
     circle: int
@@ -57,13 +58,13 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """A roller's contacts, outer race first: `patches` of each race, `excess_m` over the gap to each at rest."""
+    """Contacts of a roller, outer race first: `patches` of each race, and radius less gap at rest, `excess_m`."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Of a defect what `press` takes for it at distances along the race, its reach and the race's radius [m]."""
+        """Returns the defect for `press` as a function of distance along the race, its reach and race radius [m]."""
         circle = defect.circle - 1
         patch = self.patches[race][circle]
         part = piece(defect, patch.spacing_m)
@@ -72,9 +73,10 @@ class Slot:
         return (lambda middle: DefectHeight(race, circle, part, middle)), reach_m, patch.race_radius_m
 
     def press(self, approach_m: FloatArray, raised: DefectHeight | None = None) -> FloatArray:
-        """Balance the roller at each `approach_m`, any shape; bisection, since more slide always presses outwards.
+        """Balance the roller at each `approach_m`, any shape, by bisection: more slide always presses outwards.
 
-        Radial force on the outer ring [N], both races' dampers in series [N s/m], deepest penetration [m]: [3, ...].
+        Returns radial force on the outer ring [N], damping of both races in series [N s/m], deepest penetration [m]:
+        [3, ...].
         """
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         slide = bisect_range(
@@ -95,7 +97,7 @@ class Slot:
     def _race_force(
         self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectHeight | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        """Force of a race along the slot, and along the bearing's radius."""
+        """Compute the force of a race along the slot, and along the bearing's radius [N]."""
         along, radial = np.zeros(slide.shape), np.zeros(slide.shape)
         for circle, patch in enumerate(self.patches[race]):
             depth = self._depth(race, circle, approach, slide)
@@ -107,7 +109,7 @@ class Slot:
         return along, radial
 
     def _damper(self, approach: FloatArray, slide: FloatArray) -> FloatArray:
-        """Both races' dampers in series with the split of motion that the stiffnesses make, radial."""
+        """Compute the radial damping of both races in series [N s/m]; their stiffnesses divide the motion."""
         stiffness, damper = [], []
         for race, sign in ((0, 1.0), (1, -1.0)):
             near, _ = self._race_force(race, approach, slide)
@@ -120,7 +122,7 @@ class Slot:
 
 
 def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Value between `low` and `high` at which `too_far` begins, of any shape, by `HALVINGS` of the range."""
+    """Find the value between `low` and `high` at which `too_far` becomes True, of any shape."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         beyond = too_far(middle)
@@ -129,7 +131,7 @@ def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatA
 
 
 def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
-    """The scene's roller between its races."""
+    """Build the contacts of the scene's roller with both races."""
     radius = roller_diameter_m(scene, geometry) / 2
     gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
     gap_inner = geometry.zero_play_diameter_m - gap_outer
@@ -139,10 +141,10 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 
 @dataclass(frozen=True)
 class Race:
-    """A race's contact: `stiffness` of a strip per length [N/m^(1 + exponent)] and its `exponent`.
+    """Contact with one race, in strips of `stiffness` per length [N/m^(1 + exponent)] and `exponent`.
 
-    A ball's strips lie `fall_1_m` x^2 / 2 lower at x across the race, a roller's all alike over its `length_m`;
-    `along_1_m`: curvature of the gap along the race.
+    A ball's strips are lower by `fall_1_m` x^2 / 2 at x across the race; a roller's strips are alike over its
+    `length_m`. `along_1_m`: curvature of the gap along the race.
     """
 
     stiffness: float
@@ -153,20 +155,20 @@ class Race:
     radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Normal force at a penetration, any shape."""
+        """Compute the normal force at a penetration, any shape."""
         depth = np.maximum(depth_m, 0.0)
         if self.fall_1_m > 0:
             return self.stiffness * (4 / 3) * math.sqrt(2 / self.fall_1_m) * depth**1.5
         return self.stiffness * self.length_m * depth**self.exponent
 
     def slope_n_m(self, depth_m: FloatArray) -> FloatArray:
-        """Stiffness at a penetration."""
+        """Compute the stiffness at a penetration, any shape."""
         power = 1.5 if self.fall_1_m > 0 else self.exponent
         depth = np.maximum(depth_m, LEAST_DEPTH_M)
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
     def added_n(self, depth_m: FloatArray, opening: Opening) -> FloatArray:
-        """Force added by a defect, negative for an opening; shapes broadcast."""
+        """Compute the force that a defect adds, negative for an opening; shapes broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, opening.middle_m.shape))
         for x, half in zip(opening.across_m, opening.half_m, strict=True):
             level = depth_m - self.fall_1_m * x**2 / 2
@@ -176,9 +178,9 @@ class Race:
 
 
 class Opening(NamedTuple):
-    """A defect of one race (0 outer, 1 inner): half length `half_m` of each strip at `across_m`, `strip_m` wide.
+    """Defect of one race (0 outer, 1 inner): half length `half_m` of each strip at `across_m`, `strip_m` wide.
 
-    `middle_m`: its middle along the race from the element, any shape.
+    `middle_m`: distance of its middle from the element along the race, any shape.
     """
 
     race: int
@@ -189,7 +191,7 @@ class Opening(NamedTuple):
     middle_m: FloatArray
 
     def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """Height of the race's surface under the element above that without the defect."""
+        """Compute how much the defect raises the race's surface under the element [m]."""
         if self.height_m > 0:
             beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
             return np.maximum(0.0, self.height_m - along_1_m * beside**2 / 2)
@@ -199,7 +201,7 @@ class Opening(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSlot:
-    """An element between its `races`, outer first, with `play_m` to both together; `damping_s`: see `LineContact`."""
+    """Rolling element between its `races`, outer first; `play_m`: total play; `damping_s`: see `LineContact`."""
 
     races: tuple[Race, Race]
     cosine: float
@@ -208,7 +210,7 @@ class ElementSlot:
 
     @property
     def excess_m(self) -> tuple[float, float]:
-        """Over the gap to each race, outer first."""
+        """Element radius less the gap to each race at rest, outer first."""
         return (-self.play_m / 2, -self.play_m / 2)
 
     def press(self, approach_m: FloatArray, raised: Opening | None = None) -> FloatArray:
@@ -232,7 +234,7 @@ class ElementSlot:
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """See `Slot.place_on_race`; `ConfigurationError` for a shape that strips do not know."""
+        """See `Slot.place_on_race`; raises `ConfigurationError` for a shape that strips cannot represent."""
         across, half, strip = _strips(defect, self.races[race], deepest_m)
         bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
 
@@ -242,7 +244,7 @@ class ElementSlot:
         return raised, float(half.max()) + bump, self.races[race].radius_m
 
     def deepest_m(self, load_n: float) -> float:
-        """Approach [m], beyond the play, from which one element carries at least `load_n`."""
+        """Find an approach [m] at which one element carries at least `load_n`, in steps of 20 % from the play."""
         approach = LEAST_DEPTH_M + max(0.0, self.play_m)
         while self.press(np.array([approach]))[0, 0] < load_n:
             approach *= 1.2
@@ -250,7 +252,7 @@ class ElementSlot:
 
 
 def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Places across the race, half lengths and width of the strips of a defect, no wider than a contact can be."""
+    """Divide a defect into strips: places across the race, half lengths and width, within the widest contact."""
     if defect.extent_m is None:
         raise ConfigurationError(
             f"a defect of {defect.points} points: the races of this bearing have none; give it an extent, "
@@ -267,10 +269,10 @@ def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, F
 
 
 def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
-    """The scene's element between its races.
+    """Build the contacts of the scene's element with both races.
 
-    Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): along the race 2 / (d (1 + gamma)) on the outer
-    and 2 / (d (1 - gamma)) on the inner one, gamma = d cos(alpha) / D; across it 2 / d less that of the groove.
+    Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): along the race 2 / (d (1 + gamma)) at the outer
+    and 2 / (d (1 - gamma)) at the inner race, gamma = d cos(alpha) / D; across it 2 / d less the groove's curvature.
     """
     d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
     races = []
@@ -294,7 +296,7 @@ def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
 
 
 def max_element_load_n(scene: Scene, elements: RollingElements) -> float:
-    """Force on one element up to which tables reach, for the largest load of the scene."""
+    """Compute the largest force on one element that the tables cover [N], from the largest load of the scene."""
     profile = scene.load_profile
     load = scene.load.radial_n if profile is None else max(profile.radial_n)
     carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
@@ -302,7 +304,7 @@ def max_element_load_n(scene: Scene, elements: RollingElements) -> float:
 
 
 class Ellipse(NamedTuple):
-    """A contact under 1 N: approach of the bodies [m], half axes across and along the race [m].
+    """Contact ellipse under 1 N: approach of the bodies [m], half axes across and along the race [m].
 
     The approach grows with the load to the 2/3, the axes with its cube root.
     """
@@ -314,11 +316,11 @@ class Ellipse(NamedTuple):
 
 @cache
 def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
-    """Hertz's contact of two bodies of steel; curvatures of the gap, both bodies', along and across the race.
+    """Solve Hertz's contact of two steel bodies under 1 N; arguments: curvature of the gap along and across the race.
 
-    After Harris & Kotzalas, Essential Concepts of Bearing Technology (2006), chapter 6 (quoted from memory; held
-    against the displacement of a half-space under the pressure found, in ``tests/models/test_elements.py``); the
-    equation of the ratio k of the ellipse's axes is on the page "The model hierarchy" of the theory.
+    After Harris & Kotzalas, Essential Concepts of Bearing Technology (2006), chapter 6 (quoted from memory; compared
+    with the displacement of a half-space under the pressure found, in ``tests/models/test_elements.py``); the equation
+    of the ratio k of the ellipse's axes is on the page "The model hierarchy" of the theory.
     """
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
@@ -345,9 +347,9 @@ ElementContact = Slot | ElementSlot
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceTable:
-    """Undamaged roller: rows force [N], damper [Ns/m], depth [m] over ``start_m + i step_m``, up to `deepest_m`.
+    """Table of a sound roller: force [N], damping [N s/m], depth [m] at the approaches ``start_m + i step_m``.
 
-    `bump_step_m`: step of the bumps' tables.
+    `values`: [3, approach], up to `deepest_m`; `bump_step_m`: step of the approach in the tables of defects.
     """
 
     start_m: float
@@ -357,13 +359,13 @@ class ForceTable:
     values: FloatArray
 
     def at(self, approach_m: FloatArray) -> FloatArray:
-        """The rows at each approach; the table's end beyond it."""
+        """Interpolate all three rows at each approach; constant beyond the table's ends."""
         grid = self.start_m + self.step_m * np.arange(self.values.shape[1])
         return np.array([np.interp(approach_m, grid, row) for row in self.values])
 
 
 def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
-    """Undamaged roller, from clear of the highest bump to `deepest_m`, in steps in proportion to the depth."""
+    """Tabulate a sound roller, from clear of the highest bump to `deepest_m`, in steps in proportion to the depth."""
     scale = deepest_m / MAX_APPROACH_M
     start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
     values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
@@ -375,9 +377,9 @@ def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MA
 def tabulate_bump(
     slot: ElementContact, plain: ForceTable, defect: Defect, race: int
 ) -> tuple[FloatArray, float, float]:
-    """Force that a defect on one race, or a roller's defect against it, adds to a roller's [N], [approach, positions].
+    """Tabulate the force that a defect on one race, or on the roller against it, adds [N], [approach, positions].
 
-    The approach begins as in `plain` and goes by its `bump_step_m`. Also returns the race's radius [m] and the step of
+    The approach begins as in `plain`, in steps of its `bump_step_m`. Also returns the race's radius [m] and the step of
     the positions [m], which are distances along the race from roller to defect; defects are symmetric.
     """
     raised, reach_m, race_radius_m = slot.place_on_race(defect, race, plain.deepest_m)

@@ -1,4 +1,4 @@
-"""The planar ring: tables, static balance, then integration in chunks."""
+"""Planar ring model: force tables, static balance, then integration in chunks."""
 
 import math
 import time
@@ -46,9 +46,9 @@ RING_BALANCE_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """The ring as the `kernel` reads it; `defect_of`: which defect of the scene each of its `defects` is.
+    """Planar ring with its `kernel` numbers; `defect_of`: number in the scene of each of the kernel's `defects`.
 
-    `own_step`: the integration's step follows the ring and the defects instead of being `LONGEST_STEP_S`.
+    `own_step`: True if ring and defects limit the integration's step, instead of `LONGEST_STEP_S`.
     """
 
     scene: Scene
@@ -59,7 +59,7 @@ class PlanarRing:
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
-        """Speed at which a roller's contact passes the defect of `table`."""
+        """Compute the speed at which a roller's contact passes the defect number `table`."""
         step = 1e-4
         kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
         after, before = time_s + step, time_s - step
@@ -73,30 +73,30 @@ class PlanarRing:
 
     @property
     def outwards(self) -> FloatArray:
-        """Directions of the rollers at time zero, [2, rollers]."""
+        """Unit vectors from the centre to the rollers at time zero, [2, rollers]."""
         angle = np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
         return np.array([np.cos(angle), np.sin(angle)])
 
     def undamaged_force_n(self, ring_m: FloatArray) -> FloatArray:
-        """Force of all rows on the ring displaced by `ring_m`, [2], without defects."""
+        """Compute the force of all rows, without defects, on the ring displaced by `ring_m`, [2]."""
         outwards = self.outwards
         return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
-        """Stiffness of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
+        """Compute the stiffness of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         here = self.undamaged_force_n(ring_m)
         moved = np.array([self.undamaged_force_n(ring_m + RING_DIFFERENCE_M * axis) for axis in np.eye(2)])
         contact = (here - moved) / RING_DIFFERENCE_M
         return self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
-        """Damping of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
+        """Compute the damping of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         outwards = self.outwards
         dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_DAMPER]
         return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
 
     def balance_m(self) -> FloatArray:
-        """Ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
+        """Find the ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
         load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.scene)[:2]
         load += np.array([0.0, self.kernel.weight])
 
@@ -116,7 +116,7 @@ class PlanarRing:
 
 
 def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
-    """The scene's planar ring; `ConfigurationError` for an axial load or a bearing without dimensions."""
+    """Build the scene's planar ring; raises `ConfigurationError` for axial load, or a bearing without dimensions."""
     refuse_axial(scene)
     element: ElementContact
     elements = bearing.elements
@@ -160,18 +160,12 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         bump_start=plain.start_m,
         bump_step=plain.bump_step_m,
     )
-    return PlanarRing(
-        scene=scene,
-        motion=motion,
-        plain=plain,
-        defect_of=tuple(owners),
-        own_step=bearing.geometry is None,
-        kernel=kernel,
-    )
+    own_step, defect_of = bearing.geometry is None, tuple(owners)
+    return PlanarRing(scene=scene, motion=motion, plain=plain, defect_of=defect_of, own_step=own_step, kernel=kernel)
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
-    """A fifth of a radian of the ring's highest mode at its balance, and a part of the fastest passage of a defect."""
+    """Compute the longest step: a fifth of a radian of the highest mode, and a part of the fastest defect passage."""
     if not ring.own_step:
         return LONGEST_STEP_S
     softest = np.finfo(float).tiny
@@ -186,7 +180,7 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 
 
 def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The model, see `srbval.models.hierarchy`."""
+    """Run the planar ring model, see `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     y, rate, trial = np.zeros(STATE_SIZE), np.zeros((4, STATE_SIZE)), np.zeros(STATE_SIZE)
     with stats.timed():

@@ -20,10 +20,10 @@ ON_OUTER, ON_INNER, ROLLER_ON_OUTER, ROLLER_ON_INNER = range(4)
 
 
 class Ring(NamedTuple):
-    """Numbers of the planar ring, SI.
+    """Numbers of the planar ring in SI units.
 
-    `plain`, [3, approach]: table of an undamaged roller; `defects`, [D, BUMP_COLUMNS], and `bumps`,
-    [D, approach, positions]: what each adds to a roller's force [N].
+    `plain`, [3, approach]: table of an undamaged roller; `defects`, [D, BUMP_COLUMNS]; `bumps`, [D, approach,
+    positions]: force that each defect adds to a roller [N].
     """
 
     mass: float
@@ -44,10 +44,7 @@ class Ring(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Prescribed angles of cage, shaft and of the rollers against their slots [rad], and radial load [N].
-
-    At every half step, [2 n + 1] each.
-    """
+    """Prescribed angles of cage, shaft and rollers in their slots [rad], and radial load [N], at every half step."""
 
     cage: FloatArray
     shaft: FloatArray
@@ -57,10 +54,10 @@ class Motion(NamedTuple):
 
 @kernel_part
 def push_ring(y, cage, shaft, spun, ring):
-    """Force of all rollers on the ring, x and y [N], and the deepest penetration [m].
+    """Compute the force of all rollers on the ring, x and y [N], and the deepest penetration [m].
 
-    All rows stand at the same angles and press alike; a defect adds to one roller's force. `cage`, `shaft`, `spun`:
-    see `Motion`.
+    All rows have the same angles and press alike; a defect adds to one roller's force. `cage`, `shaft`, `spun`: see
+    `Motion`.
     """
     plain, defects, bumps = ring.plain, ring.defects, ring.bumps
     force_x, force_y, deepest = 0.0, 0.0, -1.0
@@ -106,10 +103,10 @@ def push_ring(y, cage, shaft, spun, ring):
 
 @kernel
 def advance_ring(y, motion, step, ring, per_output, out, rate, trial):
-    """Advance `y` in place, classical Runge-Kutta, over ``out.shape[0]`` output intervals of `per_output` steps.
+    """Advance `y` in place by classical Runge-Kutta over ``out.shape[0]`` output intervals of `per_output` steps.
 
-    Fills acceleration, displacement, force on the ring and depth in `out`, see `outputs`. `rate`, [4, STATE_SIZE],
-    and `trial`, [STATE_SIZE]: working space.
+    Fills acceleration, displacement, force on the ring and depth in `out`, see `outputs`. `rate`, [4, STATE_SIZE], and
+    `trial`, [STATE_SIZE]: working space.
     """
     stiffness, damping = ring.stiffness, ring.damping
     interval = step * per_output
