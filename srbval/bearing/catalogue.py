@@ -24,14 +24,14 @@ from srbval.storage.files import read_limited
 from srbval.storage.tables import Limited, build, parse_toml, quantity, read_toml, without_unit
 
 DEFAULT_BEARING, FOLDER = "skf-22240", Path(__file__).parent
-# Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
+# Cages under load slip less; with a light load or much grease a cage may slip by several per cent.
 LARGEST_SLIP, MOST_SLIP_PCT = 0.01, 5.0
-SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
-SPIN_TOLERANCE = 0.05  # by which a published BSF may be above that of a contact angle of 0
-FTF_TOLERANCE = 0.02  # by which a published FTF may differ from BPFO over the number of elements
-MIN_CIRCLE_FILL = 0.25  # of the pitch circle that the elements fill: built are 0.45 to 0.9
+SUM_TOLERANCE = 0.01  # largest error of BPFO + BPFI in published orders, relative to the number of elements
+SPIN_TOLERANCE = 0.05  # largest relative excess of a published BSF over its value at contact angle 0
+FTF_TOLERANCE = 0.02  # largest difference of a published FTF from BPFO over the number of elements
+MIN_CIRCLE_FILL = 0.25  # least share of the pitch circle that elements fill; real bearings: 0.45 to 0.9
 MOST_SUGGESTED = 4
-INLINE = {  # what a name may state in place of a file, with the units
+INLINE = {  # values in a name that replaces a file, with their units
     "elements": {"rolling_elements": "", "element_diameter": " mm", "pitch_diameter": " mm", "contact_angle": " deg"},
     "orders": dict.fromkeys(("bpfo", "bpfi", "bsf", "ftf"), ""),
 }
@@ -122,7 +122,7 @@ class PublishedOrders(FaultOrders):
             )
         if not abs(self.ftf - self.bpfo / count) <= FTF_TOLERANCE:
             raise ConfigurationError(
-                f"orders: ftf = {self.ftf} must lie between 0 and 1, within {FTF_TOLERANCE} of bpfo over the rolling "
+                f"orders: ftf = {self.ftf} must be between 0 and 1, within {FTF_TOLERANCE} of bpfo over the rolling "
                 f"elements of a row, {self.bpfo / count:.4g}; the order is BPFO, BPFI, BSF, FTF, and BSF is the "
                 "element's spin, once."
             )
@@ -185,9 +185,9 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
 @lru_cache(maxsize=16)
 def _read_bearing_file(path: Path, content: bytes) -> Bearing:
     document = parse_toml(content, path)
-    if isinstance(document.get("bearing"), dict):  # a machine's file contains it among other things
+    if isinstance(document.get("bearing"), dict):  # a machine's file has other tables, too
         document = {"title": document.get("title")} | document["bearing"]
-    document = {"source": path.name} | document  # a user's own file is its own source
+    document = {"source": path.name} | document  # a user's file is its source
     return bearing_from_table(document, path.stem, str(path))
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 SIZE = re.compile(r"(?<!\d)\d{3,6}(?!\d)")
-SEALS_WITHOUT_HYPHEN = re.compile(r"\b(6[0-4]\d\d)2(?=rs|z)")  # seals after the size without a hyphen, as in 62052RS
-CYLINDRICAL = ("nu", "nj", "n", "nup")  # of one maker and size they have the same rollers
+SEALS_WITHOUT_HYPHEN = re.compile(r"\b(6[0-4]\d\d)2(?=rs|z)")  # as in 62052RS
+CYLINDRICAL = ("nu", "nj", "n", "nup")  # with the same rollers for one maker and size
 HOUSED_UNIT_TYPES = {"ucp", "ucf", "ucfl", "ucfc", "ucpa", "uct"}  # housings with an insert UC
 MATERIALS = {"s", "ss", "e2"}  # stainless steel, low friction
 INSERTS = {"uc", "uer", "er", "uk"}  # ball bearings for housings
@@ -68,7 +68,7 @@ def read_designation(text: str) -> Designation | None:
     if kind in CYLINDRICAL:
         mark = "e" * rest.startswith("e")
     elif not kind and number[0] == "7" and len(number) == 4:
-        mark = CONTACT_ANGLE_MARK.match(rest).group()  # type: ignore[union-attr]  # it matches nothing, too
+        mark = CONTACT_ANGLE_MARK.match(rest).group()  # type: ignore[union-attr]  # it also matches an empty text
     elif number[0] == "6":
         mark = "etn" * rest.startswith("etn")
     elif not kind and len(number) == 3:

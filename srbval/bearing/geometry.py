@@ -9,10 +9,10 @@ from srbval.storage.tables import Limited, limited, quantity
 
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
-# A printed roller diameter may differ by this share from the gap between the raceways; play is far smaller than that.
+# Largest relative difference of a printed roller diameter from the gap between the raceways; play is far smaller.
 FIT_TOLERANCE = 0.05
-MIN_OSCULATION = 0.8  # built are 0.96 to 0.99
-MIN_ROLLER_SHARE = 0.85  # of the printed diameter: that share less, and the play that a scene may ask for
+MIN_OSCULATION = 0.8  # real bearings: 0.96 to 0.99
+MIN_ROLLER_SHARE = 0.85  # least roller over printed diameter: fit tolerance, and the largest play of a scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +50,10 @@ class SphericalRollerGeometry(Limited):
                 f"roller_width_m = {self.roller_width_m} is too short to reach the outer circles of the "
                 f"raceway at {self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m from its middle."
             )
-        # the three centres must leave a gap between the raceways that the roller about fills
+        # the gap between the raceways must be about as large as the roller
         if not self.roller_centre_distance_m < self.raceway_radius_m < self.outer_diameter_m / 2:
             raise ConfigurationError(
-                f"raceway_radius_m = {self.raceway_radius_m} must lie between the roller centres, at "
+                f"raceway_radius_m = {self.raceway_radius_m} must be between the roller centres, at "
                 f"{self.roller_centre_distance_m:.6g} m, and half the outer diameter, "
                 f"{self.outer_diameter_m / 2:.6g} m."
             )

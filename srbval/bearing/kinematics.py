@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
-MAX_ORDER = 1000  # rolling elements of a row, and passages per shaft revolution
+MAX_ORDER = 1000  # passages per shaft revolution
 MOST_ROWS = 4
 
 
@@ -38,7 +38,7 @@ class FaultOrders(Limited):
         if not 0 < ratio < 1:
             raise ConfigurationError(
                 f"element diameter {element_diameter_m:g} m on a pitch diameter of {pitch_diameter_m:g} m: the "
-                f"ratio times cos(contact angle) is {ratio:.4g} and must lie between 0 and 1."
+                f"ratio times cos(contact angle) is {ratio:.4g} and must be between 0 and 1."
             )
         chord = pitch_diameter_m * math.sin(math.pi / max(rolling_elements, 2))
         if element_diameter_m > chord:
@@ -116,7 +116,7 @@ class RollingElements(Limited):
         return self.element_diameter_m / self.pitch_diameter_m * math.cos(self.contact_angle_rad)
 
 
-_SCENE_NONE = "none"  # the word for no defect in scene files, campaigns and on the command line
+_SCENE_NONE = "none"  # no defect, in scene files, campaigns and on the command line
 
 
 class Fault(enum.StrEnum):

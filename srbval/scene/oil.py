@@ -11,7 +11,7 @@ from srbval.storage.tables import Limited, limited, quantity, read_toml
 KELVIN = 273.15
 WALTHER = 0.7  # mm2/s, of ASTM D341 for viscosities above 2 mm2/s
 LEAST_MM2_S = 2.0
-ROELANDS_PA, ROELANDS_LOG = 1.96e8, 9.67  # pole pressure, and less the logarithm of 6.31e-5 Pa s
+ROELANDS_PA, ROELANDS_LOG = 1.96e8, 9.67  # pole pressure, and -ln(6.31e-5 Pa s)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,15 +50,15 @@ class Oil(Limited):
             )
         if self.iso_vg is not None and (self.iso_vg not in classes or own != (None, None)):
             raise ConfigurationError(
-                f"oil iso_vg = {self.iso_vg}: known are {', '.join(map(str, classes))}, without viscosities beside it; "
-                "for another oil state viscosity_40_mm2_s and viscosity_100_mm2_s."
+                f"oil iso_vg = {self.iso_vg}: state one of {', '.join(map(str, classes))} and no viscosities; for "
+                "another oil state only viscosity_40_mm2_s and viscosity_100_mm2_s."
             )
         if self.points_mm2_s[1] >= self.points_mm2_s[0]:
             raise ConfigurationError(f"oil: viscosities {own} must fall from 40 to 100 degrees C.")
         if self.kinematic_mm2_s() < LEAST_MM2_S:
             raise ConfigurationError(
                 f"oil temperature_c = {self.temperature_c:g}: {self.kinematic_mm2_s():.3g} mm2/s; ASTM D341 as used "
-                f"here holds above {LEAST_MM2_S:g} mm2/s: lower the temperature."
+                f"here is valid above {LEAST_MM2_S:g} mm2/s: lower the temperature."
             )
 
     @property

@@ -15,8 +15,8 @@ from srbval.storage.tables import Limited, limited, quantity
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
-MOST_OFFSET_M = 2e-3  # of a roller in its pocket; rollers of the default bearing are 7 mm apart
-CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may overflow
+MOST_OFFSET_M = 2e-3  # largest offset of a roller in its pocket; rollers of the default bearing are 7 mm apart
+CLOSEST_S = 1e-9  # least time between two entries of a profile: below it the slope may overflow
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,14 +182,14 @@ class Defect(Limited):
         super().__post_init__()
         if not 0 <= self.ramp_m <= (self.extent_m or 0.0) / 2 or (self.ramp_m and self.shape is not DefectShape.FLAT):
             raise ConfigurationError(
-                f"defect ramp_m = {self.ramp_m} must lie between 0 and half the extent_m = {self.extent_m}, and needs "
+                f"defect ramp_m = {self.ramp_m} must be between 0 and half the extent_m = {self.extent_m}, and needs "
                 "shape = 'flat'."
             )
         if self.extent_m is None and (
             self.kind is Fault.ROLLER or self.refinement > 1 or self.shape is DefectShape.HOLE
         ):
             raise ConfigurationError(
-                "a hole, a defect on a roller, or one with finer points needs an extent, for example extent = '2 mm'."
+                "a hole, a defect on a roller, or one with refinement needs an extent, for example extent = '2 mm'."
             )
 
 

@@ -19,23 +19,23 @@ from srbval.scene.scene import MAX_DEFECTS, Scene
 from srbval.storage.tables import SI_SUFFIX, build, nest_value, read_toml
 
 PAPER_SCENE = "paper"
-BUNDLED = (PAPER_SCENE, "rig", "rig-oil")  # the scenes that come with the package, each a file beside this one
-BASE_SCENES = {"rig-oil": "rig"}  # a bundled scene that is laid over another one
-DRILL = "2 mm"  # section 3.2
+BUNDLED = (PAPER_SCENE, "rig", "rig-oil")  # scenes of the package, each a file beside this module
+BASE_SCENES = {"rig-oil": "rig"}  # bundled scenes that change another one
+DRILL = "2 mm"  # diameter of the rig's drill, section 3.2
 NO_PATH = "none"
 DRAWS_SEED = 17
-BUNDLED_PATHS = {NO_PATH: "", "rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
-SIZE_TOLERANCE = 1e-9  # sizes nearer than this are one
-# Power of the size that a value of a similar machine goes with, by the end of its name, the first that fits: lengths
-# and stiffnesses with the size, forces and dampings with its square, masses with its cube.
+BUNDLED_PATHS = {NO_PATH: "", "rig": "sensor_path_rig"}  # file of each name; `srbval identify` writes such files
+SIZE_TOLERANCE = 1e-9  # relative difference below which two sizes are equal
+# Power of the size by which a value of a similar machine scales, by the end of its name (the first that fits): lengths
+# and stiffnesses scale with the size, forces and dampings with its square, masses with its cube.
 SIZE_POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
-# A bearing in its machine: nothing carries the load past it, neither the spring nor the damper beside it.
+# A bearing in its machine carries the whole load: there is no spring or damper beside it.
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
-# The joints of a machine of another size damp it like those of the rig: see `rig_inputs.toml`.
+# A machine of another size has the damping of the rig's joints: see `rig_inputs.toml`.
 JOINT_DAMPING: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
-# Ball and cylindrical roller bearings have the rig's drilled hole too, scaled with the bearing.
+# Ball and cylindrical roller bearings also have the rig's drilled hole, scaled with the bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
-DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; the paper's 0.41 leaves no resonance
+DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; with the paper's 0.41 there is no resonance
 WITHOUT_DIMENSIONS = {"model": "impulse"}
 
 
@@ -157,7 +157,7 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
     base = for_bearing(_with_oil(base or bundled_table(PAPER_SCENE)), table.get("bearing"), path)
     merged = _with_oil(merge(base, table))
     further = merged.get("further_defects", [])
-    if isinstance(further, list):  # each further defect, too, is laid over the paper's
+    if isinstance(further, list):  # each further defect also changes the paper's defect
         if len(further) >= MAX_DEFECTS:
             raise ConfigurationError(f"{where}: {1 + len(further)} defects; the limit is {MAX_DEFECTS}.")
         merged["further_defects"] = [

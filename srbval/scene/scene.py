@@ -15,12 +15,12 @@ from srbval.scene.sensor_path import SensorPath
 from srbval.scene.surface import Surface
 from srbval.storage.tables import Limited, limited, quantity
 
-STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
+STEP_TOLERANCE = 1e-6  # largest relative difference of an output interval from a whole number of steps
 MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be interrupted
-MOST_STEPS = 1e11  # of a run, settling included; a week of computing or more
-MOST_JITTER = 10.0  # passages out of all order
+MOST_STEPS = 1e11  # of a run with settling; a week of computing or more
+MOST_JITTER = 10.0  # beyond it passages have no order
 MOST_CAGE_SLIP = 0.5
-MAX_DEFECTS = 20  # each with a table of its own, which takes seconds to make
+MAX_DEFECTS = 20  # each needs a table, which takes seconds to compute
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ def describe_step(steps_per_s: float) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene(Limited):
-    """One case: a bearing at a speed under a load, with or without a defect, and its simulation settings.
+    """Simulation case: a bearing at a speed under a load, with or without a defect, and its simulation settings.
 
     `settle_s` is simulated first and not recorded. `output_rate_hz`: rate of the recorded signals; an output interval
     must be a whole number of solver steps. `detail_rate_hz`: rate of the detailed outputs (spins, contact loads), 0 for

@@ -13,9 +13,9 @@ from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
 SENSOR_ANGLE_RAD = math.pi / 4  # from x to y; Giraudo et al. 2025, Sensors 25, 2419, sect. 5
-BANDS_HZ = {"500-1500": (500.0, 1500.0), "1400-2800": (1400.0, 2800.0)}  # the same: simulated and measured signals
+BANDS_HZ = {"500-1500": (500.0, 1500.0), "1400-2800": (1400.0, 2800.0)}  # for simulated and measured signals
 HALF_THIRD_OCTAVE = 10**0.05  # from a band's middle to either edge
-MAX_BAND_GAP = 1e-3  # relative: as near as the middle of one band must be to the next one's
+MAX_BAND_GAP = 1e-3  # largest relative error of the step from the middle of one band to the next
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity, read_toml
 
 FILTER_CONSTANT = math.sqrt(math.log(2) / math.pi)  # halves a wave as long as the filter's cut-off, ISO 16610-21
-RA_OVER_RQ = math.sqrt(2 / math.pi)  # of normal heights
+RA_OVER_RQ = math.sqrt(2 / math.pi)  # of normally distributed heights
 SHORTEST_M, LONGEST_M = 1e-4, 1.0  # of waves: a tenth of a contact's length along the race; a race's circumference
 MOST_HEIGHT_M = 1e-4  # RMS
 
@@ -72,7 +72,7 @@ class Surface(Limited):
         if height_m > 0 and not shares.size:
             raise ConfigurationError(
                 f"surface: no whole number of waves of {self.shortest_m:g} to {self.longest_m:g} m fits around "
-                f"{round_m:g} m; widen them."
+                f"{round_m:g} m; widen the range from shortest to longest."
             )
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 

@@ -80,7 +80,7 @@ REFUSED = [
     ({"sensor_path": PATH | {"frequency_hz": [1000.0, 2000.0, 4000.0]}}, "adjoining third octaves"),
     ({"sensor_path": PATH | {"direct": 3}}, "unknown key"),
     ({"line_contact": {"traction": "film"}}, "needs a table"),
-    ({"oil": {"iso_vg": 151}}, "known are 32, 46"),
+    ({"oil": {"iso_vg": 151}}, "state one of 32, 46"),
     ({"oil": {"viscosity_40_mm2_s": 140}}, "state iso_vg"),
     ({"oil": {"viscosity_40_mm2_s": 100, "viscosity_100_mm2_s": 100}}, "must fall"),
     ({"oil": {"viscosity_40_mm2_s": 7, "viscosity_100_mm2_s": 2.1, "temperature_c": 140}}, "lower the temperature"),

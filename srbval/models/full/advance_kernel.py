@@ -18,7 +18,7 @@ from srbval.models.jit import inlined, kernel, kernel_part
 from srbval.models.solvers import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 
-@partial(kernel_part, fastmath=False)  # rounded as written, whatever stands around a call
+@partial(kernel_part, fastmath=False)  # the same rounding in every caller
 def time_of_step(first_step, number, step):
     """Compute the time at which a step begins [s], `number` steps after the first; bit-identical for every method."""
     return (first_step + number) * step

@@ -22,20 +22,20 @@ from numpy.typing import NDArray
 from srbval.models.jit import kernel_part
 
 LANES = 8  # slots the processor works on together
-RACE, COMPACTED, SINGLE = 104, 208, 416  # known to the compiler, so that it sees that columns do not overlap
+RACE, COMPACTED, SINGLE = 104, 208, 416  # constants, so that the compiler knows that columns do not overlap
 INNER = np.uint64(RACE)
 CACHE_LINE = 64
-FAR_M = 1e3  # where unused points and columns lie: out of reach of every roller
+FAR_M = 1e3  # coordinate of unused points and columns, out of reach of every roller
 
-# Not a multiple of a power of two: rows a page apart would all fall into the same few lines of the cache.
+# Not a multiple of a power of two: rows a page apart would all use the same few lines of the cache.
 STRIDE = 2056
 (
     A_X, A_Y, A_Z,  # meridian of the nearest point, in slot axes
     B_X, B_Y, B_Z,  # along the race
     Z_X, Z_Y, Z_Z,  # shaft, away from the mid-plane
-    O_X, O_Y, O_Z,  # ring's centre less the roller's [m]
-    V_X, V_Y, V_Z,  # velocity of the ring less the roller's, at the roller's centre [m/s]
-    W_X, W_Y, W_Z,  # angular velocity of the ring less the roller's [rad/s]
+    O_X, O_Y, O_Z,  # ring's centre less roller's centre [m]
+    V_X, V_Y, V_Z,  # velocity of the ring relative to the roller, at the roller's centre [m/s]
+    W_X, W_Y, W_Z,  # angular velocity of the ring relative to the roller [rad/s]
     F_X, F_Y, F_Z,  # sum: force on the roller [N]
     T_X, T_Y, T_Z,  # sum: torque on the roller about its centre [N m]
     FRICTION_LOSS, DAMPING_LOSS,  # sums: power lost to friction, to contact damping [W]
@@ -44,12 +44,12 @@ STRIDE = 2056
     D_XX, D_XY, D_XZ, D_YY, D_YZ, D_ZZ, D_XP, D_YP, D_ZP, D_PP, D_XS, D_YS, D_PS, D_SS,
     POSITION,  # of the roller among the race's points: index of a point, with its fraction
     SHIFT,  # 0.5: window about the nearest point; 0: about the point before the roller
-    CANDIDATES,  # how many points of each circle may be in contact, no less
-    CANDIDATE_CODE,  # the same as `candidate_code` gives it, to be summed over a lane group
+    CANDIDATES,  # upper bound for the number of points of each circle in contact
+    CANDIDATE_CODE,  # see `candidate_code`; summed over a lane group
     MIDDLE_DEPTH, DEPTH_BOUND,  # penetration at the middle of the profile; largest at any point of a sound race [m]
-    # for each roller: constants, what is read from the state, slot axes in world coordinates, accelerations
+    # for each roller: constants, parts of the state, slot axes in world coordinates, accelerations
     SIDE, SLOT_ANGLE, SLOT_COSINE, SLOT_SINE,  # side: +1 for row 1 (z > 0), -1 for row 2; 0: an empty slot
-    DAMAGE,  # of a column too: summed height of the roller's defects that may meet the race [m]
+    DAMAGE,  # also for a column: summed height of the roller's defects that may meet the race [m]
     SLIDE, SLIDE_RATE, SPIN,
     X_WX, X_WY, X_WZ, Y_WX, Y_WY, Y_WZ, Z_WX, Z_WY, Z_WZ,  # slot axes x, y, z, by world components
     CAGE_X, CAGE_Y, CAGE_Z,  # cage's angular velocity [rad/s]
@@ -59,14 +59,14 @@ STRIDE = 2056
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
     SHAFT_U, SHAFT_S,  # damping torque on the shaft per slide [N s] and per spin [N m s], see `power_kernel`
     ON_CAGE,  # couple on the cage about its roller's axis, of the oil's drag and its pocket [N m], see `oil_kernel`
-    # of a roller that tilts: cosine, sine, how far along its axis it is [m], its skew moment and that on the cage about
+    # roller that tilts: cosine, sine, displacement along its axis [m], skew moment, and its couple on the cage about
     # the slot's z [N m], see `tilt_kernel`
     TILT_COSINE, TILT_SINE, SHIFT_ALONG, SKEW_MOMENT, SKEW_ON_CAGE,
 ) = (np.uint64(i * STRIDE) for i in range(96))  # fmt: skip
 WORKSPACE_ROWS = 96
-FACED_ROWS = 6  # rows of A and B, which are turned to a column's own window
-FRAME_ROWS = 18  # rows that set up a column
-FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy; then those of damping
+FACED_ROWS = 6  # rows of A and B, which are turned to the window of a column
+FRAME_ROWS = 18  # rows with the geometry and motion of a column
+FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy, then of damping
 
 # Candidate points of a race (`points`): position and surface normal in the frame of the window's meridian [m], and the
 # share of K_c and C_c.
@@ -74,12 +74,12 @@ POINT_RADIAL, POINT_TANGENTIAL, POINT_AXIAL, POINT_SHARE, NORMAL_RADIAL, NORMAL_
 POINT_ROWS = 7
 
 # Plan of a search (`plan`), one row for each of three kinds of entry, see `search_kernel`.
-GROUP_ROWS = 64  # lane groups: more than there can be, where they stand and compacted
-FIRST_COPY = GROUP_ROWS  # then the columns that are compacted
-FIRST_SINGLE = FIRST_COPY + 2 * RACE + 2  # then the single columns
-GROUP_RACE, GROUP_WINDOW, GROUP_FIRST, GROUP_END = range(4)  # end: first column behind the group
+GROUP_ROWS = 64  # rows for lane groups, compacted groups included: more than can occur
+FIRST_COPY = GROUP_ROWS  # rows for the compacted columns
+FIRST_SINGLE = FIRST_COPY + 2 * RACE + 2  # rows for the single columns
+GROUP_RACE, GROUP_WINDOW, GROUP_FIRST, GROUP_END = range(4)  # end: last column of the group + 1
 COPY_FROM, COPY_TO, COPY_POINTS = range(3)
-SINGLE_RACE, SINGLE_WINDOW, SINGLE_FROM, SINGLE_BASE = range(4)  # base: the race's window its points come from
+SINGLE_RACE, SINGLE_WINDOW, SINGLE_FROM, SINGLE_BASE = range(4)  # base: window of the race with the original points
 
 # Defects of the rollers (`roller_defects`): number of the roller, angle about its axis [rad], position along it [m],
 # height [m], extent [m], 1 if cosine-shaped.
@@ -91,7 +91,7 @@ DEFECT_COLUMNS = 6
 PATCH_STIFFNESS, PATCH_DAMPING, PATCH_SLIP_SPREAD, PATCH_LENGTH = range(4)
 
 # Slices of a contact (`SliceTable.rows`), see `slices_kernel`: place and surface normal in the roller's meridian;
-# force over e^(10/9), width, least spread of the penetration, by how much the barrel's mean lies below its middle,
+# force over e^(10/9), width, least spread of the penetration, depth of the barrel's mean below its middle,
 # curvature of the gap along the roller times the width squared; then of an opening in the race there: half its length
 # along the race, depth of its floor, length of its ramps, and half the curvature of the gap along the race.
 (
@@ -112,13 +112,13 @@ SLICE_ROWS = 13
     HOUSING_POWER,  # lost in the housing's damper [W]
     INERTIA_XX, INERTIA_YY, INERTIA_ZZ,  # of the cage with its rollers about the bearing centre [kg m2]
     INERTIA_XY, INERTIA_XZ, INERTIA_YZ,
-    RELATIVE_X, RELATIVE_Y, RELATIVE_Z, RELATIVE_AXIAL,  # of what turns with a second cage: against both rates, its own
+    RELATIVE_X, RELATIVE_Y, RELATIVE_Z, RELATIVE_AXIAL,  # of row 2 about the second cage: coupling and own value
     ROLLING_POWER, DRAG_POWER, POCKET_POWER,  # lost to rolling resistance, the oil's drag, friction of pockets [W]
 ) = range(24)  # fmt: skip
 TOTALS = 24
-# Rows of the factors behind the border of cages and ring: that border's coupling with a second cage's relative rate,
-# how it follows, and the inverse of what is then left of its own entry; damping torque on the shaft per rate of the
-# cage and relative rate [N m s].
+# Rows of `factors` behind the border of cages and ring: coupling of the border with a second cage's relative rate,
+# the solution for this coupling, and the inverse of the remaining diagonal entry; damping torque on the shaft per rate
+# of the cage and per relative rate [N m s].
 RELATIVE_BORDER, RELATIVE_FOLLOWED, RELATIVE_OWN, SHAFT_ROW = 6, 7, 8, 9
 FACTOR_ROWS = 10
 RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)

@@ -12,7 +12,7 @@ import numpy as np
 from srbval.models.full import columns as col
 from srbval.models.jit import inlined, kernel_part
 
-# A patch in three parts of equal load: mean of its (x / half length)^2 weighed with the load, and half the range of it.
+# A patch in three parts of equal load: mean of (x / half length)^2, weighted with the load, and half of its range.
 MEAN_A, MEAN_B, MEAN_C = 0.016800224798641905, 0.12751682743387346, 0.45568294776748464
 HALF_A, HALF_B, HALF_C = 0.025554662033143466, 0.09046373216412812, 0.38398160580272844
 
@@ -32,14 +32,14 @@ class ContactLaw(NamedTuple):
     static_friction: float
     dynamic_friction: float
     critical_velocity: float
-    onset_s: float  # time over which a point's coming into contact is averaged, 0 for not at all
+    onset_s: float  # time over which the onset of a point's contact is averaged, 0 without averaging
 
 
 class PointLaw(NamedTuple):
     """Contact law of one point, with derived constants for the innermost loop; see `ContactLaw`."""
 
     profile_radius: float
-    inner_radius: float  # of the circle that the profile's centre describes about the roller's axis [m]
+    inner_radius: float  # of the circle of the profile's centres about the roller's axis [m]
     stiffness: float
     damping: float
     smoothing: float
@@ -49,7 +49,7 @@ class PointLaw(NamedTuple):
     dynamic_friction: float
     critical_velocity: float
     slope: float  # of the coefficient of friction over the slip speed, at rest [s/m]
-    fall: float  # the same beyond the critical velocity, downwards
+    fall: float  # decrease of the coefficient over the slip speed beyond the critical velocity [s/m]
 
 
 class Candidates(NamedTuple):

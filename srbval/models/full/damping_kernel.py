@@ -55,12 +55,12 @@ def factor(weight, model, totals, factors):
         b_pp = space[col.D_PP + p] + space[col.D_PP + q]
         b_ps = space[col.D_PS + p] + space[col.D_PS + q]
         b_ss = space[col.D_SS + p] + space[col.D_SS + q]
-        # the roller's own block, solved for
+        # inverse of the roller's block
         u_u, u_s, s_s = mass + b_xx, b_xs, axial + b_ss
         inverse = 1.0 / (u_u * s_s - u_s * u_s)
         own_uu, own_us, own_ss = s_s * inverse, -u_s * inverse, u_u * inverse
         space[col.OWN_UU + p], space[col.OWN_US + p], space[col.OWN_SS + p] = own_uu, own_us, own_ss
-        # what it has in common with cage and ring: rows slide and spin
+        # coupling of slide and spin with cage and ring
         u_wy, u_wz, u_rx, u_ry, u_rz = b_xp - reach * b_xz, reach * b_xy, -o_xx, -o_xy, -o_xz
         s_wy, s_wz, s_rx, s_ry, s_rz = b_ps, reach * b_ys, -o_xs, -o_ys, 0.0 * o_zz
         g_wy, g_wz = own_uu * u_wy + own_us * s_wy, own_uu * u_wz + own_us * s_wz
@@ -71,7 +71,7 @@ def factor(weight, model, totals, factors):
         space[col.U_RX + p], space[col.U_RY + p], space[col.U_RZ + p] = g_rx, g_ry, g_rz
         space[col.S_WY + p], space[col.S_WZ + p] = h_wy, h_wz
         space[col.S_RX + p], space[col.S_RY + p], space[col.S_RZ + p] = h_rx, h_ry, h_rz
-        # what is left for cage and ring once slide and spin follow, slot axes
+        # cage and ring after elimination of slide and spin, slot axes
         a_yy = reach * reach * b_zz - 2.0 * reach * b_zp + b_pp - u_wy * g_wy - s_wy * h_wy
         a_yz = reach * (b_yp - reach * b_yz) - u_wy * g_wz - s_wy * h_wz
         a_zz = reach * reach * b_yy - u_wz * g_wz - s_wz * h_wz
@@ -256,7 +256,7 @@ def solve(weight, model, totals, factors, rate):
             slot += np.uint64(1)
     rate[at.cage_rate], rate[at.cage_rate + 1], rate[at.cage_rate + 2] = g0, g1, g2
     rate[at.ring_rate], rate[at.ring_rate + 1], rate[at.ring_rate + 2] = g3, g4, g5
-    for m in range(at.relative_angle, at.slide_rate):  # none, or a second cage's
+    for m in range(at.relative_angle, at.slide_rate):  # only with a second cage
         rate[at.slide_rate + m] = relative
 
 

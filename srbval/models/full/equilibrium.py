@@ -32,18 +32,18 @@ RING_TOLERANCE_N = 1e-2  # residual at which the iteration stops; rounding leave
 BALANCED_N = 1.0  # largest residual in balance: a ring with play and no load has no stiffness
 SLIDE_TOLERANCE_N = 1e-4
 NUDGE_M = 1e-9  # difference quotients; far below the depth of any loaded contact, far above rounding
-FREE_N_M = 1e4  # a roller softer than this touches nothing: one point of the paper's has 5e7 N/m
-SOFTEST_N_M = 1e6  # stiffness a free ring is given, so that its Newton step stays finite
+FREE_N_M = 1e4  # below this stiffness a roller has no contact: one point of the paper has 5e7 N/m
+SOFTEST_N_M = 1e6  # least stiffness of the ring, so that the Newton step of a free ring stays finite
 LONGEST_STEP_M = 1e-4  # largest step of the ring in one iteration
-OVERSHOOT = 0.5  # a step may end where the force along it is reversed and at most this share of the first
-SLIDE_RANGE_M = 3e-3  # beyond touching; more than any defect (1 mm) and any contact that is carried
-MAX_UNCARRIED_SHARE = 0.01  # share of the load that may be left before the scene is refused
+OVERSHOOT = 0.5  # largest reversed force along a step, as a share of the force at its start
+SLIDE_RANGE_M = 3e-3  # beyond the clearance; more than any defect (1 mm) and any contact depth
+MAX_UNCARRIED_SHARE = 0.01  # largest share of the load without support in an accepted scene
 RING_STEPS = 60
 SLIDE_STEPS = 80
 BACKTRACKS = 12
 CAGE_RANGE = 0.05  # about pure rolling; the outer and inner circles alone would give -1.5 % and +2.6 %
-SPIN_RANGE = 0.15  # about pure rolling; 6 % seen
-MIN_ACCELERATION_RAD_S2 = 1e-3  # rounding leaves 1e-9; the lightest rolling contact makes thousands
+SPIN_RANGE = 0.15  # about pure rolling; 6 % occurred
+MIN_ACCELERATION_RAD_S2 = 1e-3  # rounding causes 1e-9, the lightest rolling contact thousands
 SPIN_HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of the critical velocity
 
 
@@ -74,8 +74,8 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     allowed = BALANCED_N + MAX_UNCARRIED_SHARE * float(np.hypot(*external_load(0.0, model.drive)))
     if left_n > allowed:
         raise ConfigurationError(
-            f"no static balance: {left_n:.4g} N of the load remain uncarried, the limit is {allowed:.4g} N; "
-            "the rollers meet the races too late or too far from their middle: reduce the play, or the load."
+            f"no static balance: the rollers do not carry {left_n:.4g} N of the load; the limit is {allowed:.4g} N. "
+            "They meet the races too late or too far from their middle: reduce the play or the load."
         )
     y = statics.y.copy()
     y[statics.layout.slide], y[statics.layout.ring] = slide, ring
@@ -83,7 +83,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
 
 
 class Statics:
-    """Model at rest: no friction, shaft held at its angle at time zero."""
+    """Model at rest: no friction, shaft fixed at its angle at time zero."""
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
         self.layout = state_layout(model)
@@ -119,7 +119,7 @@ def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tu
         slide_n, ring_n, _ = statics.forces(slide, ring)
         if np.abs(slide_n).max() < SLIDE_TOLERANCE_N:
             break
-        # pushed outwards, the balance lies further out; a roller that nothing pushes comes to lie on the outer race
+        # a roller pushed outwards has its balance further out; a roller without a force moves to the outer race
         low, high = np.where(slide_n >= 0, slide, low), np.where(slide_n < 0, slide, high)
         stiffness = statics.slide_stiffness(slide, ring, slide_n)
         newton = slide + slide_n / np.where(stiffness > FREE_N_M, stiffness, np.nan)

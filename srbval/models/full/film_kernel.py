@@ -19,9 +19,9 @@ from srbval.models.jit import kernel_part
 
 GAUSS = 1.0 / math.sqrt(3.0)  # places of a slice, from its middle, in half widths
 LEAST_M_S = 1e-6  # added to slips; a thousandth of Eyring's
-BOUNDARY_M_S = 1e-3  # slip to which asperities' friction is taken as a slope
-LEAST_GPA, MOST_GPA = 1e-6, 4.0  # of the mean pressure; the curve ends there
-MOST_S_M = 1e8  # far beyond any film's; squares of more are none in single precision
+BOUNDARY_M_S = 1e-3  # slip up to which the asperities' friction rises
+LEAST_GPA, MOST_GPA = 1e-6, 4.0  # limits of the mean pressure in the polynomial
+MOST_S_M = 1e8  # far beyond any film; larger squares overflow in single precision
 SPEED_EXPONENT, ASPERITY, ASPERITY_EXPONENT = 0.69, 1.8, 1.2  # of Dowson & Toyoda, and of Zhou & Hoeprich
 # Polynomials: 2^(y + 1/2) from -1/2 to 1/2 to 3e-6, and ln(1.1 + t) for 1.1 + t from 0.75 to 1.5 to 2e-5, 0 at 1.
 EXP_0, EXP_1, EXP_2, EXP_3, EXP_4 = (
@@ -82,7 +82,7 @@ def film_at_speed(law, slices, film, cage, shaft):
 @kernel_part
 def power_of_two(x):
     """Compute 2^x to 1e-5 for x from -100 to 60, in single precision, by a polynomial and the exponent bits."""
-    x += np.float32(128.0)  # above zero, where a conversion rounds down
+    x += np.float32(128.0)  # above zero, so that the conversion rounds down
     whole = np.int32(x)
     y = x - np.float32(whole) - np.float32(0.5)
     e = np.float32(EXP_1) + y * (np.float32(EXP_2) + y * (np.float32(EXP_3) + y * np.float32(EXP_4)))
@@ -138,7 +138,7 @@ def film_drag(film, sagging, normal, length, square, more):
     squared, aside = np.float32(square), np.float32(GAUSS) * np.float32(more)
     slip = math.sqrt(squared) + np.float32(LEAST_M_S)
     a, b = (slip + aside) * per_slip, (slip - aside) * per_slip
-    # arsinh a + arsinh b, a the larger: one logarithm serves both
+    # arsinh a + arsinh b, a the larger: one logarithm is enough
     size = abs(b)
     greater, less = a + math.sqrt(one + a * a), size + math.sqrt(one + size * size)
     sheared = logarithm(greater * less if b > np.float32(0.0) else greater / less)

@@ -18,7 +18,7 @@ from srbval.models.full.slices_kernel import evaluate_slices, find_openings
 from srbval.models.jit import kernel_part
 
 CIRCLES_PER_RACE = 3
-FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's columns have met their points before
+FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's single columns are set up already
 
 
 @kernel_part

@@ -14,11 +14,11 @@ from srbval.models.full.second_cage_kernel import cage_angle, roller_angle, roll
 from srbval.models.jit import inlined, kernel_part
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race has no candidates
-EMPTY_SLOT_M = -1.0  # depth where no roller is
-# Codes to be summed over a lane group: how many columns need a point, a second one, a third one; may have own points.
+EMPTY_SLOT_M = -1.0  # depth in a slot without a roller
+# Codes whose sum over a lane group counts the columns that need one, two, three points, or may have own points.
 NEEDS_ONE, NEEDS_TWO, NEEDS_THREE, OWN_POINTS = 1.0, 64.0, 4096.0, 1048576.0
-FACING_RAD = 0.6  # from where a roller faces a race to where it may still meet it: a sixth of its radius deep
-PROFILE_SLOPE = 0.1  # above the sine of half the tilt: where the outer circles' normals lean
+FACING_RAD = 0.6  # half angle within which a roller may meet a race, up to a depth of a sixth of its radius
+PROFILE_SLOPE = 0.1  # above the sine of half the tilt, by which the outer circles' normals lean
 
 
 class CageTilt(NamedTuple):
@@ -345,5 +345,5 @@ def place_in_table(turns, size):
     """Find the entries before and after an angle [turns] in a table of `size` entries, and the weight of the second."""
     place = (turns - math.floor(turns)) * size
     first = int(place)
-    first = first if 0 <= first < size else 0  # of a state that is no longer finite, too
+    first = first if 0 <= first < size else 0  # also for a state that is no longer finite
     return first, first + 1 if first + 1 < size else 0, place - first

@@ -52,7 +52,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     at = state_indices(n, y.shape[0] // 2)
     second = model.second_cage
     races, scratch = model.races, model.scratch
-    # arrays are taken out of their tuples once: inside a loop each would be counted in and out
+    # arrays are taken out of their tuples once: a loop would count their references
     space, plan = scratch.space, scratch.plan
     count = races.window_of.shape[2]
     slots = np.uint64(scratch.slots)

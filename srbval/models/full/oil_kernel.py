@@ -89,7 +89,7 @@ def add_oil_forces(oil, model, slots, cage, shaft, totals):
         push = space[col.F_Y + p] + space[col.F_Y + p + col.INNER] + drag + weight * space[col.Y_WY + p]
         turning = space[col.SPIN + p] - space[col.CAGE_Z + p]
         couple = -pocket * there * abs(push) * radius * turning / (abs(turning) + LEAST_RAD_S)
-        space[col.T_Z + p] += couple  # the outer ring does not turn: no torque but the roller's is read from there
+        space[col.T_Z + p] += couple  # the ring does not turn: only the roller uses this torque
         space[col.ON_CAGE + p] = (centre + space[col.SLIDE + p]) * drag - couple
         rubbed -= couple * turning
     totals[col.ROLLING_POWER], totals[col.DRAG_POWER], totals[col.POCKET_POWER] = rolled, dragged, rubbed

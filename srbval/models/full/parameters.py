@@ -29,11 +29,11 @@ from srbval.models.full.slices_kernel import SliceTable
 from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
-POCKETS = 19  # second word of the seed of what is drawn for the cage's slots
+POCKETS = 19  # second word of the seed for the offsets in the cage's pockets
 GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 YOUNG_N_M2, POISSON = 2.07e11, 0.3  # bearing steel, ISO/TS 16281
 POINTS_OF_A_WAVE = 16  # angles in the shortest wave; straight lines between them miss it by 2 %
-MOST_LOADED = 5.0  # times the mean load along the force: of a bearing with clearance, after Stribeck; from memory
+MOST_LOADED = 5.0  # largest over mean roller load of a bearing with clearance, after Stribeck; from memory
 
 
 class RaceSearch(NamedTuple):
@@ -125,7 +125,7 @@ class Parameters(NamedTuple):
     surface: SurfaceHeights
     patch: FloatArray | None  # contacts that are not points, empty for points: see `srbval.models.line`
     second_cage: SecondCage | None = None
-    slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
+    slices: SliceTable | None = None  # contacts cut into slices, see `srbval.models.slices`; `patch` is then None
     oil: OilLaw | None = None  # drag, rolling resistance, pockets of a bearing with slices
     free: int | None = None  # `FREE`: rollers with slices tilt and slide along their axes, see `tilt_kernel`
 
@@ -219,7 +219,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
     if not 0.9 < diameter / geometry.zero_play_diameter_m < 1.01:
         raise ConfigurationError(
             f"radial_play_m = {scene.contact.radial_play_m} leaves a roller of {diameter:.6g} m in a gap of "
-            f"{geometry.zero_play_diameter_m:.6g} m; it must be 90 % to 101 % of the gap."
+            f"{geometry.zero_play_diameter_m:.6g} m; the roller must have 90 % to 101 % of the gap."
         )
     return diameter
 
@@ -331,7 +331,7 @@ def _scratch(slot_angle: FloatArray) -> Scratch:
     count = len(slot_angle)
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
-        raise ConfigurationError(f"rollers_per_row = {count // 2}: the full model has room for 48 rollers a row.")
+        raise ConfigurationError(f"rollers_per_row = {count // 2}: the full model is limited to 48 rollers per row.")
     space = col.aligned_zeros(col.WORKSPACE_ROWS * col.STRIDE)
     space[int(col.O_X) : int(col.O_X) + col.STRIDE] = col.FAR_M
     both_rows = {

@@ -173,7 +173,7 @@ def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntA
     for circle in points:
         cell = circle.cell[(circle.lift != 0) | (circle.share != 1)]
         marked[1 + cell] = marked[1 + count + cell] = marked[1 + 2 * count + cell] = 1
-    before = np.cumsum(marked)  # how many there are before a point
+    before = np.cumsum(marked)  # number of marked points before each point
     return np.flatnonzero(before[count + half + 1 : 2 * count + half + 1] > before[count - half : 2 * count - half])
 
 

@@ -78,7 +78,7 @@ def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, 
     t0 = inertia[col.INERTIA_XX] * b0 + inertia[col.INERTIA_XY] * b1 + inertia[col.INERTIA_XZ] * b2
     t1 = inertia[col.INERTIA_XY] * b0 + inertia[col.INERTIA_YY] * b1 + inertia[col.INERTIA_YZ] * b2
     t2 = inertia[col.INERTIA_XZ] * b0 + inertia[col.INERTIA_YZ] * b1 + inertia[col.INERTIA_ZZ] * b2
-    for m in range(at.relative_rate, speeds.shape[0]):  # none, or a second cage's
+    for m in range(at.relative_rate, speeds.shape[0]):  # only with a second cage
         torque += factors[col.SHAFT_ROW, 3] * beyond[m]
         a_x, a_y, a_z, ahead = inertia[col.RELATIVE_X], inertia[col.RELATIVE_Y], inertia[col.RELATIVE_Z], braked[m]
         own = a_x * b0 + a_y * b1 + a_z * b2 + inertia[col.RELATIVE_AXIAL] * ahead

@@ -15,7 +15,7 @@ from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import OWN_POINTS, SKIP_MARGIN_M, candidate_code
 from srbval.models.jit import kernel_part
 
-# Of a column, in units of a lane group's meeting one point of each circle: at 0.2 interference costs 8 % more.
+# Cost of copying a column, in units of a lane group with one point of each circle: 0.2 costs interference 8 % more.
 COPY_COST = 0.3
 
 
@@ -50,7 +50,7 @@ def plan_contacts(slots, races, space, plan, count):
                     plan_group(plan, groups, race, points - 1, begin)
                     groups += 1
             if points < most:
-                # both lists are written to in any case, as a branch could not be foreseen
+                # both lists are always written: the processor could not predict a branch
                 for at in range(begin, begin + col.LANES):
                     own = int(space[col.CANDIDATES + np.uint64(at)])
                     several = own > max(points, 1)
@@ -58,7 +58,7 @@ def plan_contacts(slots, races, space, plan, count):
                     compacted += 1 if several else 0
                     plan_copy(plan, last - 1, at, own)
                     last -= 1 if own > points and not several else 0
-        # those of one point last: the others' groups have room for them
+        # columns of one point come last: the groups of the other columns have room for them
         for row in range(last, col.FIRST_SINGLE):
             plan_copy(plan, col.FIRST_COPY + compacted, plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS])
             compacted += 1

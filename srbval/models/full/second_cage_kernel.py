@@ -153,7 +153,7 @@ def relative_border(second, weight, model, totals, factors):
     for p in range(np.uint64(model.scratch.slots)):
         if not space[col.SIDE + p] < 0.0:
             continue
-        # as in `damping_kernel.factor`: what is left for a cage's rate about the roller once slide and spin follow
+        # as in `damping_kernel.factor`: a cage's rate about the roller after elimination of slide and spin
         q = p + col.INNER
         reach = model.centre_distance + space[col.SLIDE + p]
         o_xy, o_yy, o_yz = space[col.D_XY + p], space[col.D_YY + p], space[col.D_YZ + p]

@@ -46,7 +46,7 @@ ENERGY_0, ENERGY_1, ENERGY_2, ENERGY_3, ENERGY_4 = (
 MIDDLE_0, MIDDLE_1, MIDDLE_2, MIDDLE_3 = (
     0.5001995811484456, -0.0987286774058343, -0.01738024202711869, -0.06246256968352471,
 )  # fmt: skip
-ON_ROLLER = 1  # in the plan: the opening is the roller's
+ON_ROLLER = 1  # in the plan: the opening is on the roller
 LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of the least critical velocity in use
 
 
@@ -299,7 +299,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
             spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread, bend, vertex)
-            # the force acts, and the slip counts, in the middle of the load
+            # force and slip apply at the middle of the load
             side = sine * width / vertex
             side = side if side < 1.0 else 1.0
             off *= width * (side if side > -1.0 else -1.0)
@@ -308,7 +308,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             viscous = slices.damping_s * slope
             u_n, q_x, q_y, q_z = approach_and_slip((p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
             normal = normal_force(spring, viscous, u_n)
-            # by how much the slip differs from a slice's middle to its ends
+            # difference of the slip between a slice's middle and its ends
             more = 0.5 * touched * width * abs(space[col.W_Z + j] * along_x - space[col.W_X + j] * along_z)
             square = q_x * q_x + q_y * q_y + q_z * q_z
             if film is None:
@@ -351,7 +351,7 @@ def foot_of_slice(rows, race, window, i, away):
     inside = half - side * away  # from the roller's meridian to the nearest edge, along the race
     best, lift = inside if inside > 0.0 else 0.0, 0.0
     least = sagging * best * best
-    # on the floor, or as near to it as the ramp leaves: how far towards the middle
+    # distance towards the middle of the nearest place on the floor behind the ramp
     floor_at = ramp - inside if ramp > inside else 0.0
     drop = floor + sagging * floor_at * floor_at
     if drop < least:

@@ -219,7 +219,7 @@ def drift(y, step):
     y[c + 2] += step * rate_z
     for m in range(3):
         y[at.ring + m] += step * y[at.ring_rate + m]
-    for m in range(at.relative_angle, half):  # none, or a second cage's
+    for m in range(at.relative_angle, half):  # only with a second cage
         y[m] += step * y[half + m]
 
 
@@ -250,7 +250,7 @@ def turn_rollers(y, step, model):
     p_c, p_s = model.tilt_sine * (ct * about_x + st * about_y), model.tilt_sine * (ct * about_y - st * about_x)
     for row in range(2):
         if row == 1:
-            for m in range(at.relative_angle, half):  # none, or a second cage's
+            for m in range(at.relative_angle, half):  # only with a second cage
                 ct, st = math.cos(turn + y[m]), math.sin(turn + y[m])
                 p_c = model.tilt_sine * (ct * about_x + st * about_y)
                 p_s = model.tilt_sine * (ct * about_y - st * about_x)

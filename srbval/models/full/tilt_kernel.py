@@ -9,7 +9,7 @@ of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. W
 turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; laminae keep
 their place along the roller. The columns' frames then belong to the roller. Without skew, friction has no component
 along the axis: it only delays the balance, and tilting and sliding themselves are frictionless here. The cage guides a
-roller about its slot, so the skew moment acts on the cage. Nothing happens if rollers are held (`free` is None).
+roller about its slot, so the skew moment acts on the cage. Nothing happens if rollers are fixed (`free` is None).
 """
 
 import math

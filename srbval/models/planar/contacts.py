@@ -31,11 +31,11 @@ from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
 DefectOnRace = tuple[Callable[[FloatArray], Any], float, float]  # see `Slot.place_on_race`
-SLIDE_DIFFERENCE_M = 1e-9  # for the stiffness
-SLIDE_M = 2e-3  # how far a roller may slide: twice the highest defect
+SLIDE_DIFFERENCE_M = 1e-9  # step of the difference quotient of the stiffness
+SLIDE_M = 2e-3  # largest slide of a roller: twice the highest defect
 HALVINGS = 40  # of the search range: to 2e-15 m
-MAX_APPROACH_M = 2e-4  # approach of the rings that the tables reach; half of it is each race's
-STEP_M = 2.5e-7  # between entries of the plain table; force is off by less than 1e-4 of a loaded roller's
+MAX_APPROACH_M = 2e-4  # largest approach of the rings in the tables; each race has half of it
+STEP_M = 2.5e-7  # between entries of the plain table; error below 1e-4 of a loaded roller's force
 DEFECT_STEP_M = 2e-6
 STRIPS = 24  # across a defect
 LINE_EXPONENT = 10 / 9
@@ -43,8 +43,8 @@ TABLE_LOAD_FACTOR = 4.0  # tables reach this many times the load of the most loa
 # Largest element load over load / number of elements, without clearance (Stribeck).
 STRIBECK_FACTOR = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}
 LEAST_DEPTH_M = 1e-6
-MAX_AXIS_RATIO = 1e4  # ratio of an ellipse's axes up to which is searched; grooves of 0.502 give some 40
-POSITIONS = 64  # tabulated positions of a defect, from under the roller to out of its reach
+MAX_AXIS_RATIO = 1e4  # largest ratio of an ellipse's axes in the search; grooves of 0.502 give some 40
+POSITIONS = 64  # tabulated positions of a defect, from under the roller to the end of its reach
 
 
 class DefectHeight(NamedTuple):
@@ -259,7 +259,7 @@ def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, F
             "for example extent = '0.5 mm'."
         )
     if defect.shape is DefectShape.COSINE:
-        raise ConfigurationError("defect shape = 'cosine': the planar model of this bearing has 'flat' and 'hole'.")
+        raise ConfigurationError("defect shape = 'cosine': for this bearing the planar model has 'flat' and 'hole'.")
     widest = race.length_m if race.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / race.fall_1_m)
     hole = defect.shape is DefectShape.HOLE
     width = min(widest, defect.extent_m if hole else (defect.width_m or widest))

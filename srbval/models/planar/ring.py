@@ -29,15 +29,15 @@ from srbval.scene import LoadPath, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
-RADIANS, STEPS_OF_PASSAGE = 0.2, 40  # the same of other bearings, whose modes are higher and defects shorter
-SPEEDS = 50  # times at which the fastest passage is looked for
+RADIANS, STEPS_OF_PASSAGE = 0.2, 40  # the same for other bearings, which have higher modes and shorter defects
+SPEEDS = 50  # times at which the passing speed is computed, to find the fastest
 KERNEL_KIND = {
     (Fault.OUTER, 0): ring_kernel.ON_OUTER,
     (Fault.INNER, 1): ring_kernel.ON_INNER,
     (Fault.ROLLER, 0): ring_kernel.ROLLER_ON_OUTER,
     (Fault.ROLLER, 1): ring_kernel.ROLLER_ON_INNER,
 }
-NO_MOTION = [col.ACCELERATION_Z, col.DISPLACEMENT_Z, col.CAGE_TILT_X, col.CAGE_TILT_Y, col.RING_FORCE_Z]  # nor tilt
+NO_MOTION = [col.ACCELERATION_Z, col.DISPLACEMENT_Z, col.CAGE_TILT_X, col.CAGE_TILT_Y, col.RING_FORCE_Z]  # no tilt
 BALANCE_STEPS = 60
 RING_DIFFERENCE_M = 1e-8
 LONGEST_MOVE_M = 2e-5

@@ -12,7 +12,7 @@ RING_X, RING_Y, RING_V_X, RING_V_Y = range(4)
 STATE_SIZE = 4
 # Rows of the table of an undamaged roller: radial force [N], damper [N s/m], depth [m], over the approach of the rings.
 TABLE_FORCE, TABLE_DAMPER, TABLE_DEPTH = range(3)
-# Columns of `defects`: one of the kinds below, angle [rad], the roller's number, radius of the race [m], spacing of the
+# Columns of `defects`: kind (see below), angle [rad], number of the roller, radius of the race [m], spacing of the
 # positions in its table [m], radius of the roller [m].
 BUMP_KIND, BUMP_ANGLE, BUMP_ROLLER, RACE_RADIUS, POSITION_STEP, ROLLER_RADIUS = range(6)
 BUMP_COLUMNS = 6
