@@ -140,7 +140,7 @@ class Load(Limited):
 
 
 class DefectShape(enum.StrEnum):
-    """Flat: the same height everywhere. Cosine: a raised cosine along the rolling direction. Hole: round from above."""
+    """Shape of a defect: flat (constant height), raised cosine along the rolling direction, or round hole."""
 
     FLAT = "flat"
     COSINE = "cosine"

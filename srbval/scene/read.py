@@ -220,18 +220,18 @@ class RigInput:
         return 1.0 if self.high_from else (self.nominal - self.low) / (self.high - self.low)
 
     def changes(self, value: float) -> dict[str, Any]:
-        """Write changes, for `load_scene`, that give a scene this value."""
+        """Build the changes that give a scene this value, for `load_scene`."""
         return nest_value(self.key, f"{value!r} {self.unit}" if self.unit else value)
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """List inputs of a kind: ``input``, ``oil`` (of `rig-oil`), ``position`` (of a record's hole; not of the cage)."""
+    """List the rig's inputs of a kind: ``input``, ``oil`` (of `rig-oil`), or ``position`` (of a record's hole)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Write scene changes that set each input to its share of the range; an input of two points gets an end."""
+    """Build scene changes that set inputs to their shares of the ranges; an input of two points gets the nearer end."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):

@@ -47,7 +47,7 @@ def test_impossible_geometry_is_refused(change, message):
 
 
 def table(name: str, **values: object) -> str:
-    """A table of a bearing file: strings quoted, numbers as they are."""
+    """Write a table of a bearing file: strings quoted, numbers unchanged."""
     return f"[{name}]\n" + "".join(f"{key} = {value!r}\n" for key, value in values.items())
 
 
@@ -85,7 +85,7 @@ UNNAMED_ANGLE = {"upm-citef", "vibroguard", "mb"}  # spherical rollers, and mult
 
 
 def test_printed_orders_fit_each_other_and_the_dimensions():
-    """What pure rolling makes of them, within the digits that were printed: a row that was made up fails here."""
+    """Printed orders satisfy the equations of pure rolling within their digits; invented orders would fail."""
     rows = [row for row in PRINTED if row["bpfo"]]
     assert len(rows) >= 400
     for row in rows:
@@ -104,7 +104,7 @@ def test_printed_orders_fit_each_other_and_the_dimensions():
 
 
 def test_every_known_bearing_gives_fault_frequencies():
-    """Each row has a source of its own words, elements that go round, and a contact angle that can be."""
+    """Each row has its source, a possible number of elements, and a possible contact angle."""
     assert {row["key"] for row in read_table("catalogue_sources.csv")} == {row["source"] for row in PRINTED}
     assert len({row["name"] for row in PRINTED}) == len(PRINTED)
     for name in known_bearings():
@@ -210,7 +210,7 @@ RATING, BALL = 0.03, 0.015  # of a static rating; of a ball's diameter, from ord
 
 
 def test_another_designation_of_a_row_is_of_the_same_balls_on_the_same_rings():
-    """Elements carry the designation's static rating after ISO 76; f_0 is linear within a few parts in a thousand."""
+    """Elements have the designation's static rating after ISO 76; f_0 is linear within a few parts in a thousand."""
     rows = [(row, text) for row in PRINTED for text in (row["also"] or "").split() if text[:2] in OUTSIDE]
     assert len(rows) >= 20
     for row, text in rows:

@@ -1,4 +1,4 @@
-"""Scenes: what is wrong is said; the bundled ones, ranges and box of the rig, the surfaces of races and rollers."""
+"""Scenes: error messages, bundled scenes, ranges and box of the rig, surfaces of races and rollers."""
 
 import math
 import re
@@ -105,7 +105,7 @@ def test_wrong_scenes_say_what_is_wrong(changes, message):
     ],
 )
 def test_a_refused_step_names_steps_that_are_taken(changes, offered):
-    """As they are printed: who copies one is not refused again."""
+    """The printed steps can be copied: a scene with one of them is accepted."""
     with pytest.raises(ConfigurationError) as refused:
         paper_scene(**changes, duration="0.1 s")
     printed = re.findall(r"1/(\d+) s \((\S+)\)", str(refused.value))
@@ -130,7 +130,7 @@ def test_several_defects_each_over_the_papers():
 
 
 def test_the_mean_of_a_profile_is_over_the_recorded_time():
-    """10 rad/s at the beginning, 14 at 2 s: 12 over 2 s, 11 over the first."""
+    """Speed from 10 rad/s to 14 rad/s at 2 s: mean 12 rad/s over 2 s, 11 rad/s over the first second."""
     loads = {"time": ["0 s", "2 s"], "radial": ["0 N", "100 kN"], "axial": ["10 kN", "0 N"]}
     assert paper_scene(load_profile=loads, duration="2 s").mean_radial_n == pytest.approx(50e3)
     table = {"time": ["0 s", "2 s"], "speed_rad_s": [10.0, 14.0]}
@@ -145,7 +145,7 @@ INPUTS = {one.key: one for one in rig_inputs()}
 
 
 def keys_of(table: Mapping[str, Any], before: str = "") -> set[str]:
-    """Dotted paths of all values of a table."""
+    """List the dotted paths of all values of a table."""
     found = set()
     for key, value in table.items():
         found |= keys_of(value, f"{before}{key}.") if isinstance(value, Mapping) else {before + key}
@@ -182,7 +182,7 @@ def test_unknown_names(name, message):
 
 
 def test_the_play_at_a_roller_follows_from_the_rings_clearance():
-    """A ring displaced by half its clearance just touches the roller in that direction, and is free by the play."""
+    """A ring displaced by half its clearance just touches the roller there; the play is the gap that closes."""
     geometry = load_bearing("skf-22240").geometry
     play = load_scene("rig").contact.radial_play_m
     across = geometry.inner_centre_radial_m, geometry.inner_centre_axial_m  # from the outer sphere's centre
@@ -196,7 +196,7 @@ def test_the_play_at_a_roller_follows_from_the_rings_clearance():
 
 @pytest.mark.parametrize("key", INPUTS)
 def test_each_input_is_the_scenes(key):
-    """Its nominal value is the scene's, and every value of its range makes a scene."""
+    """The nominal value is the scene's value, and every value of the range makes a valid scene."""
     one = INPUTS[key]
     assert load_scene("rig", one.changes(one.nominal)) == load_scene("rig")
     assert one.low <= one.nominal <= one.high
@@ -230,7 +230,7 @@ ROUNDED_KG, ROUNDED = 1.0, 0.02  # the scene's and the ranges' figures are round
 
 
 def masses() -> tuple[float, float, float]:
-    """Masses of the outer ring, of it with Table 4's box, and of the inner ring [kg]."""
+    """Compute the masses of the outer ring alone, with the box of Table 4, and of the inner ring [kg]."""
     scene, geometry = load_scene("rig"), load_bearing("skf-22240").geometry
     assert geometry is not None
     ring = geometry.outer_ring_mass_kg(STEEL_KG_M3)
@@ -268,7 +268,7 @@ OPTIONS = ("", "--roughness N2", "--waviness-nm 28")
 
 
 def profile(surface: Surface, shortest_m: float, seed: int) -> FloatArray:
-    """The power law continued down to `shortest_m`, random phases, 8 points to the shortest wave."""
+    """Generate a rough profile: power law down to `shortest_m`, random phases, 8 points per shortest wave."""
     orders = np.arange(1, math.floor(ROUND_M / shortest_m) + 1)
     size = 8 * int(orders[-1])
     lines = np.zeros(size // 2 + 1, dtype=np.complex128)
@@ -279,7 +279,7 @@ def profile(surface: Surface, shortest_m: float, seed: int) -> FloatArray:
 
 
 def weighted_mean(samples: FloatArray, cutoff_m: float) -> FloatArray:
-    """Gaussian profile filter of ISO 16610-21 in its own words: a weighing function along a closed profile."""
+    """Apply the Gaussian profile filter of ISO 16610-21 as a weighting function along a closed profile."""
     step = ROUND_M / samples.size
     place = (np.arange(samples.size) * step + ROUND_M / 2) % ROUND_M - ROUND_M / 2
     weight = np.exp(-math.pi * (place / (HALF * cutoff_m)) ** 2) / (HALF * cutoff_m) * step
@@ -312,7 +312,7 @@ def test_a_given_height_is_the_rms_of_the_waves(exponent):
 
 
 def test_heights_of_a_class_do_not_hang_on_the_size_of_the_body():
-    """Waves of 1 to 10 mm are as high on a body three times as large: it has three times as many orders there."""
+    """Waves of 1 to 10 mm are as high on a body three times as large, which has three times as many orders."""
     surface = Surface(roughness_class=RoughnessClass("N3"), shortest_m=1e-3, longest_m=10e-3)
     small, large = (np.sqrt(np.sum(surface.amplitudes(r, None) ** 2) / 2) for r in (0.3, 0.9))
     assert large == pytest.approx(small, rel=0.02)

@@ -63,7 +63,7 @@ def law_in_film(law, slices, cage, shaft):
 
 @kernel_part
 def film_at_speed(law, slices, film, cage, shaft):
-    """Adapt the contact law to a `film` at these speeds [rad/s]; unchanged without one, or if the critical ratio is 0.
+    """Adapt the contact law to a `film` at these speeds [rad/s]; no change without film, or if the critical ratio is 0.
 
     Eyring's slip speed replaces the critical velocity. The static coefficient becomes the film's share, 1 - s, and the
     dynamic coefficient the friction of the asperities, s mu_b.

@@ -73,7 +73,7 @@ def slot_axes(axes, c, s, along, across):
 
 
 class RaceLimits(NamedTuple):
-    """Limits of the candidate search on one race, see `parameters.RaceSearch`; `onwards`: sign of the rolling."""
+    """Limits of the candidate search on one race, see `parameters.RaceSearch`; `onwards`: rolling sense, 1 or -1."""
 
     per_spacing: float
     per_clearance: float

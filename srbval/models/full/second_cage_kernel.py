@@ -141,7 +141,7 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 def relative_border(second, weight, model, totals, factors):
     """Fill the row `RELATIVE_BORDER` with the relative rate's part of M / `weight` + D; returns its diagonal entry.
 
-    A relative rate turns a roller of row 2 about its axis by the factor `tilt_cosine`.
+    The relative rate turns a roller of row 2 about the roller's axis with the factor `tilt_cosine`.
     """
     if second is None:
         return 0.0
@@ -181,7 +181,7 @@ def relative_border(second, weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Add the relative acceleration to the cages' right-hand side, and compute its own, less the rollers' part."""
+    """Add the relative acceleration to the cages' right-hand side; compute the relative rate's right-hand side."""
     if second is None:
         return g0, g1, g2, 0.0
     space, per = model.scratch.space, 1.0 / weight

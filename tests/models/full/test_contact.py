@@ -1,4 +1,4 @@
-"""The static start, and points that begin to touch within a step; balance and contact law: `tests/verification`."""
+"""Static start, and points that come into contact within a step; balance and contact law: `tests/verification`."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ def test_rollers_that_touch_nothing_roll():
 
 
 def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
-    """Ring displacement along y and cage speed over shaft speed, one row per output interval."""
+    """Simulate; returns ring displacement along y and cage speed over shaft speed, one row per output interval."""
     steps = take_steps(
         model,
         start.copy(),
@@ -53,7 +53,7 @@ def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
 
 @pytest.mark.parametrize("fit", ["play", "printed"])
 def test_a_run_is_settled_from_its_first_sample(fit):
-    """From here ring and cage stay within the band of their later values; from mere rolling they do not."""
+    """Ring and cage stay within the band of their later values; a start from mere rolling does not."""
     model = model_of(contact={"roller_fit": fit}, defect={"kind": "outer"})
     run = settled(model, equilibrium_state(model), 0.5)
     low, high = run[1024:].min(axis=0), run[1024:].max(axis=0)
@@ -84,9 +84,9 @@ MEAN, MEAN_N = 2e-3, 1e-9  # of a force averaged over 20 000 moments, one of whi
 def one_point(
     depth: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0), along: float = 0.0, onset_s: float = 0.0
 ) -> tuple[float, ...]:
-    """Force and torque of one ring point `depth` below the roller's surface at its +x side, `along` the axis.
+    """Compute force and torque of one ring point `depth` below the roller's surface at its +x side, `along` the axis.
 
-    `velocity` is the ring's relative to the roller.
+    `velocity`: of the ring relative to the roller.
     """
     rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
     points = np.zeros((1, 1, col.POINT_ROWS, 1))
@@ -108,9 +108,9 @@ def one_point(
 
 @pytest.mark.parametrize("share", [-0.6, -0.45, -0.2, 0.0, 0.3, 0.5, 2.0])
 def test_coming_into_contact_is_averaged_over_its_time(share):
-    """Spring and damper against their mean over the time about a moment when the point is `share` of it inside.
+    """Spring and damper equal their mean over the averaging time, at a moment when the point is `share` of it inside.
 
-    What they do against the approach beyond the energy stored in a spring that is as deep as the point, is lost.
+    Work against the approach, beyond the energy of a spring as deep as the point, is lost.
     """
     onset, rate = 1.5e-5, 0.6
     depth = share * rate * onset
@@ -133,7 +133,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 
 def looking_at_all(model: Parameters) -> Parameters:
-    """The same model with the widest windows for every roller within reach, and damage all round the damaged ones."""
+    """Give the model the widest windows for all rollers within reach, and damaged rollers damage all round."""
     raised, sunk = model.roller_defects.copy(), model.roller_defects.copy()  # by the same height
     raised[:, col.DEFECT_EXTENT] = sunk[:, col.DEFECT_EXTENT] = 1.0
     sunk[:, col.DEFECT_HEIGHT] *= -1.0
@@ -147,7 +147,7 @@ def looking_at_all(model: Parameters) -> Parameters:
 
 
 def shaken(model: Parameters, seed: int) -> np.ndarray:
-    """A state about balance: rollers up to 60 um off, ring 40 um, cage tilted by up to 2 mrad, all moving."""
+    """Disturb a balanced state: rollers up to 60 um, ring 40 um, cage tilt up to 2 mrad, all moving."""
     rng = np.random.default_rng(seed)
     y = equilibrium_state(model).copy()
     layout = layout_of(y)
@@ -167,7 +167,7 @@ def shaken(model: Parameters, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("solver", ["imex2", "ros2"])
 def test_nothing_that_begins_to_touch_is_missed(scene, solver):
-    """Implicit methods let an approaching point act a little before it touches."""
+    """With implicit methods an approaching point acts a little before it touches."""
     model = parameters(paper_scene(**SCENES[scene]))
     everything = looking_at_all(model)
     for seed in range(10):
