@@ -51,7 +51,7 @@ from srbval.recordings.registry import (
 )
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION, settings_of
 from srbval.recordings.speed import RPM_PER_HZ
-from srbval.recordings.units import ACCELERATION, UNKNOWN
+from srbval.recordings.units import ACCELERATION_UNIT, UNKNOWN
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
@@ -268,7 +268,7 @@ def separate_other_files(
 
 def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Rows of name, value and unit for the features of `features_of`; accelerations also in g."""
-    scales = {found["unit"]: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found["unit"] == ACCELERATION else {})
+    scales = {found["unit"]: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found["unit"] == ACCELERATION_UNIT else {})
     levels = {"RMS": found["rms"], "peak": found["peak"], "RMS in the band": found["band_rms"]}
     rows = [(name, value * scale, unit) for name, value in levels.items() for unit, scale in scales.items()]
     rows += [("crest factor", found["crest"], ""), ("kurtosis", found["kurtosis"], "")]
@@ -408,12 +408,12 @@ def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
     """
     found, (low_hz, high_hz) = document["features"], document["band_hz"]
     unit, missing = found["unit"], [found["velocity_missing"]]
-    if unit != ACCELERATION:
-        missing.append(f"no levels in {ACCELERATION}: the unit is {unit}")
+    if unit != ACCELERATION_UNIT:
+        missing.append(f"no levels in {ACCELERATION_UNIT}: the unit is {unit}")
     row = {key: document[key] for key in ("file", "name", "channel", "bearing", "fs_hz", "seconds")}
     row |= {"state": document["declared_state"], "speed_rpm": RPM_PER_HZ * document["shaft_hz"]["value"]}
     row |= {"band_low_hz": low_hz, "band_high_hz": high_hz}
-    for kind in (ACCELERATION, unit):
+    for kind in (ACCELERATION_UNIT, unit):
         word = re.sub(r"\W", "_", kind) if kind != UNKNOWN else "unknown_unit"
         row |= {f"{name}_{word}": found[name] if kind == unit else None for name in LEVEL_FEATURES}
     row |= {"crest_factor": found["crest"]} | {key: found[key] for key in ("kurtosis", "velocity_rms_mm_s")}

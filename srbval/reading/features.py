@@ -15,12 +15,12 @@ from srbval.bearing import DEFECTS, Bearing
 from srbval.reading.analyse import Analysis
 from srbval.reading.pipeline import BandChoice, one_signal, process, whole_band_of
 from srbval.recordings import Recording
-from srbval.recordings.units import ACCELERATION, DISPLACEMENT, VELOCITY
+from srbval.recordings.units import ACCELERATION_UNIT, DISPLACEMENT_UNIT, VELOCITY_UNIT
 from srbval.signal import kurtosis
 from srbval.signal.envelope import END_PERIODS
 
 # Power of 2 pi f that makes a velocity of a unit, and the factor from there to m/s.
-VELOCITIES = {ACCELERATION: (-1, 1.0), VELOCITY: (0, 1e-3), DISPLACEMENT: (1, 1e-6)}
+VELOCITIES = {ACCELERATION_UNIT: (-1, 1.0), VELOCITY_UNIT: (0, 1e-3), DISPLACEMENT_UNIT: (1, 1e-6)}
 HIGHEST_HZ = 1000.0
 SLOW_RPM, SLOW_HZ, FAST_HZ = 600.0, 2.0, 10.0  # ISO 20816-3: from 2 Hz for machines slower than 600 rpm, else 10 Hz
 NOISE_OFFSETS = (-2.0, -1.5, 1.5, 2.0)  # places of the neighbourhood of a snapshot's line, in widths of a line
@@ -66,7 +66,9 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION) -> float:
+def velocity_rms(
+    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION_UNIT
+) -> float:
     """RMS of the velocity in a band [m/s], from samples [n] in a `unit` of `VELOCITIES`.
 
     The spectrum A(f) under a Hann window is multiplied by (2 pi f)^p; p is -1 for an acceleration.

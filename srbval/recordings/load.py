@@ -14,7 +14,7 @@ from srbval.errors import ConfigurationError, DataError, OpenQuestion, SrbvalErr
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.datasets.srbval_files import SENSOR, status_note
+from srbval.recordings.datasets.srbval_files import SENSOR_CHANNEL, status_note
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Reading
@@ -117,12 +117,12 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 def recording_from_run(run: Run) -> Recording:
     """Create a recording from a run of any status: its sensor signal, or if it has none the ring's radial axes."""
     scene, profile = run.scene, run.scene.speed_profile
-    shown = {SENSOR: run.sensor_m_s2} if run.sensor_m_s2.size else {}
+    shown = {SENSOR_CHANNEL: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
         name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * RPM_PER_HZ:.6g} rpm",
         origin=Origin.SIMULATED,
         channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")} | shown,
-        channel=SENSOR if shown else None,
+        channel=SENSOR_CHANNEL if shown else None,
         axes=None if shown else ("x", "y"),
         fs_hz=scene.output_rate_hz,
         unit="m/s2",

@@ -6,7 +6,7 @@ import enum
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -177,10 +177,8 @@ class Recording(SourceFacts, NotebookObject):
     @classmethod
     def from_array(cls, samples: Any, *, fs_hz: float, **stated: Any) -> Recording:
         """Create a recording from samples [n] or [n, channels]; `stated` are fields of `RecordingSettings`."""
-        recording: Recording = load_public("recording_from_columns")(
-            {"signal": np.asarray(samples)}, fs_hz=fs_hz, **stated
-        )
-        return recording
+        columns = {"signal": np.asarray(samples)}
+        return cast(Recording, load_public("recording_from_columns")(columns, fs_hz=fs_hz, **stated))
 
     @classmethod
     def from_frame(cls, frame: pandas.DataFrame | pandas.Series, **stated: Any) -> Recording:
@@ -195,8 +193,7 @@ class Recording(SourceFacts, NotebookObject):
             name = str(table.index.name)
             table = table.rename_axis(index=name if is_time(name) else "time").reset_index()
         columns = {str(name): column.to_numpy() for name, column in table.items()}
-        recording: Recording = load_public("recording_from_columns")(columns, **stated)
-        return recording
+        return cast(Recording, load_public("recording_from_columns")(columns, **stated))
 
     @classmethod
     def from_xarray(cls, data: xarray.Dataset | xarray.DataArray, **stated: Any) -> Recording:
@@ -213,10 +210,8 @@ class Recording(SourceFacts, NotebookObject):
         columns = {titles[name]: variable.to_numpy() for name, variable in whole.variables.items()}
         units = {titles[name]: str(v.attrs["units"]) for name, v in whole.variables.items() if "units" in v.attrs}
         facts = {name: x.item() if isinstance(x, np.number) else x for name, x in whole.attrs.items()}
-        recording: Recording = load_public("recording_from_columns")(
-            columns, column_units=units, attributes=facts, **stated
-        )
-        return recording
+        known = {"column_units": units, "attributes": facts}
+        return cast(Recording, load_public("recording_from_columns")(columns, **known, **stated))
 
     def facts(self) -> dict[str, Any]:
         """Attributes of the data set that `to_xarray` returns, from which the recording can be restored."""

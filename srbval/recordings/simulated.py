@@ -12,7 +12,7 @@ from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.generic import MIN_SAMPLES
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.units import ACCELERATION, REVOLUTIONS, SI_FACTORS, SPEED_HZ, UNITS, known_unit, split_unit
+from srbval.recordings.units import ACCELERATION_UNIT, REVOLUTIONS, SI_FACTORS, SPEED_HZ, UNITS, known_unit, split_unit
 
 PASSED, STOPPED = 0.4, 0.5  # shares of the sampling rate: unchanged below the first, zero above the second
 STOPPED_DB = 80.0
@@ -85,10 +85,10 @@ def resample_channels(
     main, band_hz = reading.main, reading.main.band_hz
     cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
     for name in _with_times(reading, times_s):
-        channels[name] = replace(channels[name], samples=resampled(times_s, channels[name].samples, fs_hz), fs_hz=None)
+        channels[name] = replace(channels[name], samples=resample(times_s, channels[name].samples, fs_hz), fs_hz=None)
     changed, order = replace(reading, channels=channels, fs_hz=fs_hz), derivatives.get(main.recording_unit, 0)
-    cubic = differentiated(changed.main.samples, fs_hz, order)
-    quintic = differentiated(resampled(times_s, main.samples, fs_hz, QUINTIC), fs_hz, order)
+    cubic = differentiate(changed.main.samples, fs_hz, order)
+    quintic = differentiate(resample(times_s, main.samples, fs_hz, QUINTIC), fs_hz, order)
     error = _share_in_band(quintic - cubic, cubic, fs_hz, band_hz or (0.0, PASSED * fs_hz))
     steps = np.diff(times_s)
     note = f"resampled from steps of {steps.min():.3g} to {steps.max():.3g} s to {fs_hz:g} Hz"
@@ -123,7 +123,7 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
     return ()
 
 
-def resampled(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
+def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
     """Samples at even times, from a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
 
     Times closer than about `SAME_TIME` of a new step, such as both sides of an event, are averaged first.
@@ -166,14 +166,14 @@ def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Readin
     for name, c in reading.channels.items():
         order = derivatives.get(c.recording_unit, 0)
         if order and reading.fs_hz and c.samples.size == count:
-            samples = differentiated(c.samples, reading.fs_hz, order)
+            samples = differentiate(c.samples, reading.fs_hz, order)
             factor = c.factor * UNITS[c.unit or ""][1] * SI_FACTORS[c.recording_unit]
-            changed[name] = replace(c, samples=samples, unit=ACCELERATION, factor=factor)
+            changed[name] = replace(c, samples=samples, unit=ACCELERATION_UNIT, factor=factor)
             said.add(f"acceleration: derivative {order} of {c.unit}")
     return replace(reading, channels=changed, notes=(*reading.notes, *sorted(said)))
 
 
-def differentiated(samples: FloatArray, fs_hz: float, order: int) -> FloatArray:
+def differentiate(samples: FloatArray, fs_hz: float, order: int) -> FloatArray:
     """Derivative of this order with respect to time [s], computed in the frequency domain.
 
     It is exact up to `PASSED` times the sampling rate and falls to zero at `STOPPED`, so that noise above any band is

@@ -24,7 +24,7 @@ DAYS = 2e4, 8e4  # since 1900, as spreadsheets count them, in the years 1954 to 
 LARGEST_TIME = 1e19
 MAX_STEP_DEVIATION = 1e-3  # of a step, in addition to the rounding of the digits
 COARSEST = 0.5  # largest last digit, as a share of a step; coarser digits may hide a missing sample
-SAME_RATE = 1e-3  # largest relative difference of two equal rates
+RATE_MARGIN = 1e-3  # largest relative difference of two equal rates
 MOST_MISSING = 0.5  # of the samples, between the first and the last
 MOST_GAPS = 0.1  # of the steps; more gaps mean the steps of a solver
 COUNTER_BITS = (8, 16, 32)  # sizes of counters that overflow
@@ -63,7 +63,7 @@ class TimeColumn:
         """Caution if the record is read at a rate `fs_hz` that contradicts its times, else None."""
         if self.uneven:
             return f"{self.problem}; read as even, at {fs_hz:g} Hz"
-        if not self.rates_hz or any(abs(rate / fs_hz - 1) < SAME_RATE for rate in self.rates_hz):
+        if not self.rates_hz or any(abs(rate / fs_hz - 1) < RATE_MARGIN for rate in self.rates_hz):
             return None
         return f"the times of {self.name} mean {self.rates_hz[0]:.9g} Hz, read at {fs_hz:.9g} Hz"
 
@@ -84,7 +84,7 @@ def is_time(name: str, unit: str | None = None, values: NDArray[np.generic] | No
     if _TIME.fullmatch(name.lower().strip()):
         return True
     unit = unit or split_unit(name)[1] or ""
-    return unit.strip().lower() in TIME_UNITS_S and (values is None or rises(values))
+    return unit.strip().lower() in TIME_UNITS_S and (values is None or is_rising(values))
 
 
 def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
@@ -131,7 +131,7 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
     numeric = {name: a for name, a in arrays.items() if a.dtype.kind in "fiu"}
     found = [interpret_times(raw, name) for name, a in numeric.items() if is_time(name, raw.units.get(name), a)]
     rates = [column.rates_hz[0] for column in found if not column.problem and column.rates_hz]
-    if rates and max(rates) > min(rates) * (1 + SAME_RATE):
+    if rates and max(rates) > min(rates) * (1 + RATE_MARGIN):
         names = " and ".join(column.name for column in found)
         return TimeColumn(name=names, rates_hz=tuple(rates), problem=f"the times of {names} mean different rates")
     found.sort(key=lambda column: (column.problem is not None, not column.rates_hz))
@@ -143,7 +143,7 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
     return found[0] if found else gaps or next(iter(counters), None)
 
 
-def rises(values: NDArray[np.generic]) -> bool:
+def is_rising(values: NDArray[np.generic]) -> bool:
     """True if values never fall and mostly rise, as times do and vibrations do not."""
     with np.errstate(invalid="ignore"):
         steps = np.diff(np.ravel(values).astype(np.float64))

@@ -24,7 +24,7 @@ def rows_by_spelling(*kinds: str) -> dict[str, Mapping[str, str]]:
     return {word: row for row in rows for word in (*row["spellings"].split(), row["unit"])}
 
 
-ACCELERATION, VELOCITY, DISPLACEMENT = "m/s2", "mm/s", "um"  # units in a recording
+ACCELERATION_UNIT, VELOCITY_UNIT, DISPLACEMENT_UNIT = "m/s2", "mm/s", "um"  # units in a recording
 UNKNOWN = "unknown"
 ENVELOPE = "gE"  # acceleration envelope computed by a meter
 CONVERTER_COUNTS = "counts"  # whole numbers of a converter, without a scale
@@ -32,8 +32,8 @@ CONVERTER_COUNTS = "counts"  # whole numbers of a converter, without a scale
 UNITS: dict[str, tuple[str, float]] = {
     row["unit"]: (row["kept"], float(row["factor"])) for row in _UNIT_ROWS if row["kind"] == "signal"
 }
-DERIVATIVES = {VELOCITY: 1, DISPLACEMENT: 2}  # order of the derivative from a unit to an acceleration
-SI_FACTORS = {VELOCITY: 1e-3, DISPLACEMENT: 1e-6}  # to m/s and m
+DERIVATIVES = {VELOCITY_UNIT: 1, DISPLACEMENT_UNIT: 2}  # order of the derivative from a unit to an acceleration
+SI_FACTORS = {VELOCITY_UNIT: 1e-3, DISPLACEMENT_UNIT: 1e-6}  # to m/s and m
 # units of a speed and an angle of rotation, and the factors to Hz and to revolutions
 SPEED_HZ = {"rpm": 1 / 60, "Hz": 1.0, "rad/s": 1 / (2 * math.pi)}
 REVOLUTIONS = {"rad": 1 / (2 * math.pi), "deg": 1 / 360, "rev": 1.0}

@@ -18,7 +18,7 @@ from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recor
 from srbval.recordings import speed as speed_module
 from srbval.recordings.loaders.matlab import add_objects
 from srbval.recordings.registry import add, load_registered
-from srbval.recordings.simulated import differentiated, resampled
+from srbval.recordings.simulated import differentiate, resample
 from srbval.recordings.speed import SCALE_CI95, pulse_times, speed_from_pulses, tachometer_speed
 
 from . import files
@@ -77,7 +77,7 @@ def test_uneven_times_become_even(tmp_path):
 def test_what_the_new_rate_does_not_hold_is_removed():
     """A tone above half of the new rate would otherwise appear at the difference frequency."""
     times = uneven_times(1e-5)
-    assert np.abs(resampled(times, tones(times, (4500.0,)), FS_HZ)[ENDS:-ENDS]).max() < STOPPED
+    assert np.abs(resample(times, tones(times, (4500.0,)), FS_HZ)[ENDS:-ENDS]).max() < STOPPED
 
 
 def test_events_are_written_twice(tmp_path):
@@ -159,7 +159,7 @@ def test_accelerations(tmp_path, unit, per_m, stated, drift):
 
 
 def test_noise_above_every_band_is_not_amplified():
-    power = np.abs(np.fft.rfft(differentiated(np.random.default_rng(0).normal(size=20_000), 1.0, 2))) ** 2
+    power = np.abs(np.fft.rfft(differentiate(np.random.default_rng(0).normal(size=20_000), 1.0, 2))) ** 2
     assert power[-100:].mean() < 1e-3 * power[7900:8000].mean()
 
 

@@ -12,7 +12,7 @@ from srbval.recordings.raw import ArrayOrText, RawFile, as_signal, blocks_of, or
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
-from srbval.recordings.times import PLAUSIBLE_HZ, SAME_RATE, all_whole, is_time, read_counter, rises, stated_rate
+from srbval.recordings.times import PLAUSIBLE_HZ, RATE_MARGIN, all_whole, is_rising, is_time, read_counter, stated_rate
 from srbval.recordings.units import CONVERTER_COUNTS, ENVELOPE, known_unit, split_unit
 
 MIN_SAMPLES = 256
@@ -113,7 +113,7 @@ def _split_off_times(value: ArrayOrText) -> NDArray[np.generic] | None:
     columns = orient_samples(value).T
     if not 2 <= len(columns) <= MAX_MATRIX_COLUMNS or columns.shape[1] < MIN_SAMPLES:
         return None
-    return columns if rises(columns[0]) and (np.diff(columns[0]) != 1).any() else None
+    return columns if is_rising(columns[0]) and (np.diff(columns[0]) != 1).any() else None
 
 
 def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
@@ -198,7 +198,7 @@ def _named_number(
             found[printable(name)] = stated
     numbers = [number for number, _ in found.values()]
     said = " and ".join(f"{name} = {number:g}" for name, number in zip(found, numbers, strict=True))
-    if numbers and max(numbers) - min(numbers) > SAME_RATE * abs(max(numbers)):
+    if numbers and max(numbers) - min(numbers) > RATE_MARGIN * abs(max(numbers)):
         return None, f"{said} contradict each other"
     number, in_unit = next(iter(found.values()), (None, False))
     if number is None or (in_unit and number > 0) or likely[0] <= number <= likely[1]:

@@ -31,7 +31,7 @@ PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
 RATE_TOLERANCE = 1e-6  # largest relative difference between times and stated rate
-SENSOR = "sensor"  # channel with the signal at the sensor, in a run with a path to the sensor
+SENSOR_CHANNEL = "sensor"  # channel with the signal at the sensor, in a run with a path to the sensor
 LONGEST_NOTE = 1000
 ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
@@ -52,7 +52,8 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
     if status not in USABLE:
         raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is not a vibration record.")
     channels = _channels(raw)
-    wanted: tuple[str, ...] = (PREFIX,) if kind == "stand-in" else (SENSOR,) if SENSOR in channels else RUN_AXES
+    of_run = (SENSOR_CHANNEL,) if SENSOR_CHANNEL in channels else RUN_AXES
+    wanted: tuple[str, ...] = (PREFIX,) if kind == "stand-in" else of_run
     if not set(wanted) <= set(channels):
         missing = " and ".join(wanted)
         raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")

@@ -13,7 +13,7 @@ HEAD_BYTES = 4096
 FILE_FORMATS: tuple[FileFormat, ...] = (
     arrays.NPY,
     arrays.NPZ,
-    hdf5.HDF5,
+    hdf5.HDF5_FORMAT,
     matlab.MATLAB,
     matlab.MODELICA,
     signals.AUDIO,

@@ -38,7 +38,7 @@ def load_hdf5(path: Path) -> RawFile:
     if CHECKSUM in reader.found["attributes"] and not checked:
         raise DataError(f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again.")
     notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
-    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else HDF5.name, notes=notes, **reader.found)
+    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else HDF5_FORMAT.name, notes=notes, **reader.found)
 
 
 class _Hdf5Reader:
@@ -168,4 +168,4 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-HDF5 = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file", ("h5py", "h5py"))
+HDF5_FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file", ("h5py", "h5py"))

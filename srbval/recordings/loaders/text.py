@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import LONGEST_NAME, TEXT, ArrayOrText, RawFile, first_line, printable
-from srbval.recordings.times import is_time, parse_time_stamps, read_counter, rises, stated_rate
+from srbval.recordings.times import is_rising, is_time, parse_time_stamps, read_counter, stated_rate
 from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
 MAX_TEXT_COLUMNS = 1024
@@ -99,7 +99,7 @@ def load_text(path: Path) -> RawFile:
         else:
             left += [printable(name)] if name and kinds[i] != "d" else []
             continue
-        if not any(names) and i == 0 and len(columns) > 1 and rises(values) and read_counter(values) is None:
+        if not any(names) and i == 0 and len(columns) > 1 and is_rising(values) and read_counter(values) is None:
             key = "time"
         variables[key] = values
         said |= {key: units[i]} if key not in said and any(map(str.isalpha, "".join(units[i : i + 1]))) else {}
