@@ -1,1 +1,1 @@
-"""Model against record: the same quantities of both, their differences and uncertainties, verdicts."""
+"""Comparison of the model with recordings: quantities of both, errors, uncertainties, verdicts."""

@@ -1,17 +1,16 @@
-"""The mean cage ratio over the records of each speed, which differ by more than their readings: random effects.
+"""Mean cage ratio over the records of each speed, by a random-effects model.
 
-Mounting, load zone, temperature and cage differ from record to record. The ratios y are X m + b + e: effects m by the
-design X, b normal and independent with standard deviation tau, e normal with the records' joint covariance, in which
-the tachometer's scale is common to all. The effects have flat priors, tau that of Jeffreys, the root of its Fisher
-information in the restricted likelihood (in meta-analysis: Bodnar et al. 2017, Stat. Med. 36, 378; with a design:
-Roever & Friede 2023, Comput. Methods Programs Biomed. 229, 107303; both quoted from memory, not checked). It has no
-scale to choose; where records scatter by far more than their readings, intervals are those of Student's t. Given tau
-the effects are those of weighted least squares; tau's own posterior, with V = covariance + tau^2 I, the residuals r
-and P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1,
+Mounting, load zone, temperature and cage differ from record to record, so the ratios scatter by more than their reading
+errors. Model: y = X m + b + e, with the ratios y, the design X, the effects m, record effects b (normal, independent,
+standard deviation tau) and reading errors e (normal, with the records' joint covariance, which includes the common
+scale error of the tachometer). The effects have flat priors, tau has Jeffreys' prior from the restricted likelihood
+(Bodnar et al. 2017, Stat. Med. 36, 378; with a design: Roever & Friede 2023, Comput. Methods Programs Biomed. 229,
+107303; both quoted from memory, not checked). With V = covariance + tau^2 I, residuals r of weighted least squares, and
+P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1, the posterior of tau is computed on a grid:
 
     p(tau | y) ~ p(tau) |V|^(-1/2) |X' V^-1 X|^(-1/2) exp(-r' V^-1 r / 2),    p(tau) ~ tau tr(P P)^(1/2)
 
-is taken on a grid. `tests/comparison/test_cage_readings.py` counts how often its intervals hold the truth.
+`tests/comparison/test_cage_readings.py` counts how often the intervals contain the true value.
 """
 
 from collections.abc import Sequence
@@ -34,12 +33,11 @@ TAU_RANGE = (0.02, 50.0)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CageMeans:
-    """Mean cage ratio over the records of each nominal speed [rpm], rising, and the records' scatter about it.
+    """Mean cage ratio over the records of each nominal speed `rpm`, in rising order, and the scatter between records.
 
-    `between_u` is the standard deviation between records (median of its distribution), `between_ci95` its 95 %
-    interval. `draws`, [draws, speeds], sample the joint distribution of the means, in which all records of a speed are
-    alike. `outer_less_inner`, [draws], samples the difference between faults of the outer and the inner race; None if
-    the records do not allow it.
+    `between_u` is the standard deviation between records, with the 95 % interval `between_ci95`. `draws`, shape [draws,
+    speeds], samples the joint distribution of the means. `outer_less_inner`, shape [draws], samples the difference in
+    ratio between outer-race and inner-race faults; None if the records cannot determine it.
     """
 
     rpm: tuple[float, ...]
@@ -52,7 +50,7 @@ class CageMeans:
 
 
 def covariance(readings: Sequence[CageReading]) -> FloatArray:
-    """Covariance of the records' ratios by reading and speed, [records, records]; the tachometer's scale is shared."""
+    """Covariance of the records' cage ratios, shape [records, records], with a common scale error of the tachometer."""
     per_speed = np.array([one.per_speed for one in readings])
     scale_u = SCALE_CI95 / NORMAL_95
     own = [one.reading_u**2 + max(one.speed_u**2 - (one.per_speed * scale_u) ** 2, 0.0) for one in readings]
@@ -60,7 +58,7 @@ def covariance(readings: Sequence[CageReading]) -> FloatArray:
 
 
 def cage_means(readings: Sequence[CageReading]) -> CageMeans:
-    """Means of the records' ratios by nominal speed; `DataError` if no speed has two records."""
+    """Compute the mean cage ratio of each nominal speed; raises `DataError` if no speed has two records."""
     rpm, place = np.unique([one.nominal_rpm for one in readings], return_inverse=True)
     if len(readings) <= rpm.size:
         raise DataError(f"{len(readings)} records at {rpm.size} speeds show a cage ratio; two at one speed are needed.")
@@ -82,9 +80,10 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
-    """Design [records, effects]: the nominal speeds, rising, a fault of a race, and outer less inner race.
+    """Design matrix, shape [records, effects], that separates the effects of speed and of the damaged race.
 
-    The effect of a fault of a race is left out if there are no records without such a fault.
+    Columns: each nominal speed in rising order; fault on either race (left out if all records have one); outer minus
+    inner race.
     """
     rpm = np.array([one.nominal_rpm for one in readings])
     outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)
@@ -95,14 +94,17 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 
 
 class RandomEffects(NamedTuple):
-    """Draws of the joint posterior: `effects`, shape [draws, effects], and tau as `between`, shape [draws]."""
+    """Draws from the joint posterior: `effects`, shape [draws, effects], and tau as `between`, shape [draws]."""
 
     effects: FloatArray
     between: FloatArray
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
-    """Random effects of `values` [n] with `covariance` [n, n] and a `design` [n, effects] of full rank, effects < n."""
+    """Draw from the posterior of the random-effects model of `values`, shape [n], with `covariance`, shape [n, n].
+
+    `design`, shape [n, effects], must have full rank and fewer effects than values.
+    """
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))

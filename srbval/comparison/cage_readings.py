@@ -1,11 +1,11 @@
-"""The cage ratio of every record of the rig.
+"""Cage ratio (cage speed over shaft speed) of every record of the rig, read from combs: a line with its harmonics.
 
-All records are read over shaft angle; harmonics of the shaft count neither as line nor as noise. The comb of a race's
-fault is read in the squared envelope, in the band of `BANDS` in which its first harmonic is the highest over the noise.
-Passing rollers leave a comb of BPFO in the vibration itself, also in a healthy bearing; it counts if it is as
-improbable as a detected line, by noise and by its rank among placebos (`rank_among_placebos`). If both combs agree
-within their intervals the more precise one is taken, else that of the fault; the other is kept as a check. A comb of
-passages alone may belong to another cage of the shaft, which carries four bearings of two rows.
+The fault comb of a damaged race is read in the squared envelope, in the band of `BANDS` in which its first harmonic is
+highest over the noise. The passage comb, multiples of BPFO in the vibration itself, is caused by passing rollers, also
+in a healthy bearing; it counts if it is as improbable by chance as a detected line, by noise and by its rank among
+placebos (`rank_among_placebos`). If both combs agree within their intervals, the more precise one is used, otherwise
+the fault comb; the other is kept as a check. A passage comb alone may belong to another bearing of the shaft, which has
+four. Records are resampled over shaft angle; harmonics of the shaft count neither as line nor as noise.
 """
 
 import math
@@ -36,11 +36,11 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 
 @dataclass(frozen=True, kw_only=True)
 class CageReading:
-    """Cage speed over shaft speed in one record: `ratio`, and its standard uncertainties by reading and by shaft speed.
+    """Cage ratio of one record, with standard uncertainties by reading (`reading_u`) and by shaft speed (`speed_u`).
 
-    `reading_u` is that of the long-run ratio, about which the ratio wanders within the record.
-    `per_speed` is the ratio's change per relative error of the shaft speed: -c by a comb of BPFO, 1 - c by one of BPFI.
-    `read_from` names the comb, `band_hz` its band. `check` is the reading of the record's other comb, if it is found.
+    `reading_u` refers to the long-run ratio, about which the ratio wanders during the record. `per_speed` is the change
+    of the ratio c per relative error of the shaft speed: -c for a comb of BPFO, 1 - c for BPFI. `read_from` names the
+    comb, `band_hz` its band. `check` is the reading from the record's other comb, if found.
     """
 
     record: str
@@ -57,13 +57,13 @@ class CageReading:
 
 
 def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[CageReading, ...]:
-    """Readings of the records that show a comb, the slower records first."""
+    """Read the cage ratio of each record in which a comb is found, sorted by nominal speed."""
     read = [one for recording in recordings if (one := cage_reading(recording, bearing)) is not None]
     return tuple(sorted(read, key=lambda one: (one.nominal_rpm, one.state, one.record)))
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Reading of one record; None if no comb is found, the record is short, or the course of its speed is unknown."""
+    """Read the cage ratio of one record; None without comb, measured speed, order tracking or enough revolutions."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None
@@ -84,7 +84,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
 def _read_fault_comb(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking
 ) -> CageReading | None:
-    """Reading by the comb of the record's own fault in the squared envelope."""
+    """Read the cage ratio from the fault comb of the damaged race in the squared envelope."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
@@ -101,7 +101,7 @@ def _read_fault_comb(
 def _read_passage_comb(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking
 ) -> CageReading | None:
-    """Reading by the multiples of BPFO in the vibration: forced lines follow the shaft, so no envelope is needed."""
+    """Read the cage ratio from the multiples of BPFO that roller passages cause in the vibration itself."""
     band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)
@@ -129,7 +129,7 @@ def _read_comb_in_window(
 def _convert_comb(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, of: tuple[str, tuple[float, float]]
 ) -> CageReading:
-    """Convert the reading of a comb to a cage ratio; `of` contains the comb's name and band."""
+    """Convert the frequency of a comb to a cage ratio; `of` contains the comb's name and its band [Hz]."""
     hz_per_ratio = bearing.rolling_elements * speed.value_hz
     share = reading.found_hz / hz_per_ratio
     inner = of[0].startswith(Fault.INNER.line or "")

@@ -1,11 +1,11 @@
-"""What is compared between model and rig, as a table: a new compared quantity is a new row of `COMPARED`.
+"""Table `COMPARED` of the quantities that are compared between model and rig, and their biases.
 
 Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the path to the sensor.
 
 Each kind of quantity has one bias: the mean error over the records, with Student's interval b +- t s / sqrt(n). The
 errors of one record count as one, since they share bearing, mounting and speed. With fewer than `MIN_RECORDS_FOR_BIAS`
-records no bias is claimed, since neither mean nor scatter predicts the next record. The model's scatter is the scatter
-of the errors beyond the uncertainty of the data (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
+records no bias is claimed. The model's scatter is the scatter of the errors beyond the uncertainty of the data
+(McGrattan et al., NIST SP 1018-3, fire-model validation guide).
 """
 
 import math
@@ -35,11 +35,11 @@ Effects = Mapping[tuple[str, str], Mapping[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedQuantity:
-    """One row of `COMPARED`: how a quantity is read and compared.
+    """Row of `COMPARED`: a quantity, how it is read and how it is compared.
 
-    `name` may contain ``{line}`` for the fault's line; `kind` groups quantities that share a bias. `read` returns the
-    value of an analysis of one of `faults`. With `value_of` a run's value follows from its line's order, and errors
-    are in per cent of the rig's value; else in dB. `margin`: see `comparison`.
+    `kind` groups quantities that share a bias. `name` may contain ``{line}`` for the fault's line. `read` returns the
+    value from an analysis for one of `faults`. If `value_of` is given, the value follows from the order of the line,
+    and errors are in per cent of the rig's value; otherwise in dB. `margin`: see `comparison`.
     """
 
     kind: str
@@ -51,21 +51,21 @@ class ComparedQuantity:
     margin: float = VERDICT.level_db
 
     def name_of(self, fault: Fault) -> str:
-        """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
+        """Name of the quantity for a fault, such as ``2xBPFO``; ``2 x 2xBSF`` if the line is itself a multiple."""
         line = fault.line or ""
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
 
 def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> float:
-    """Cage ratio c of a race line's order: order / Z by BPFO, 1 - order / Z by BPFI.
+    """Cage ratio c from the order of a race line and the rollers Z: order / Z for BPFO, 1 - order / Z for BPFI.
 
-    Slip lowers BPFO and raises BPFI, so their errors must not be averaged; errors of the cage ratio may.
+    Slip lowers BPFO and raises BPFI, so their errors must not be averaged. Errors of the cage ratio may be averaged.
     """
     return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
 
 
 def line_value(value_of: ValueOfOrder) -> QuantityReader:
-    """Reads a value from the order of the fault's line, with the intervals of line and shaft speed."""
+    """Return a reader of a value that follows from the order of the fault's line, with its 95 % intervals."""
 
     def read(analysis: Analysis, fault: Fault) -> Value | None:
         line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
@@ -85,19 +85,19 @@ def line_value(value_of: ValueOfOrder) -> QuantityReader:
 
 
 def harmonic_level(number: int) -> QuantityReader:
-    """Reads the level of a harmonic over the first [dB]."""
+    """Return a reader of the level of harmonic `number` relative to the first harmonic [dB]."""
     return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
 
 
 def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
-    """Mean level of the sidebands next to the line over it [dB]; None for a fault without sidebands."""
+    """Mean level of the first sidebands relative to the line [dB]; None for a fault without sidebands."""
     if fault.sidebands is None:
         return None
     return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
 
 
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
-    """Mean level of lines over the first harmonic [dB], with Rayleigh's scatter in noise; None out of reach."""
+    """Mean level of the named lines over the first harmonic of the fault's line [dB]; None if a line is not read."""
     first = analysis.line_of(fault)
     lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
     if first.found_hz is None or not first.depth or not lines:
@@ -112,7 +112,7 @@ def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harm
 
 
 def _scatter_db(line: Line) -> float:
-    """Standard error of a line's level [dB]: one over the root of twice its power over noise, at most one."""
+    """Standard error of a line's level [dB], from the line's power over the noise."""
     return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
@@ -145,14 +145,14 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Effects of inputs and numerics from the stored result ``inputs``; none without it."""
+    """Effects of inputs and numerics by (defect, quantity), from the stored result ``inputs``; empty without it."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
-    """Values of `quantities` by name, read from a signal or, if its own speeds give the line's `order`, from that."""
+    """Read `quantities` from an analysed signal, by name; `order` is the line's order if the model's speeds give it."""
     found = {}
     for row in (row for row in quantities if fault in row.faults):
         read = row.read(analysis, fault)
@@ -165,11 +165,10 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the bias of each kind of quantity, scene and use, from rows whose value is present on both sides.
+    """Compute the bias of each kind of quantity, scene and use, from comparisons with a value on both sides.
 
-    If `used_for` is given, rows of all uses are combined under this name. `bias`, its 95 % half width `ci95` and the
-    model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records; `mean_error` is
-    always computed.
+    If `used_for` is given, comparisons of all uses are combined under this name. `bias`, its 95 % half width `ci95` and
+    the model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
     shown = comparisons[both]

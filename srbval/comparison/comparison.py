@@ -1,13 +1,12 @@
-"""One row of the table of comparisons: a quantity of a record of the rig that the model has too; words of verdicts.
+"""Comparison of one quantity between model and record: table row, error, uncertainty and verdict.
 
-A comparison has an error E, model minus rig, and its validation uncertainty U, the root of the squares of its parts by
-numerics, inputs and data (ASME V&V 20, 2009). The model `differs` from the rig if |E| > U. It `agrees` only if |E| + U
-is below a margin fixed beforehand: two one-sided tests (Schuirmann 1987), with U in place of 1.645 u so that they hold
-whatever the distribution of the inputs. Everything between the two is `not resolved`. A stated tolerance is `met` or
-`missed` by the chance that the error lies beyond it.
+A comparison has an error E, model minus rig, and a validation uncertainty U, the root of the sum of squares of its
+parts (ASME V&V 20, 2009). The model `differs` if |E| > U, and `agrees` only if |E| + U is below a margin fixed
+beforehand: two one-sided tests (Schuirmann 1987) without an assumed distribution. Otherwise the verdict is `not
+resolved`. A stated tolerance is `met` or `missed` by the probability that the error exceeds it.
 
-`budget.toml` states assumptions beside the model's inputs, with meaning and reason of each number. Verdicts on single
-quantities are exploratory; `srbval.comparison.verdicts` judges the cage ratio over all records.
+`budget.toml` contains the assumptions, with the reason of each number. Verdicts on single quantities are exploratory;
+`srbval.comparison.verdicts` judges the cage ratio over all records.
 """
 
 import enum
@@ -36,7 +35,7 @@ Row = dict[str, Any]  # one row of a table, by the names of its columns
 
 
 class Verdict(enum.StrEnum):
-    """Conclusion that a comparison error and its uncertainty allow."""
+    """Conclusion that an error and its uncertainty allow."""
 
     AGREES = "agrees"
     DIFFERS = "differs"
@@ -47,7 +46,7 @@ class Verdict(enum.StrEnum):
 
 
 def verdict_on_error(error: float, uncertainty: float | None, margin: float | None = None) -> Verdict:
-    """Verdict by E and U, both in the same unit as the `margin`; without U the data are insufficient."""
+    """Verdict from error and uncertainty, both in the unit of `margin`; insufficient data without an uncertainty."""
     if uncertainty is None:
         return Verdict.INSUFFICIENT
     if abs(error) > uncertainty:
@@ -56,7 +55,7 @@ def verdict_on_error(error: float, uncertainty: float | None, margin: float | No
 
 
 def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
-    """Verdict by the chance that the error lies beyond the tolerance: missed from 1 - `risk` on, met up to `risk`."""
+    """Met if an error beyond the tolerance has at most the probability `risk`, missed if at least 1 - `risk`."""
     if risk < p_beyond < 1 - risk:
         return Verdict.NOT_RESOLVED
     return Verdict.MET if p_beyond <= risk else Verdict.MISSED
@@ -64,10 +63,10 @@ def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
 
 @dataclass(frozen=True, kw_only=True)
 class QuantityValue:
-    """A quantity as read from one side, model or rig, with 95 % half widths.
+    """Value of a quantity for one side, model or rig, with 95 % half widths.
 
-    `ci95` is that of the reading, None if the source states none; `speed_ci95` is the effect of the shaft speed's. The
-    value is `present` if it stands out of the noise. `kinematic`: value in pure rolling.
+    `ci95` is the half width due to reading, None if the source states none; `speed_ci95` is the half width due to the
+    shaft speed. `present` is true if the value exceeds the noise. `kinematic` is the value in pure rolling.
     """
 
     value: float
@@ -87,13 +86,12 @@ def comparison_row(
     margin: float | None = None,
     **names: str,
 ) -> Row:
-    """Row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
+    """Build a row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
 
-    `error`, `margin` and `parts` of the uncertainty (95 % half widths) are in `error_unit`. The uncertainty is None
-    if nothing but readings is known. No verdict is given on a level that one side does not show, since that level
-    is the noise's. Of the `names`, `kind` groups quantities that share a bias, `unit` is that of model and rig,
-    `scene` the bundled scene of the model, and `used_for` is ``fit`` (fitted to the record), ``withheld`` (not
-    fitted, but seen) or ``blind`` (predicted before).
+    `error`, `margin` and the 95 % half widths `parts` are in `error_unit`. The uncertainty is None if `parts` contains
+    only readings. A level that is not present on one side gets no verdict, since it is noise. Of `names`, `kind` groups
+    quantities that share a bias, `scene` is the model's bundled scene, and `used_for` is ``fit`` (fitted to the
+    record), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None
@@ -118,13 +116,13 @@ def comparison_row(
 
 
 def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """Frame of rows as `comparison_row` makes them; an empty frame has the same columns."""
+    """Table of rows from `comparison_row`; without rows, an empty table with the same columns."""
     nothing, found = QuantityValue(value=0.0), list(rows)
     return pd.DataFrame(found or [comparison_row(model=nothing, rig=nothing, error=0.0, parts={})]).iloc[: len(found)]
 
 
 def plain_frame(rows: Iterable[Mapping[str, Any]], columns: Iterable[str] | None = None) -> pd.DataFrame:
-    """Frame of rows with plain values, None for missing ones; `columns` (by default all keys) in their order."""
+    """Table of rows with plain Python values and None for missing values; `columns` selects and orders the columns."""
     frame = pd.DataFrame(list(rows), columns=None if columns is None else list(columns)).astype(object)
     return frame.where(frame.notna(), None)
 

@@ -1,6 +1,6 @@
-"""Runs of the model that are compared: cases side by side, and each recording's counterpart.
+"""Runs of the bundled model for comparison.
 
-A counterpart is the model at the recording's own speed and load, with enough points on a circle.
+A counterpart of a recording is a run at the recording's own speed and load, with enough points on a circle.
 """
 
 import dataclasses
@@ -32,7 +32,7 @@ CONVERGED_POINTS = 2000
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationCase:
-    """One run: its id, its purpose, the state it simulates, and its scene."""
+    """Run to be simulated: id, purpose, simulated bearing state, and scene."""
 
     id: str
     purpose: str
@@ -42,10 +42,9 @@ class SimulationCase:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnalysedRun:
-    """A run, its analysis and the `values` of the compared quantities by name.
+    """Run with its analysis and the compared quantities by name in `values`.
 
-    `line_order` is the defect's line in orders of the shaft by the run's own speeds: of the cage for a race, of the
-    defective roller for a roller; None without a defect.
+    `line_order` is the order of the defect's line, from the run's own cage or roller speed; None without a defect.
     """
 
     case: SimulationCase
@@ -56,7 +55,7 @@ class AnalysedRun:
 
 
 def paper_cases(seconds: float) -> list[SimulationCase]:
-    """The paper's scene (710 rpm, 124.8 kN), `seconds` long: healthy, defect on the outer and on the inner race."""
+    """Runs of the paper's scene (710 rpm, 124.8 kN) of length `seconds`: healthy, outer-race and inner-race defect."""
     scenes = {state: paper_scene(duration_s=seconds, defect={"kind": state}) for state in PAPER_STATES}
     return [
         SimulationCase(id=f"paper-{state}", purpose="the paper's scene", state=state, scene=scene)
@@ -65,7 +64,7 @@ def paper_cases(seconds: float) -> list[SimulationCase]:
 
 
 def run_simulation_case(case: SimulationCase, *, progress: Progress = silent) -> Run:
-    """Run a case, see `stored_run`; `progress` names it as a task. A failed run is a `NumericsError` with its id."""
+    """Run one case (see `stored_run`); raises `NumericsError` with the id of the case if the run fails."""
     run = stored_run(
         case.scene, step=Step.CHECKED, progress=lambda task, fraction: progress(f"{task} {case.id}", fraction)
     )
@@ -75,7 +74,7 @@ def run_simulation_case(case: SimulationCase, *, progress: Progress = silent) ->
 def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
-    """Run all `cases`, see `side_by_side`; returns runs by the cases' ids. A failed run is a `NumericsError`."""
+    """Run all cases in parallel and return the runs by case id; raises `NumericsError` if a run fails."""
     by_id = {case.id: case for case in cases}
     scenes = {name: case.scene for name, case in by_id.items()}
     return side_by_side(
@@ -88,7 +87,7 @@ def run_cases(
 
 
 def with_points(scene: Scene, points: int) -> Scene:
-    """The scene with `points` on a circle; the circle's stiffness and damping and the defect's length are kept."""
+    """Set the points on a circle of a scene; the circle's stiffness and damping and the defect's length are kept."""
     factor = points / scene.contact.points_per_circle
     contact = dataclasses.replace(
         scene.contact,
@@ -102,7 +101,7 @@ def with_points(scene: Scene, points: int) -> Scene:
 
 
 def converged(scene: Scene) -> Scene:
-    """The scene with at least `CONVERGED_POINTS` on a circle; unchanged if its model has no points."""
+    """Return the scene with at least `CONVERGED_POINTS` on a circle; unchanged if its model has no points."""
     coarse = scene.model == "full" and scene.contact.points_per_circle < CONVERGED_POINTS
     return with_points(scene, CONVERGED_POINTS) if coarse else scene
 
@@ -118,11 +117,11 @@ def run_counterpart(
     bearing_name: str = DEFAULT_BEARING,
     progress: Progress = silent,
 ) -> AnalysedRun:
-    """Run `TURNS` turns of the scene `base` at the recording's own speed and load, with its defect.
+    """Simulate the counterpart of a recording: scene `base` at the recording's speed and load, with the defect `state`.
 
-    `model` takes the place of the scene's own. `bearing_name` is the name or file of the recording's bearing. A load
-    that the recording does not state is the scene's own. The speed is rounded so that the last digits of its reading,
-    which differ between machines, do not make another scene. Raises what simulating and analysing raise.
+    `model` replaces the scene's model. `bearing_name` is the name or file of the recording's bearing. If the recording
+    states no load, the scene's load applies. The speed is rounded, since its last digits differ between machines and
+    would make another scene. Raises the errors of simulation and analysis.
     """
     recording, bearing = rig.recording, rig.bearing
     shaft_hz = round(rig.speed.value_hz, 6)
@@ -151,7 +150,7 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, in the paper's band unless one is given; a roller's line is sought about its own rotation."""
+    """Analyse a run, in the paper's band unless `band_hz` is given; a roller's line is searched at its true order."""
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
@@ -161,10 +160,10 @@ def analyse_run(
 
 
 def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
-    """The line of `state` in orders of the shaft, by the run's mean speeds of cage or roller.
+    """Order of the line of `state`, from the mean speed of cage or roller; None if there is no line or no such speed.
 
-    A defect on a roller strikes both races once per revolution of the roller relative to its slot, which turns with the
-    cage and is inclined by the bearing's tilt. None for a healthy bearing, and if the run recorded no such speeds.
+    A defect on a roller strikes both races once per revolution of the roller relative to its cage slot, which rotates
+    with the cage and is inclined by the bearing's tilt.
     """
     if state is not Fault.ROLLER:
         return None if math.isnan(run.cage_ratio) else state.passing_order(run.rolling_elements, run.cage_ratio)

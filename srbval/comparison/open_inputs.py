@@ -1,4 +1,4 @@
-"""Uncertain inputs of the paper's scene: ranges and readings of its values, from `budget.toml`."""
+"""Uncertain inputs of the paper's scene, with their ranges and alternatives, from `budget.toml`."""
 
 import enum
 from collections.abc import Mapping, Sequence
@@ -19,10 +19,11 @@ POINTS, LOG_POINTS = 3, 9  # values of one input tried alone
 
 @dataclass(frozen=True, kw_only=True)
 class OpenInput:
-    """An uncertain value, the same for all `keys`: dotted names in a `Scene`, or ``band.low_hz``, ``band.high_hz``.
+    """Uncertain input of a scene, with its probability distribution.
 
-    Uniform from `low` to `high`, in the logarithm if `log`, of factors on the scene's own value if `relative`; or one
-    of `choices`, equally likely. `with_choice` gives further values of the scene for a choice, by key.
+    `keys` are dotted names in a `Scene` that all get the same value, or ``band.low_hz`` or ``band.high_hz``. The value
+    is uniform from `low` to `high`, log-uniform if `log`, a factor on the scene's own value if `relative`; or one of
+    `choices`, equally likely. `with_choice` contains further values of the scene for a choice, by key.
     """
 
     name: str
@@ -37,12 +38,12 @@ class OpenInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Shares to try alone: every choice, or evenly from end to end; over decades an effect rises and falls."""
+        """Cumulative probabilities at which the input is varied alone: every choice, or even steps from 0 to 1."""
         ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
         return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
 
     def value(self, share: float) -> float | str:
-        """The value, or the factor, at a share of the probability, 0 to 1."""
+        """Value of the input, or its factor if `relative`, at the cumulative probability `share`, 0 to 1."""
         if self.choices:
             return self.choices[min(int(share * len(self.choices)), len(self.choices) - 1)]
         if self.log:
@@ -54,9 +55,9 @@ Drawn = tuple[Scene, tuple[float, float]]  # a scene, and the band of the envelo
 
 
 def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | None]) -> Drawn:
-    """The scene and the envelope's band with every input at its share; None keeps the scene's own value.
+    """Set every input to the value at its share (cumulative probability); None keeps the scene's own value.
 
-    Raises `ConfigurationError` for an input that a scene does not have.
+    Returns the scene and the envelope band [Hz]. Raises `ConfigurationError` for an input that the scene lacks.
     """
     band = dict(zip(BAND_KEYS, SIMULATED_BAND_HZ, strict=True))
     for one, share in ((one, share) for one, share in zip(inputs, shares, strict=True) if share is not None):
@@ -73,12 +74,12 @@ def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | No
 
 
 def of_reading(one: OpenInput) -> bool:
-    """True for the ends of the envelope's band, which belong to the reading, not to the scene; they stand last."""
+    """True for an end of the envelope band, which belongs to the reading and not to the scene."""
     return one.keys[0] in BAND_KEYS
 
 
 def _replace_value(owner: Any, key: str, value: float | str, relative: bool) -> Any:
-    """`owner` with the value of a dotted name, or with its own value times it if `relative`."""
+    """Copy of `owner` with a new value at a dotted name; if `relative`, its present value times `value`."""
     name, _, rest = key.partition(".")
     if not hasattr(owner, name):
         raise ConfigurationError(f"input {key}: a scene has no {name}.")
@@ -91,5 +92,5 @@ def _replace_value(owner: Any, key: str, value: float | str, relative: bool) -> 
 
 
 def open_inputs() -> tuple[OpenInput, ...]:
-    """The inputs of the paper's scene."""
+    """Load the uncertain inputs of the paper's scene; the ends of the envelope band come last."""
     return tuple(build(OpenInput, row, f"{BUDGET.name} {row['name']}") for row in read_toml(BUDGET)["input"])

@@ -1,4 +1,4 @@
-"""Table 6: the paper's rows as data, compared with our model at the paper's speed and at the rig recordings' own."""
+"""Table 6 of the paper, compared with our model at the paper's speed and at the measured speeds of the rig."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -24,10 +24,7 @@ PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # colu
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
-    """Numbers of a paper, without signals: fault line [Hz] by kinematics, of its model and its rig, at a speed [rpm].
-
-    ``_printed_pct`` are deviations from kinematics as printed [%].
-    """
+    """Published fault line [Hz]: kinematic, simulated and measured; ``_printed_pct`` are printed deviations [%]."""
 
     state: Fault
     rpm: float
@@ -41,14 +38,14 @@ class Published:
     source: str = ""
 
     def deviations_pct(self) -> dict[str, float]:
-        """Deviation of the model's and the rig's line from the printed kinematic one [%], those that are known."""
+        """Deviations of the model's and the rig's line from the printed kinematic frequency [%], if known."""
         known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
         kinematic_hz = self.kinematic_hz
         return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}
 
 
 def table6() -> dict[Fault, Published]:
-    """The paper's Table 6 by defect: the published numbers of the case that comes with the program."""
+    """Rows of the paper's Table 6 by defect, from the bundled case of the paper."""
     rows = [
         build(Published, row, PAPER_CASE)
         for row in read_toml(shipped_folder(CASES_FOLDER) / f"{PAPER_CASE}.toml")["published"]
@@ -57,7 +54,7 @@ def table6() -> dict[Fault, Published]:
 
 
 def published_speeds() -> PublishedSpeeds:
-    """The published tachometer means of the rig's open recordings."""
+    """Mean shaft speeds from the tachometer, as published with the rig's open recordings."""
     speeds = dataset("torino-excerpts").published_speeds
     assert speeds is not None, "a test holds the description to its speeds"
     return speeds
@@ -66,9 +63,9 @@ def published_speeds() -> PublishedSpeeds:
 def published_rows(
     printed: Mapping[Fault, Published], paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]
 ) -> Iterator[Row]:
-    """Our model at the paper's speed with the paper's model and rig, and the printed kinematic frequency.
+    """Compare our model at the paper's speed with the paper's model, rig and kinematic frequency, by race defect.
 
-    The paper gives its rig values no uncertainty and no measured speed, so these rows have insufficient data.
+    The paper states neither uncertainty nor measured speed for its rig values, so the verdict is insufficient data.
     """
     for fault in RACE_DEFECTS:
         row, (_, found_hz, ci95_hz) = printed[fault], read_first_harmonic(paper[fault], fault)
@@ -91,9 +88,10 @@ def published_rows(
 
 
 def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: pd.DataFrame) -> Iterator[Row]:
-    """Our model compared with each recording at its measured speed; states without a found line are left out.
+    """Compare our model with each recording at its measured speed; a state without a detected line gets no row.
 
-    The cage-ratio comparison converted to the line: 1 % of c is 1 % of BPFO and c / (1 - c) % of BPFI.
+    The error of the cage ratio c is converted to an error of the line: 1 % of c is 1 % of BPFO and c / (1 - c) % of
+    BPFI.
     """
     of_cage = comparisons[comparisons["kind"] == CAGE_RATIO.kind].drop_duplicates("state").set_index("state")
     for fault in (fault for fault in RACE_DEFECTS if fault in rig and fault in of_cage.index):
@@ -122,7 +120,7 @@ def _build_line_row(
     parts: Mapping[str, float] | None = None,
     **further: Any,
 ) -> Row:
-    """Keys that rows of both sources have, and `further` ones; `parts` of the uncertainty [%]."""
+    """Build a row for a fault line; `parts` are the parts of its uncertainty [%], `further` contains more columns."""
     error_pct = deviation_pct(model.value, rig.value)
     made = comparison_row(model=model, rig=rig, error=error_pct, parts=parts or {})
     return {
@@ -144,10 +142,11 @@ def _build_line_row(
 
 
 def check_race_sum(pair: Mapping[str, Any]) -> dict[str, Any]:
-    """A pair of race lines, as orders of the shaft speed of each, with their sum, and the speed for which it is exact.
+    """Check the sum rule: BPFO + BPFI in orders of the shaft equals the number of rolling elements.
 
-    `closed` is true if the sum, less the `slip_difference` of the cage speeds of two records, agrees with the number of
-    rolling elements within `ci95`; None without an uncertainty.
+    If `pair` has orders from two records, their `slip_difference` is subtracted first. `closed` is true if sum and
+    number agree within `ci95`, None without an uncertainty. `implied_rpm` is the shaft speed at which the rule is
+    exact.
     """
     total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
     slip = pair.get("slip_difference", 0.0)
@@ -167,9 +166,10 @@ def check_table6_sums(
     runs: Mapping[str, Run],
     rig: Mapping[Fault, Analysis],
 ) -> Iterator[dict[str, Any]]:
-    """BPFO + BPFI of every pair there is: printed kinematic, paper's model, paper's rig, our model, the recordings.
+    """Check the sum rule for each source: printed kinematic, paper's model, paper's rig, our model, our recordings.
 
-    Our model's two runs have their own mean cage speeds, which are known; the rig's are not.
+    The mean cage speeds of our model's two runs are known, so their slip is corrected; the cage speeds of the rig are
+    not.
     """
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
         shaft_hz, rollers = printed[Fault.OUTER].rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
@@ -206,7 +206,7 @@ def _read_pair(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: 
 
 
 def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
-    """First harmonic of a line, its frequency and 95 % half width [Hz]; `DataError` outside the record's reach."""
+    """First harmonic of a fault's line, frequency and 95 % half width [Hz]; `DataError` if the record is too short."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")
@@ -214,5 +214,5 @@ def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, 
 
 
 def race_line_hz(run: Run, fault: Fault) -> float:
-    """A race line from the run's own mean cage speed [Hz]."""
+    """Frequency of a race line from the run's mean cage speed [Hz]."""
     return run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz

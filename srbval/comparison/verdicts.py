@@ -1,17 +1,17 @@
-"""Whether the model's cage ratio is within its tolerance of the rig's: met, missed or not resolved, and how surely.
+"""Verdict on the model's cage ratio against its tolerance: met, missed or not resolved.
 
-The error is E = S - D (ASME V&V 20) of an endpoint: the mean over the records of the fastest speed, the slowest speed
-less that (the trend), and the records of the outer race less those of the inner. S has the distribution of the model's
-runs at draws of its inputs that all records share, so that what they share cancels in a difference. D has the
-distribution of `cage_means`, in which records scatter by more than their readings. Both are independent, and so is the
-change that a finer run makes. `p_beyond` is the chance that E lies beyond the limit on either side:
+The error is E = S - D (ASME V&V 20) of an endpoint: the mean ratio at the fastest speed, the trend (slowest minus
+fastest speed), or outer-race minus inner-race faults. The model's value S has the distribution of runs at random draws
+of the inputs. All records share the draws, so that common effects cancel in a difference. The rig's value D has the
+distribution from `cage_means`. S, D and the change with a finer step are independent. `p_beyond` is the probability
+that |E| exceeds the limit:
 
     missed       p_beyond >= 1 - risk
     met          p_beyond <= risk
-    not resolved else, or if one input alone, over its range, gives both
+    not resolved otherwise, or if one input alone, varied over its range, gives both verdicts
 
-If the truth lies on the limit either wrong verdict has at most the chance `risk`. The study `inputs` counts how often
-each verdict is given on simulated rigs, with the functions of this file.
+If the true error equals the limit, either wrong verdict has at most the probability `risk`. The study `inputs` counts
+the verdicts on simulated rigs, with the functions of this file.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the
 
 
 class Endpoint(NamedTuple):
-    """A difference of cage ratios: `weights` of the records' ratios in it, and draws of the rig's value [ratio]."""
+    """Linear combination of cage ratios: the `weights` of the records' ratios, and draws of its value for the rig."""
 
     name: str
     weights: FloatArray
@@ -39,10 +39,7 @@ class Endpoint(NamedTuple):
 
 
 def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Endpoint]:
-    """All endpoints that the records allow: no trend by one speed, no difference of races by one.
-
-    The weights are those of least squares with the effects of `cage_means`: a mean of each speed, and the races apart.
-    """
+    """Endpoints, weighted by least squares; the trend needs two speeds, the difference of races both races."""
     speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
     slowest, fastest = means.rpm[0], means.rpm[-1]
     mean = np.linalg.pinv(speeds).round(12)
@@ -57,7 +54,7 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
-    """Verdicts on every scene of the stored result ``inputs``, by endpoint; none without it or without records."""
+    """Verdicts by scene and endpoint, from the stored result ``inputs``; empty without result or records."""
     if not readings or not stored:
         return []
     means = cage_means(readings)
@@ -71,10 +68,10 @@ def none_missed(rows: Iterable[Row]) -> bool:
 
 
 def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
-    """Verdict on one endpoint of one scene, in per cent of `scale`, the rig's cage ratio.
+    """Verdict on one endpoint of one model variant, in per cent of `scale`, the rig's cage ratio.
 
-    `reversed_by` names the inputs that alone, over their range, give both met and missed; `changed_by` those with which
-    the verdict would be another if they were known to have their nominal value.
+    `reversed_by` names inputs that alone, varied over their range, give both met and missed. `changed_by` names inputs
+    whose nominal value, if it were known to be true, would change the verdict.
     """
     weights = of_model(variant, readings, of.weights)
 
@@ -112,7 +109,7 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Weights of the scene's records: a record without a run of its state takes the healthy bearing's run."""
+    """Distribute the records' weights over the model's runs; a record whose state has no run uses the healthy run."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -122,7 +119,7 @@ def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatAr
 
 
 def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
-    """Chance that values of the model and of the rig [%], drawn independently, differ by more than the limit."""
+    """Share of all pairs of model and rig values [%] that differ by more than the tolerance."""
     ordered = np.sort(rig)
     above = np.searchsorted(ordered, model + TOLERANCE.limit_pct, "right")
     below = np.searchsorted(ordered, model - TOLERANCE.limit_pct, "left")
@@ -130,14 +127,14 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """An input's own effect at shares of its range, by straight line; of two values the nearer half of the range."""
+    """Effect of one input at shares `at` of its range, linear between `shares`; the nearest of two alternatives."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)
 
 
 def trend_pct(means: CageMeans) -> tuple[float, float]:
-    """Increase of the rig's ratio from the fastest speed to the slowest [%], and its 95 % half width."""
+    """Increase of the rig's cage ratio from the fastest to the slowest speed [%], and its 95 % half width."""
     drawn: FloatArray = 100 * (means.draws[:, 0] / means.draws[:, -1] - 1)
     low, high = np.quantile(drawn, (0.025, 0.975))
     return float(drawn.mean()), float(high - low) / 2

@@ -1,1 +1,1 @@
-"""The least model that answers a question on a scene, from measured errors."""
+"""Choice of the cheapest model that answers a question on a scene, from measured errors."""

@@ -1,4 +1,4 @@
-"""Errors of every model about bundled scenes, as the study ``model_levels`` measured them, and where they hold."""
+"""Measured errors of every model on bundled scenes (study ``model_levels``), and the scenes that they cover."""
 
 import hashlib
 import math
@@ -33,10 +33,10 @@ BoundKey = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
 @dataclass(frozen=True, kw_only=True)
 class Bound:
-    """Errors [%] of one model on one question, over `scenes` drawn from the same ranges.
+    """Errors [%] of one model on one question, over `scenes` random scenes.
 
-    `error_pct`: largest error, the bound of the next scene's, None if the model gave no answer on one of them (on
-    `silent` scenes); `median_pct`, `ci95_pct`: their median and its 95 % interval.
+    `error_pct` is the largest error, which bounds the error of the next scene; None if the model gave no answer on one
+    of the scenes (`silent` counts these). `median_pct` and `ci95_pct` are the median error and its 95 % interval.
     """
 
     JSON_PROPERTIES: ClassVar = ("coverage",)
@@ -49,20 +49,21 @@ class Bound:
 
     @property
     def coverage(self) -> float:
-        """Chance, at least, that the bound holds on the next scene drawn from the same ranges: n / (n + 1).
+        """Least probability that the bound is kept on the next scene from the same ranges: n / (n + 1) for n scenes.
 
-        Split conformal prediction: of n + 1 exchangeable errors each is the largest with the same chance, whatever
-        their distribution (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094).
+        Split conformal prediction: each of n + 1 exchangeable errors is the largest with the same probability, for any
+        distribution (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094).
         """
         return self.scenes / (self.scenes + 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredErrors:
-    """Errors about the bundled scene `base` against the model `reference` at a finer step, in runs of `seconds`.
+    """Table of errors on scenes near the bundled scene `base`, against the model `reference` at a finer step.
 
-    `ranges`: least and greatest value of each axis; `values`: values of the measured scene by dotted key; `pace`: wall
-    time per simulated second of each model [s/s]. `models` are in the order of the hierarchy.
+    Each run lasts `seconds`. `ranges` contains the least and the greatest value of each axis, `values` the values of
+    the measured scene by dotted key, `pace` the wall time of each model per simulated second [s/s]. `models` are in the
+    order of the hierarchy.
     """
 
     base: str
@@ -75,13 +76,13 @@ class MeasuredErrors:
     bounds: Mapping[BoundKey, Bound]
 
     def bound(self, scene: Scene, model: str, question: Question) -> Bound | None:
-        """Bound for scenes with this roller fit and defect; None if too few of them were measured."""
+        """Bound of a model's error for this roller fit and defect; None if too few scenes were measured."""
         key = scene.contact.roller_fit.value, scene.defect.kind.scene_word, model, question
         found = self.bounds.get(key)
         return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
     def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
-        """Values in which a scene, whose `scene_values` are `own`, differs from the measured one, beyond the axes."""
+        """List the settings, other than the axes, in which a scene differs from the measured scene."""
         own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."
@@ -95,7 +96,7 @@ class MeasuredErrors:
         ]
 
     def list_gaps(self, scene: Scene) -> tuple[str, ...]:
-        """Reasons why nothing measured holds for the scene; empty if the table covers it."""
+        """List the reasons why the measured errors do not apply to a scene; empty if they apply."""
         bundled, step_s = load_scene(self.base, {"defect": {"kind": "outer"}}), self.values["solver.step_s"]
         changed = self.list_differences(bundled) + ["solver.step_s"] * (bundled.solver.step_s != step_s)
         if changed:
@@ -104,7 +105,7 @@ class MeasuredErrors:
         return (*self._list_exceeded_axes(scene), *self.list_differences(scene))
 
     def _list_exceeded_axes(self, scene: Scene) -> Iterator[str]:
-        """Axes of the table that end before the scene."""
+        """List the axes of the table whose range does not contain the scene."""
         kind, fit, step_s = scene.defect.kind, scene.contact.roller_fit.value, self.values["solver.step_s"]
         if kind is Fault.ROLLER:
             yield "defects on rollers were not measured: no question reads their line, and the line model has none"
@@ -125,7 +126,7 @@ class MeasuredErrors:
 
 
 def scene_values(scene: Scene) -> dict[str, Any]:
-    """Every value of a scene by dotted key, with a digest of its bearing's data."""
+    """Settings of a scene by dotted key, with a digest of its bearing's data."""
     bearing = load_bearing(scene.bearing)
     digest = hashlib.sha256(repr(bearing).encode()).hexdigest()[:8]
     values = flatten_table(scene_dict(scene) | {"bearing": f"{bearing.name} (data {digest})"})
@@ -144,14 +145,14 @@ def _describe_value(value: Any) -> str:
 
 @cache
 def measured_errors() -> Mapping[str, MeasuredErrors]:
-    """The newest tables, by bundled scene; `DataError` if there are none."""
+    """Load the newest tables of measured errors, by bundled scene; `DataError` if no result is stored."""
     if found := newest_result(ERRORS_RESULT):
         return read_errors(found.content)
     raise DataError(f"reports/{ERRORS_RESULT}.json: no measured errors of the models; {REMEDY}.")
 
 
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
-    """Tables from the content of the study's result; `DataError` if it holds none."""
+    """Convert the content of the study's result to tables; `DataError` if the content is not valid."""
     bounds: dict[str, dict[BoundKey, Bound]] = {}
     try:
         for row in (one for one in content["bounds"] if one["question"] in list(Question)):
@@ -174,6 +175,6 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
 
 
 def nearest_table(scene: Scene) -> MeasuredErrors:
-    """The table whose scene differs least from this one; the first of those that differ alike."""
+    """Table whose measured scene has the fewest settings that differ from `scene`."""
     own = scene_values(scene)
     return min(measured_errors().values(), key=lambda table: len(table.list_differences(scene, own)))

@@ -1,4 +1,4 @@
-"""Measures by which runs are compared: cage speed, noise floor of the envelope, vibration in the band."""
+"""Quantities by which runs are compared: cage ratio, noise floor of the envelope, vibration in the band."""
 
 import math
 from dataclasses import dataclass
@@ -19,10 +19,9 @@ MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record of which the pipeline finds a noi
 
 @dataclass(frozen=True, kw_only=True)
 class RunMeasures:
-    """A run in a few numbers.
+    """Quantities of a run: cage over shaft speed, noise floor and band vibration along the sensor's axis.
 
-    `cage_ratio`: mean cage over shaft speed, see `smooth_mean`; `noise_floor`: see the function, None for a record that
-    is too short; `band_rms_m_s2`: along the sensor's axis, see `Run.band_rms_m_s2`.
+    `noise_floor` is None if the record is too short.
     """
 
     cage_ratio: float
@@ -31,7 +30,7 @@ class RunMeasures:
 
 
 def measure(run: Run) -> RunMeasures:
-    """Measure a run that lasted to its end; the noise floor through the pipeline of every recording."""
+    """Compute the quantities of a complete run; the noise floor by the pipeline of recordings."""
     floor = None
     if run.seconds >= MIN_SECONDS_FOR_FLOOR:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)
@@ -41,19 +40,19 @@ def measure(run: Run) -> RunMeasures:
 
 
 def smooth_mean(values: FloatArray) -> float:
-    """Mean of `values` [n] under a Hann window.
+    """Mean of `values`, shape [n], weighted by a Hann window.
 
-    The cage's ripple at roller passing leaves 1/n in a plain mean of n periods, 1/n^3 in this one.
+    Roller passages modulate the cage speed. Over n periods, their effect on the mean falls with 1/n^3, without the
+    window with 1/n.
     """
     return float(np.average(values, weights=hann(values.size)))
 
 
 def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
-    """Median height of an envelope's spectrum between 60 and 90 Hz over the envelope's mean.
+    """Median amplitude of an envelope's spectrum between 60 and 90 Hz, divided by the envelope's mean.
 
-    A Hann window keeps the leakage of strong lines beside the range below the floor of a clean run; heights are scaled
-    so that white noise has the same as in a plain amplitude spectrum. Broadband noise falls with the square root of the
-    record's length: compare equal durations only.
+    A Hann window limits the leakage of strong lines. The scale gives white noise the same level as in a plain amplitude
+    spectrum. Compare records of equal length only: the level of broadband noise falls with the root of the length.
     """
     window, mean = hann(envelope.size), float(envelope.mean())
     lines = np.abs(np.asarray(scipy.fft.rfft((envelope - mean) * window)))

@@ -1,4 +1,4 @@
-"""Choose the cheapest model whose measured error answers the question."""
+"""Choice of the cheapest model whose measured error is within the tolerance of a question."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -23,10 +23,7 @@ IN_THE_PLANE = ("impulse", "planar")
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A model with the bound of its error [%] and its wall time [s], None if not known, and if it is enough (`ok`).
-
-    `bound`: spread of its errors, and the chance that `error_pct` holds.
-    """
+    """Model with its error bound [%] and wall time [s], None if unknown; `ok` if the error is within tolerance."""
 
     model: str
     error_pct: float | None = None
@@ -38,7 +35,10 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The choice. `outside`: reasons why no measured error holds for the scene; `met`: true if a model is enough."""
+    """Chosen model and all candidates; `met` is true if a model is accurate enough.
+
+    `outside` contains the reasons why the measured errors do not apply to the scene.
+    """
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 
@@ -50,19 +50,19 @@ class Plan:
     outside: tuple[str, ...]
 
     def to_frame(self) -> "pandas.DataFrame":
-        """Pandas table of the candidates."""
+        """Table of the candidates."""
         import pandas
 
         return pandas.DataFrame([vars(one) for one in self.candidates]).drop(columns="bound")
 
     @property
     def tolerance(self) -> str:
-        """The tolerance in words."""
+        """Tolerance as text with its unit."""
         return MEANING[self.question].text(self.tolerance_pct)
 
     @property
     def error_of(self) -> str:
-        """Quantity that the errors refer to."""
+        """Quantity to which the errors refer."""
         return MEANING[self.question].error_of
 
 
@@ -73,12 +73,12 @@ def make_plan(
     tolerance_pct: float = 0.5,
     measured: MeasuredErrors | None = None,
 ) -> Plan:
-    """The cheapest model that answers `question` on `scene`, or on one by its name or file, within `tolerance_pct`.
+    """Choose the cheapest model that answers `question` on `scene` (or its name or file) within `tolerance_pct`.
 
-    A model is enough if its largest error on the drawn scenes with the same defect and roller fit, against the
-    reference model at a finer step, is within the tolerance (see `measured.Bound`). If none is enough, or nothing was
+    A model is accurate enough if its largest error on random scenes with the same defect and roller fit, against the
+    reference model at a finer step, is within the tolerance (see `measured.Bound`). If no model is, or nothing was
     measured, the reference model is chosen and `met` is False. Raises `ConfigurationError` for a tolerance that is not
-    positive, a question that a healthy scene leaves empty, and a scene that every model refuses.
+    positive, a question that does not apply to the scene's defect, and a scene that every model refuses.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if question not in list(Question):
@@ -114,7 +114,7 @@ def make_plan(
 def _choose_model(
     candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]
 ) -> str:
-    """The cheapest model that is enough; else the reference, or the last model that runs and knows the question."""
+    """Cheapest accurate model; otherwise the reference, or the last model that can run the scene and answer."""
     if enough := [one for one in candidates if one.ok]:
         return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
     able = [candidate.model for candidate in candidates if candidate.model not in refused]
@@ -127,7 +127,7 @@ def _choose_model(
 def _judge_model(
     level: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, table: MeasuredErrors, outside: bool
 ) -> Candidate:
-    """Judge a model that runs the scene."""
+    """Compare the measured error of a model with the tolerance."""
     pace, asked, ok = table.pace.get(level.name), MEANING[question], False
     lacking, bound = level.lacks.get(question.value), table.bound(scene, level.name, question)
     error = bound.error_pct if bound is not None and lacking is None and not outside else None
@@ -151,7 +151,7 @@ def _judge_model(
 
 
 def refusal(level: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:
-    """Reason why the model refuses the scene; None if it assembles it."""
+    """Reason why a model cannot run the scene; None if it can."""
     try:
         level.check_scene(scene)
         if not level.runs(bearing):

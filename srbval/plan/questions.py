@@ -1,8 +1,7 @@
-"""Questions that are asked of a scene, how a run answers them, and the error of an answer.
+"""Questions about a scene, their answers from a run, and the error of an answer.
 
-Every answer is read from a run through the pipeline of every recording; errors are in per cent. Amplitudes are read
-like those of the rig's records, at the ring and without a background. If two levels are 3 dB apart, the greater one
-exceeds the smaller one by 41 %, which is the error.
+Every answer is read from a run by the pipeline of recordings; errors are in per cent. Amplitudes are read as in the
+rig's records, at the ring and without background. If two levels differ by 3 dB, the error is 41 %.
 """
 
 import enum
@@ -25,7 +24,7 @@ AnswerValues = tuple[float | None, ...]  # None: the quantity does not stand out
 
 
 class Question(enum.StrEnum):
-    """Question that is asked of a scene."""
+    """Question about a scene."""
 
     LINES = "lines"
     NOISE_FLOOR = "noise-floor"
@@ -42,10 +41,11 @@ class Question(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Meaning:
-    """A question in words: the quantity that its error refers to; see ``questions.toml``.
+    """Description of a question; see ``questions.toml``.
 
-    `error`: how two answers make one, see `error_pct`. `tolerance`: usual tolerance, in the question's unit. `states`:
-    defects that it is asked of, all if empty. `read`: names of the amplitudes that answer it.
+    `error` is the rule that compares two answers (see `error_pct`), `tolerance` the usual tolerance in the question's
+    unit. `states` are the defects to which the question applies, all if empty. `read` names the amplitudes of the
+    answer.
     """
 
     title: str
@@ -57,30 +57,30 @@ class Meaning:
 
     @property
     def unit(self) -> str:
-        """Unit in which its errors are stated."""
+        """Unit of the errors."""
         return "dB" if self.error == "apart" else "%"
 
     @property
     def tolerance_pct(self) -> float:
-        """The usual tolerance [%]."""
+        """Usual tolerance [%]."""
         return pct_of(self.tolerance) if self.unit == "dB" else self.tolerance
 
     @property
     def vacuous_pct(self) -> float:
-        """Error as large as the quantity itself, or a factor of ten in a level: a bound above it tells nothing [%]."""
+        """Error [%] from which on a bound is useless: as large as the quantity, or a factor of ten in a level."""
         return pct_of(20.0) if self.unit == "dB" else 100.0
 
     def shown(self, error_pct: float) -> float:
-        """An error in the question's unit."""
+        """Convert an error from per cent to the question's unit."""
         return error_pct if self.unit == "%" else 20 * math.log10(1 + error_pct / 100)
 
     def text(self, error_pct: float) -> str:
-        """An error in words."""
+        """Error as text with its unit."""
         return f"{self.shown(error_pct):.3g} {self.unit}"
 
 
 def pct_of(db: float) -> float:
-    """Excess of the greater of two amplitudes over the smaller one [%], if they are `db` apart."""
+    """Convert a difference of two levels [dB] to the excess of the greater amplitude over the smaller one [%]."""
     return 100 * (10 ** (db / 20) - 1)
 
 
@@ -90,16 +90,16 @@ MEANING: Mapping[Question, Meaning] = {
 
 
 def asked_of(kind: Fault) -> tuple[Question, ...]:
-    """The questions that apply to a defect: a healthy bearing has no line with harmonics and sidebands."""
+    """Questions that apply to a defect; a healthy bearing has no fault line with harmonics and sidebands."""
     return tuple(q for q in Question if kind.scene_word in (MEANING[q].states or (kind.scene_word,)))
 
 
 def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dict[Question, AnswerValues | None]:
-    """Answers of a successful run to every question; None without an answer and if the run is too short.
+    """Answers of a successful run to every question; None if the run is too short or has no answer.
 
-    A level of the increment needs `healthy`, the same model's record without the defect. The frequency of a line
-    follows from the mean cage speed (BPFO of a healthy bearing, none of a defect on a roller): a reading from a record
-    of seconds is uncertain by some tenths of a per cent, which would hide the errors of models.
+    Levels of the increment by the defect need `healthy`, the same model's record without the defect. Line frequencies
+    follow from the mean cage speed (BPFO for a healthy bearing, none for a roller defect), since reading a line from a
+    short record is uncertain by some tenths of a per cent, more than the errors of the models.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, AnswerValues | None] = dict.fromkeys(Question)
@@ -125,7 +125,7 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
 def _amplitudes(
     record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
 ) -> dict[Question, AnswerValues | None]:
-    """Amplitudes of a record that reaches far enough; the line's `order` is the cage's."""
+    """Read the amplitudes of a record; empty if its sampling rate is too low. `order` is the fault line's order."""
     if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
         return {}
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
@@ -141,7 +141,7 @@ def _amplitudes(
 
 
 def error_pct(question: Question, own: AnswerValues | None, right: AnswerValues | None) -> float | None:
-    """Error of an answer [%]; None if either is missing or a value of the reference's is not shown."""
+    """Error of an answer [%]; None if an answer, or a quantity that is present in the reference, is missing."""
     if own is None or right is None:
         return None
     # Of each quantity that stands out in the reference; one that does not stand out in `own` is infinitely far away.

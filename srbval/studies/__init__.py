@@ -1,7 +1,6 @@
-"""Studies that srbval carries, one folder each, with their pages in the report; `harness` finds, runs and stores them.
+"""Studies, one folder each, with their pages in the report; `harness` finds, runs and stores them.
 
-A folder, which needs no ``__init__``, holds ``study.toml`` (a `harness.Study`: the question, its options), ``study.py``
-(the function ``run`` that answers it), and where the report shows it ``texts.toml``, whose ``[page]`` lists the blocks,
-or ``page.py`` with a `report.pages.Page` named ``PAGE`` that makes them. Nothing outside of a folder imports it:
-deleting it removes the study and its page, and nothing else.
+A folder contains ``study.toml`` (a `harness.Study`: question and options), ``study.py`` (the function ``run``, which
+answers the question), and for a page in the report ``texts.toml``, whose ``[page]`` lists the blocks, or ``page.py``
+with a `report.pages.Page` named ``PAGE``. Nothing outside a folder imports it, so it can be deleted with its study.
 """

@@ -1,7 +1,7 @@
-"""Stored results of the studies: which hold, and computing again those that do not.
+"""Stored results of the studies: which are stale, and computing the stale results again.
 
-`recompute` writes each result as soon as it is computed, and the rows of a study's sweeps are stored one by one: an
-interrupted command continues with the same words.
+`recompute` stores each result, and each row of a study's sweeps, when it is computed. An interrupted command continues
+if it is given again.
 """
 
 import argparse
@@ -25,16 +25,16 @@ State = dict[str, Any]  # of a result: name, kind, fresh, why, made_utc, machine
 
 
 def result_states(now: Fingerprint) -> list[State]:
-    """The state of every study's result, and of every other result that comes with the program, by name."""
+    """State of every study's result and of every other bundled result, sorted by name."""
     names = sorted({*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))})
     return [state for name in names if (state := _state(name, newest_result(name), now))]
 
 
 def _state(name: str, result: StoredResult | None, now: Fingerprint) -> State:
-    """A result's kind, whether it is `fresh` and else `why` not, its origin; `sound` as its study says.
+    """State of a result: kind, `fresh` or the reason `why` not, and origin.
 
-    `minutes` is the wall time of its computation, None if it was never computed or does not state it. Empty for a
-    result that neither exists nor belongs to a study.
+    `minutes` is the wall time of the computation, None if unknown. Empty if neither the result nor a study of this name
+    exists.
     """
     if result is None and name not in study_names():
         return {}
@@ -54,11 +54,11 @@ def recompute(
     message: Callable[[str], None] = lambda _: None,
     command: str = "srbval evidence",
 ) -> Iterator[State]:
-    """Compute the evidence that is stale, of the studies `names` (all), or `every` result whether stale or not.
+    """Compute stale results of the studies `names` (default: all) again, or `every` result; yields the state of each.
 
-    In a source tree results are written to ``reports``, else to the user's cache. `message` gets a line before each
-    study with its expected duration. Yields the state of each study's result. Raises `ConfigurationError` for a name
-    that is no study, or whose result rests on recordings that do not come with the program.
+    Only results are computed that need no recordings from outside the program. In a source tree they are written to
+    ``reports``, otherwise to the user's cache. `message` receives a line with the expected duration before each study.
+    Raises `ConfigurationError` for a name that is no study, or whose study needs recordings from outside.
     """
     studies = [load_study(name) for name in names or study_names()]
     recorded = [study.name for study in studies if study.kind is not ResultKind.EVIDENCE]

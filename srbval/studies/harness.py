@@ -1,4 +1,4 @@
-"""Studies: what a study is, and how it is found, run, stamped with its origin, and stored."""
+"""Studies: definition, lookup, run, and storage of the result with its origin."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ STUDIES_FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResult:
-    """Outcome of a study.
+    """Outcome of a study: `content` (a mapping or a dataclass) to be stored, and `text` to be printed.
 
-    `content` (a mapping or a dataclass) is stored as the result `name`; without a name it is a part or a first
-    impression, stored only if a file is named for it. `text` is printed. The command ends with exit code 1 if `sound`
-    is False: what the study tests does not hold.
+    Without a `name` the result is partial or preliminary and is stored only to a file given by the user. If `sound` is
+    False, the tested statement is false, and the command ends with exit code 1.
     """
 
     content: Any
@@ -45,10 +44,11 @@ class StudyResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A question that takes minutes to answer and whose answer is stored: the content of its ``study.toml``.
+    """Question whose answer takes minutes to compute and is stored; content of ``study.toml``.
 
-    `minutes` is the duration on two cores. `kind`: what the result rests on. `parts`: the parts of the program that the
-    result depends on, as `srbval.check.check` names them. `options`: its own, as in the commands' file.
+    `minutes` is the duration on two cores, `kind` the kind of data on which the result is based. `parts` are the parts
+    of the program on which it depends, with the names of `srbval.check.check`. `options` are the study's own command
+    options.
     """
 
     name: str
@@ -59,12 +59,12 @@ class Study:
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def add_options(self, parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-        """Add its options to a parser, or to a group of one, that knows the types of `srbval.cli.arguments`."""
+        """Add the study's options to a parser, or to a group of one, with the types of `srbval.cli.arguments`."""
         for names, settings in self.options.items():
             parser.add_argument(*names.split(), **settings)
 
     def defaults(self) -> dict[str, Any]:
-        """Its options by name, with their default values."""
+        """Default values of the study's options by name."""
         usual = {
             words: about.get("default", False if "action" in about else None) for words, about in self.options.items()
         }
@@ -72,24 +72,24 @@ class Study:
 
     @property
     def run(self) -> Callable[[argparse.Namespace, Progress], StudyResult]:
-        """The function of its ``study.py``, imported only when it is asked for."""
+        """Function ``run`` of the study's ``study.py``, imported on first use."""
         return cast("Callable[..., StudyResult]", importlib.import_module(f"srbval.studies.{self.name}.study").run)
 
 
 def study_names() -> tuple[str, ...]:
-    """Names of all studies: those of their folders."""
+    """Names of all studies, from the names of their folders."""
     return tuple(sorted(path.parent.name for path in STUDIES_FOLDER.glob("*/study.py")))
 
 
 def load_study(name: str) -> Study:
-    """The study of this name; `ConfigurationError` where there is none."""
+    """Load a study by name; raises `ConfigurationError` if the name is unknown."""
     if name not in study_names():
         raise ConfigurationError(f"no study is called {name!r}. There are: {', '.join(study_names())}.")
     return build(Study, read_toml(STUDIES_FOLDER / name / "study.toml") | {"name": name}, f"{name}/study.toml")
 
 
 def pages() -> tuple[Page, ...]:
-    """The pages of all studies that have one, in the order of the report."""
+    """Pages of the studies in the order of the report."""
     named = [name for name in study_names() if (STUDIES_FOLDER / name / "page.py").is_file()]
     found = [importlib.import_module(f"srbval.studies.{name}.page").PAGE for name in named]
     return tuple(sorted(found, key=lambda page: page.place))
@@ -98,10 +98,10 @@ def pages() -> tuple[Page, ...]:
 def run_study(
     name: str, *, output: str | Path | None = None, jobs: int | None = None, progress: Progress = silent, **options: Any
 ) -> dict[str, Any]:
-    """Run a study with `options` of its own by the names of its command's, and store its result; returns the content.
+    """Run a study with its own `options`, store the result and return the content.
 
-    `output` names a file to store to in place of the user's cache, `jobs` the runs at a time (default: one per core).
-    Raises `ConfigurationError` for an unknown study or option, and what the study raises.
+    `output` is a file to be written instead of the user's cache, `jobs` the number of parallel runs (default: one per
+    core). Raises `ConfigurationError` for an unknown study or option, and the errors of the study.
     """
     study = load_study(name)
     known = study.defaults()
@@ -121,12 +121,11 @@ def make_result(
     revision: str | None = None,
     behaviour: Fingerprint | None = None,
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study and store its result with its origin; returns it, and what was stored or would have been.
+    """Run a study and store the result with its origin; returns the result and the stored content.
 
-    `options.output` names a file to store to in place of the user's cache. A result without a name is stored only if a
-    file is named for it. `revision` and the fingerprint `behaviour` are those of the program, read here if they are not
-    given. Raises `DataError` for a file that cannot be written, and for one in ``reports`` if the working tree was
-    changed.
+    The result is written to `options.output`, otherwise to the user's cache; without a name it is written to a given
+    file only. `revision` and the fingerprint `behaviour` of the program are computed if not given. Raises `DataError`
+    for a file that cannot be written, and for a file in ``reports`` if the working tree has uncommitted changes.
     """
     from srbval.check.check import fingerprint
 

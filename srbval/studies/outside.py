@@ -1,7 +1,7 @@
-"""A model from outside beside the bundled solvers: cost, errors of the step, and the largest step that is stable.
+"""Benchmark of a model from outside: cost, step error and largest stable step, beside the bundled solvers.
 
-The errors of a row's step are those against the same model's run at a finer step. A row is `ok`, or a cell `stable`,
-if its run works and these errors are within `STEP_ERROR_LIMITS`; a run that works beyond them is ``inaccurate``.
+The step error is the difference from a run of the same model at a finer step. A row is `ok`, or a cell `stable`, if its
+run succeeds and the errors are within `STEP_ERROR_LIMITS`; a run with larger errors is ``inaccurate``.
 """
 
 import importlib
@@ -65,12 +65,12 @@ def bench(
     progress: Progress = silent,
     message: Callable[[str], None] = lambda _: None,
 ) -> StudyResult:
-    """Cost and errors of `model`, if there is one, and of the bundled solvers at the same steps.
+    """Measure cost and step errors of `model` (if given) and of the bundled solvers at the same steps.
 
-    A failed run is a row with its status. `solvers` are the model's, or the bundled ones without a model. `message`
-    gets the planned time before all, then each row as its runs end; what has ended is read if all is run again.
-    `cpu_ratio`: median cost in that of the default solver at the same step, timed in turns, with its range. Errors
-    named ``bundled_`` are differences from the bundled model's converged run.
+    `solvers` are solvers of the model, or bundled solvers without a model. A failed run is a row with its status.
+    `message` receives the expected time, then each row. An interrupted command continues if it is given again.
+    `cpu_ratio` is the median CPU time divided by the default solver's at the same step, timed alternately, with its
+    range. Errors named ``bundled_`` are differences from the bundled model's converged run.
     """
     steps, timed_s, compared_s = QUICK_BENCH if quick else FULL_BENCH
     check_names(scenes, () if model else solvers)
@@ -127,7 +127,7 @@ def stability(
     quick: bool = False,
     **how: Any,
 ) -> StudyResult:
-    """Largest stable step of `model` by speed and solver, found by bisection; `how`: `jobs` and `progress`."""
+    """Find the largest stable step of `model` by bisection, for each scene, solver and speed."""
     check_names(scenes, ())
     axes = {"scene": list(scenes), "solver": _solver_names(model, solvers), "rpm": rpm or (RPM[1:2] if quick else RPM)}
     groups, steps = grid(**axes).assign(model=model), pd.Series(STEPS_PER_S, name="steps_per_s")
@@ -154,7 +154,7 @@ def stability(
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
-    """Chart or map of a study's content; a model's map shows the stored lines of the default and the paper's solver."""
+    """Draw the chart of a study's content; a model's limits are drawn beside those stored for bundled solvers."""
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])
@@ -212,7 +212,7 @@ def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
-    """A first short run of a row, and the time that its process took to start [s]; `ConfigurationError` if refused."""
+    """Run a row briefly; returns the attempt and the start time of its process [s]. `ConfigurationError` if refused."""
     began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
         found = attempt(_scene(row, seconds))
@@ -222,7 +222,7 @@ def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, f
 
 
 def _estimate_time(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
-    """Expected time of all runs with compiling, and of compiling alone [s]; `first`: short runs by solver."""
+    """Expected time of all runs with compiling, and of compiling alone [s]; `first` contains probe runs by solver."""
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
     compile_s = expected_s(*bundled)
     total_s = compile_s + sum(cost_of(scene)[0] for scene in bundled)
@@ -238,18 +238,18 @@ def _solver_names(model: str, solvers: Sequence[str]) -> tuple[str, ...]:
 
 
 def _series(row: Mapping[str, Any]) -> str:
-    """Name of a row's model and solver in tables and charts."""
+    """Name of model and solver in tables and charts."""
     return f"{Path(row['model']).name} {row['solver']}".strip()
 
 
 def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s: Iterable[int]) -> list[Row]:
-    """Every combination, as rows."""
+    """Rows for every combination of scene, model with solver, and step."""
     found = records(grid(of=list(models), scene=list(scenes), steps_per_s=list(steps_per_s)))
     return [row | dict(zip(("model", "solver"), row.pop("of"), strict=True)) for row in found]
 
 
 def _scene(case: Case, seconds: float) -> Scene:
-    """The scene of a row, a quarter of its duration before it to settle."""
+    """Scene of a row, with a quarter of its duration before it to settle."""
     step_s, rpm = 1 / case["steps_per_s"], case.get("rpm")
     usual = bench_scene(
         case["scene"], solver=DEFAULT_SERIES[1], step_s=step_s, seconds=seconds, settle_s=seconds / 4, rpm=rpm
@@ -259,13 +259,13 @@ def _scene(case: Case, seconds: float) -> Scene:
 
 
 def _bench_table(rows: Sequence[Row], model: str | None) -> str:
-    """The rows, with their differences from the bundled model if there is another `model`."""
+    """Table of the rows; differences from the bundled model only if there is another `model`."""
     columns = {title: key for title, key in BENCH_COLUMNS.items() if model or not key.startswith("bundled_")}
     return text_rows([dict.fromkeys(BENCH_COLUMNS.values()) | row for row in rows], columns)
 
 
 def _bench_text(rows: Sequence[Row], model: str | None) -> str:
-    """All rows, and of the model the ratio of cost to the default solver's and the reasons of its failures."""
+    """Table of the rows, cost of the model relative to the default solver, and reasons of failed runs."""
     own = [row for row in rows if model and row["model"] == model]
     ratio = "{series} takes {cpu_ratio:.3g} times ({cpu_ratio_range[0]:.3g} to {cpu_ratio_range[1]:.3g}) the CPU of "
     ratio += f"{DEFAULT_SERIES[1]} at the same step, 1/{{steps_per_s}} s."

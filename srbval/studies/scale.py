@@ -1,7 +1,8 @@
-"""Cost against size: commands of growing work, each in a process of its own, one after the other.
+"""Cost against size: commands of increasing work, each in a separate process, one after the other.
 
-A row has the wall time, processor time, largest process and written bytes of a command, its start included. The cost
-per further unit is the difference from the size before, without the start: if it grows, the cost bends.
+A row contains the wall time, CPU time, memory of the largest process and written bytes of a command, including its
+start. The cost per further unit is the cost difference from the previous size divided by the size difference, so the
+start cancels. If it increases with size, cost grows faster than linearly.
 """
 
 import os
@@ -66,7 +67,7 @@ COST_COLUMNS |= {"largest process [MB]": "memory_mb", "written [MB]": "written_m
 
 
 def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
-    """Measure `COST_SERIES`, only the first size of each if `quick`; `NumericsError` if a command fails."""
+    """Measure `COST_SERIES`, or only the first size of each if `quick`; raises `NumericsError` if a command fails."""
     if not hasattr(os, "wait4"):
         raise ConfigurationError("costs by size are measured on Linux and macOS only, which count a process's memory.")
     wanted = [(name, command, n) for name, (command, own) in COST_SERIES.items() for n in own[: 1 if quick else None]]
@@ -92,7 +93,7 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
 
 
 def _text(content: Row) -> str:
-    """A table for each series of a stored result, and its origin."""
+    """Tables of the series of a result, and its origin, as text."""
     series = groupby(content["rows"], key=lambda row: str(row["series"]))
     origin = "{processor}, {usable_cores} cores, load before {load_before:.2g}".format(**content["machine"])
     tables = (f"{name[0].upper()}{name[1:]}\n{text_rows(list(rows), COST_COLUMNS)}" for name, rows in series)
@@ -100,7 +101,7 @@ def _text(content: Row) -> str:
 
 
 def _write_inputs(folder: Path, name: str, size: float) -> None:
-    """Write the files of one size; `name`: the record, or the folder of records, that the command reads."""
+    """Write the input files of one size; `name` is the record, or the folder of records, that the command reads."""
     for file, text in FILES.items():
         (folder / file).write_text(text.replace("SIZE", str(size)), "utf-8")
     if name.startswith("record"):
@@ -118,7 +119,7 @@ def _write_record(path: Path, seconds: float) -> None:
 
 
 def _measure_command(command: str, folder: Path) -> Row:
-    """Cost of one command in `folder`."""
+    """Run one command in `folder` and measure its cost."""
     began, started = time.time(), time.perf_counter()
     words = [sys.executable, "-c", ALONE, sys.executable, "-m", "srbval", *command.split(), "--json"]
     done = subprocess.run(words, cwd=folder, env=os.environ | child_environment(), capture_output=True, text=True)

@@ -1,1 +1,1 @@
-"""Any model against any rig: the validation case, its pairs, their comparison, and the report of a case."""
+"""Validation of any model against any rig: the case file, its pairs, and their comparison."""

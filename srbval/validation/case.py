@@ -1,10 +1,11 @@
-"""The validation case: a TOML file, or lists of files, that name what is compared and by what it is judged.
+"""Validation case: which simulated signals are compared with which measured signals, with which tolerances.
 
-Keys of the file: `title`; `bearing` (a name or a TOML file beside the case) or a table `[elements]` or `[orders]`;
-`[simulated]` and `[measured]`, settings of each side (all keys of `RecordingSettings`); `[tolerance]` and
-`[uncertainty]` (see there); a `[[pair]]` for each comparison, with `state`, `simulated`, `measured` and `used_for`; and
-`[[published]]`, numbers from a paper without signals. A side of a pair is a file, a list of files (repeats), a pattern
-such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings of its own, which go over those of the side.
+A case is a TOML file with the keys `title`; `bearing` (a name or a TOML file beside the case) or a table `[elements]`
+or `[orders]`; `[simulated]` and `[measured]`, settings of each side (keys of `RecordingSettings`); `[tolerance]` and
+`[uncertainty]` (see `Tolerance`); a `[[pair]]` for each comparison, with `state`, `simulated`, `measured` and
+`used_for`; and `[[published]]`, numbers from a paper without signals. A side of a pair is a file, a list of files
+(repeats), a pattern such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings that replace the side's
+settings.
 """
 
 import dataclasses
@@ -35,10 +36,10 @@ MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance(Limited):
-    """Largest errors accepted, fixed before the comparison; a quantity without one is neither met nor missed.
+    """Largest accepted errors, fixed before the comparison: of the cage ratio [%], and of levels over the line [dB].
 
-    `cage_pct`: of the cage ratio [%]. `level_db`: of harmonics and sidebands over the line [dB]. As `uncertainty`: half
-    widths of 95 % intervals that the user states for the simulated side.
+    A quantity without a tolerance is neither met nor missed. As `uncertainty` of a case, both are the 95 % half widths
+    that the user states for the simulated side.
     """
 
     cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)
@@ -47,12 +48,11 @@ class Tolerance(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Source(RecordingSettings):
-    """Signals of one side and how they are read; None if not stated.
+    """Signals of one side of a pair, and the settings with which they are read.
 
-    `file` contains paths or patterns (in Python also recordings), repeats if they are several;
-    ``registered = "torino"`` stands for every record of that rig in the register. `scene` (a name or a TOML file) is
-    run at the measured speed and load, by `model` if it is stated, such as ``mine.py:simulate``, else by the scene's
-    own.
+    `file` contains paths or patterns (in Python also recordings); several are repeats. ``registered = "torino"``
+    selects every registered record of the rig. `scene` (a name or a TOML file) is simulated at the measured speed and
+    load, by `model`, such as ``mine.py:simulate``, or by the scene's own model.
     """
 
     file: tuple[str, ...] | None = None
@@ -62,13 +62,13 @@ class Source(RecordingSettings):
 
     @property
     def settings(self) -> RecordingSettings:
-        """The settings with which each file is read."""
+        """Settings with which each file is read."""
         return RecordingSettings(**{one.name: getattr(self, one.name) for one in dataclasses.fields(RecordingSettings)})
 
 
 @dataclass(frozen=True, kw_only=True)
 class CasePair:
-    """One comparison. `state` defaults to that of the files; `used_for` is ``fit``, ``withheld`` or ``blind``."""
+    """Comparison of a simulated with a measured side; `state` is by default read from the files."""
 
     state: Fault | None = None
     simulated: Source | None = None
@@ -85,9 +85,10 @@ class CasePair:
 
 @dataclass(frozen=True, kw_only=True)
 class ValidationCase:
-    """A validation case, with the keys of its file; `pair` are its comparisons.
+    """Validation case, with the keys of its TOML file; `pair` contains the comparisons.
 
-    `path` is its file, to whose folder other files are relative; None if it was made of lists of files.
+    Other files are relative to the folder of `path`, the case's own file; None if the case was built from lists of
+    files.
     """
 
     pair: tuple[CasePair, ...] = ()
@@ -104,12 +105,12 @@ class ValidationCase:
 
     @property
     def folder(self) -> Path:
-        """Folder to which files are relative."""
+        """Folder to which file names are relative."""
         return Path() if self.path is None else self.path.parent
 
     @cached_property
     def known_bearing(self) -> Bearing:
-        """The bearing; `ConfigurationError` for none that is known, and for several."""
+        """Bearing of the case; raises `ConfigurationError` if it is unknown or stated more than once."""
         tables = {kind: table for kind in IN_PLACE if (table := getattr(self, kind)) is not None}
         if len(tables) + (self.bearing is not None) > 1:
             raise ConfigurationError(
@@ -120,20 +121,20 @@ class ValidationCase:
         return load_bearing(self.beside(self.bearing or DEFAULT_BEARING))
 
     def beside(self, name: str) -> str:
-        """The path of a file that lies beside the case; any other name as it is."""
+        """Path of a file in the folder of the case; a name without such a file is returned unchanged."""
         return str(self.folder / name) if name and (self.folder / name).is_file() else name
 
     def side(self, pair: CasePair, name: str) -> Source | None:
-        """The side ``simulated`` or ``measured`` of a pair, with the defaults of that side."""
+        """Source of the side ``simulated`` or ``measured`` of a pair; the case's settings of this side are defaults."""
         own, defaults = getattr(pair, name), getattr(self, name)
         return None if own is None else own.over(defaults)
 
 
 def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> ValidationCase:
-    """Read a case from its TOML file, or one that comes with the program by its name.
+    """Load a case from its TOML file, or a bundled case by its name.
 
-    `changes` are values by dotted key, such as ``measured.channel``, that replace those of the file. Raises
-    `ConfigurationError` for an unknown key or an impossible value, `DataError` for a missing file.
+    `changes` replaces values of the file by dotted key, such as ``measured.channel``. Raises `ConfigurationError` for
+    an unknown key or an impossible value, `DataError` for a missing file.
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
@@ -147,16 +148,16 @@ def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None
 
 
 def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any] | None = None) -> ValidationCase:
-    """A case from tables of pairs as its file would contain them; `changes` as in `load_case`."""
+    """Build a case from tables of pairs, as its file would contain them; `changes` as in `load_case`."""
     return _build_case({"pair": [dict(pair) for pair in pairs]}, changes, None)
 
 
 def case_of_signals(
     simulated: Any, measured: Any, *, state: str | None = None, bearing: Bearing | str | Path | None = None
 ) -> ValidationCase:
-    """A case of one comparison, whose sides are files, recordings or runs; several on one side are repeats.
+    """Build a case of one comparison from files, recordings or runs; several on one side are repeats.
 
-    `bearing` and `state` are by default those of the recordings.
+    `bearing` and `state` are by default taken from the recordings.
     """
     pair: dict[str, Any] = {"state": settings_of({"state": state}).state}
     for side, given in (("simulated", simulated), ("measured", measured)):
@@ -194,16 +195,16 @@ def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, pat
 
 
 def _source_table(raw: Any) -> Any:
-    """The table of a side that may be a file's name or a list of them."""
+    """Convert one side of a pair to a table if it is a file name or a list of file names."""
     if isinstance(raw, dict):
         return raw | ({"file": [raw["file"]]} if isinstance(raw.get("file"), str) else {})
     return {"file": [raw] if isinstance(raw, str) else raw}
 
 
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
-    """Files that a side names: by path, by pattern, or by the beginning of a registered recording's name.
+    """Find the files of a side by path, by pattern, or by the beginning of a registered recording's file name.
 
-    Raises `DataError` for a name that leads to no file, or to several registered ones.
+    Raises `DataError` if a name matches no file, or several registered recordings.
     """
     names = (name for name in source.file or () if isinstance(name, str))
     return tuple(path for name in names for path in _files_named(name, folder, side))
@@ -229,7 +230,7 @@ def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
 
 
 def write_case(case: ValidationCase, path: Path) -> None:
-    """Write a case as a TOML file from which `load_case` makes the same case."""
+    """Write a case as a TOML file that `load_case` reads back unchanged."""
     document = _drop_empty(to_json(dataclasses.replace(case, path=None)))
     lists = {key: document.pop(key) for key in ("pair", "published") if key in document}
     text = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
@@ -240,7 +241,7 @@ def write_case(case: ValidationCase, path: Path) -> None:
 
 
 def _drop_empty(value: Any) -> Any:
-    """A JSON value without what is not stated: None, empty texts, lists and tables."""
+    """Remove None, empty texts, lists and tables from a JSON value."""
     if isinstance(value, dict):
         return {key: kept for key, one in value.items() if (kept := _drop_empty(one)) not in (None, "", [], {})}
     return [_drop_empty(one) for one in value] if isinstance(value, list) else value

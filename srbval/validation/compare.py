@@ -1,9 +1,9 @@
-"""Comparison of a pair: every quantity of both sides, the error, the parts of its uncertainty, and a verdict.
+"""Comparison of a pair: for each quantity the error, its uncertainty and a verdict.
 
-Error E = simulated less measured; uncertainty U is the root of the squares of its parts (ASME V&V 20, 2009). A
-simulation from outside has an uncertainty only if repeated files show it (Student's t of their mean) or the case states
-it; otherwise the verdict is ``insufficient data`` and E is still given. A reading's own interval is no uncertainty of
-the simulation. Lines and cage ratio are compared in orders of the shaft, each side by its own speed.
+Error E is simulated minus measured. Uncertainty U is the root of the sum of squares of its parts (ASME V&V 20, 2009). A
+model from outside has an uncertainty only if repeated files are given (Student's t of their mean) or the case states
+it; otherwise the verdict is ``insufficient data``. The interval of a reading is no uncertainty of the simulation. Lines
+and cage ratio are compared in orders of the shaft, each side by its own speed.
 """
 
 import math
@@ -57,10 +57,10 @@ VALIDATION_COLUMNS += ["used_for", "simulated_hz", "measured_hz", "simulated_dev
 def compare_pair(
     number: int, state: Fault, sides: Mapping[str, SideReading], case: ValidationCase, effects: Effects, used_for: str
 ) -> Iterator[Row]:
-    """Rows of one pair (see `comparison_row`), of every quantity of its state that a side shows.
+    """Compare a pair: one row (see `comparison_row`) for every quantity of its state that is found on a side.
 
-    The sides are called model and rig in a row. `effects` are those of inputs and numerics of the paper's scene and
-    belong to that scene alone. `simulated_hz` and `measured_hz` are a line at the side's own speed, `speeds_hz` the
+    In a row, model is the simulated and rig the measured side. `effects` of inputs and numerics apply to the scene
+    `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at the side's own speed, `speeds_hz` the
     shaft speeds.
     """
     simulated, measured = sides.get("simulated"), sides.get("measured")
@@ -110,7 +110,7 @@ def compare_pair(
 def _effects(
     quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
 ) -> Mapping[str, Any] | None:
-    """Effects on a quantity; on a race line those on the cage ratio c, since its order is Z c or Z (1 - c)."""
+    """Effects of inputs and numerics on a quantity; for a race line (order Z c or Z (1 - c)) from the cage ratio c."""
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
         return found
@@ -123,15 +123,15 @@ def _effects(
 
 
 def _read_values(side: SideReading | None, name: str) -> list[QuantityValue]:
-    """The quantity in each signal of a side; none unless all of them have it."""
+    """Values of a quantity in the signals of a side; empty unless every signal has the quantity."""
     found = [] if side is None else [one[name] for one in side.values if name in one]
     return found if side is not None and len(found) == len(side.values) else []
 
 
 def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | None]:
-    """Mean of repeats, and the 95 % half width of the mean by their scatter; None for a single value.
+    """Mean of repeats, and the 95 % half width of the mean from their scatter; None for a single value.
 
-    The scatter of repeats contains their readings' own; the shaft speed's error is taken as common to all.
+    The scatter includes the reading errors of the repeats; the error of the shaft speed counts as common to all.
     """
     if len(values) < 2:
         return (values[0] if values else MISSING_VALUE), None
@@ -155,10 +155,10 @@ def outside_parts(
     case: ValidationCase,
     pct: float,
 ) -> dict[str, float]:
-    """Parts of U of a simulation from outside [% or dB]: its reading or its repeats, and what the case states.
+    """Parts of U of a simulation from outside [% or dB]: its reading or its repeats, and the part stated in the case.
 
-    `pct` converts the quantity to per cent of the measured value. 1 % of the cage ratio c is 1 % of BPFO and
-    c / (1 - c) % of BPFI; nothing follows for a rolling element's own spin.
+    `pct` converts the quantity to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c
+    / (1 - c) % of BPFI, and does not apply to a rolling element's spin.
     """
     scale = pct if quantity.value_of else 1.0
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
@@ -170,14 +170,14 @@ def outside_parts(
 
 
 def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:
-    """Stated tolerance of a quantity [% or dB]; that of the cage ratio does not apply to the lines made of it."""
+    """Stated tolerance of a quantity [% or dB]; the tolerance of the cage ratio does not apply to lines."""
     if quantity.value_of:
         return tolerance.cage_pct if quantity is CAGE_RATIO else None
     return tolerance.level_db
 
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> pd.DataFrame:
-    """Table of a validation, a row for each pair and quantity; ``met`` or ``missed`` by a tolerance."""
+    """Table of a validation, with a row for each pair and quantity; ``met`` or ``missed`` if a tolerance is stated."""
     return plain_frame([_table_row(row, tolerance) for row in rows], VALIDATION_COLUMNS)
 
 
@@ -203,12 +203,12 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
 
 
 def same_speed(one_hz: float | None, other_hz: float | None) -> bool:
-    """True if both shaft speeds agree to `MAX_SPEED_DIFFERENCE`, or if only one is known."""
+    """True if both shaft speeds differ by at most `MAX_SPEED_DIFFERENCE`, or if only one is known."""
     return one_hz is None or other_hz is None or abs(one_hz / other_hz - 1) <= MAX_SPEED_DIFFERENCE
 
 
 def chance_beyond_limit(error: float, uncertainty: float, limit: float) -> float:
-    """Chance that a normal error of mean `error` and 95 % half width `uncertainty` exceeds `limit` on either side."""
+    """Probability that a normal error with mean `error` and 95 % half width `uncertainty` exceeds +-`limit`."""
     if uncertainty == 0:
         return float(abs(error) > limit)
     spread = uncertainty / NORMAL_95 * math.sqrt(2)

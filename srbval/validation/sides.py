@@ -1,6 +1,7 @@
-"""Sides and pairs. A side's signals are files or a run of the bundled model, read through the one pipeline.
+"""Simulated and measured sides of a case: loading, reading and pairing their signals.
 
-Pairs from lists of files: each simulated file with the measured one of its state and load, at the nearest speed.
+Files and runs of the bundled model pass the same pipeline. From lists of files, each simulated file is paired with the
+measured file of its state and load at the nearest speed.
 """
 
 import dataclasses
@@ -33,9 +34,9 @@ QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideReading:
-    """One side as read: an analysis of each of its signals, and the compared quantities of each by name.
+    """Analyses of the signals of one side, and the compared quantities of each signal by name.
 
-    `scene` is the bundled scene that was run, `model` its run; both None for files.
+    `scene` is the bundled scene that was simulated and `model` its run; both are None for files.
     """
 
     analyses: tuple[Analysis, ...]
@@ -50,14 +51,14 @@ class SideReading:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Names of the files, or of the run."""
+        """File names of the signals, or name of the run."""
         return tuple(one.recording.file or one.recording.name for one in self.analyses)
 
 
 def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]:
-    """Recordings of one side, all of them of that side's origin.
+    """Load the recordings of one side.
 
-    A measured file that states that it is simulated is a `ConfigurationError`: nothing simulated passes as measured.
+    Raises `ConfigurationError` if a file of the measured side states that it is simulated.
     """
     found, held = [], [one for one in source.file or () if isinstance(one, Recording)]
     files: list[Any] = [*held, *files_of_source(source, folder, side)]
@@ -87,9 +88,9 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse each recording of a side, in the stated band, the paper's of its rig and model, or one chosen on it.
+    """Analyse each recording of a side in the stated band, otherwise in the paper's band.
 
-    The paper's band is not that of a signal simulated elsewhere, of another bearing.
+    For a simulation of another bearing the band is chosen on the signal instead of the paper's band.
     """
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
@@ -106,7 +107,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
 def run_scene(
     source: Source, case: ValidationCase, against: SideReading, state: Fault, *, progress: Progress = silent
 ) -> SideReading:
-    """Run a scene of the bundled model beside the measured side, with its defect, and read it (`run_counterpart`)."""
+    """Simulate a scene as the counterpart of the measured side `against`, with its defect, and read the run."""
     base, (file, colon, function) = source.scene or "", (source.model or "").rpartition(":")
     found = run_counterpart(
         against.analyses[0],
@@ -124,7 +125,7 @@ def run_scene(
 
 
 def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) -> Fault:
-    """State of a pair: its own, or that of its recordings; `ConfigurationError` if it is not known or contradicted."""
+    """State of the bearing, from the pair or its recordings; `ConfigurationError` if unknown or contradictory."""
     stated = {one.state: one for one in recordings if one.state is not None}
     names = ", ".join(Path(one.file or one.name).name for one in recordings)
     if pair_state is None and not stated:
@@ -150,16 +151,16 @@ SAME_LOAD = 0.02  # relative difference up to which two stated radial loads are 
 
 
 def state_in_name(name: str) -> Fault | None:
-    """The state that the words of a file's name state; None if there are none or they contradict each other."""
+    """State of the bearing from the words of a file name; None if no word or contradictory words are found."""
     words = set(re.split(r"[^a-z]+", name.lower()))
     found = {state for state, known in STATE_WORDS.items() if words & set(known)}
     return found.pop() if len(found) == 1 else None
 
 
 def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, Any]:
-    """State of a file and where it is from, speed [rpm] and radial load [N] (NaN if unknown), with its settings.
+    """State of a file and its source, speed [rpm] and radial load [N] (NaN if unknown), read with the side's settings.
 
-    `state` is taken if the file and its name state none; without one `ConfigurationError`.
+    `state` applies if neither file nor file name states one; without any state raises `ConfigurationError`.
     """
     reading = apply_settings(path, read_file(path), source.settings.over(registered_settings(path)))
     states = {channel.state for channel in reading.channels.values()} - {None}
@@ -179,11 +180,11 @@ def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, 
 def pair_files(
     simulated: Sequence[str], measured: Sequence[str], settings: Mapping[str, Source], state: Fault | None = None
 ) -> list[dict[str, Any]]:
-    """Tables of `[[pair]]` for lists of files; files of one side with the same state, speed and load are repeats.
+    """Pair simulated with measured files; returns tables of `[[pair]]`.
 
-    Simulated files are paired with the measured ones of their state whose load is the same or unknown and whose speed
-    is nearest. `state` is taken for files that state none. Raises `ConfigurationError` for a file whose state is not
-    known and for files without a partner.
+    Files of one side with the same state, speed and load are repeats. The measured partner has the same state, the same
+    or an unknown load, and the nearest speed. `state` applies to files without a state. Raises `ConfigurationError` for
+    a file without a state or a partner.
     """
     groups = {}
     for side, names in (("simulated", simulated), ("measured", measured)):
@@ -211,10 +212,10 @@ def pair_files(
 
 
 def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
-    """The pair itself, or of a pair with all registered records of a rig one for each operating point.
+    """Expand a pair with all registered records of a rig to one pair per operating point; yield other pairs unchanged.
 
-    Of several records of a point the longest is taken; the healthy record of a speed and load comes first, without a
-    run, since nothing of it is compared. A record that was not known before is ``blind``.
+    Of several records of a point the longest is used. The healthy record of each speed and load comes first and gets no
+    simulation. A record whose content was unknown before is ``blind``.
     """
     source = pair.measured
     if source is None or source.registered is None:

@@ -1,4 +1,4 @@
-"""`validate`: the pairs of a case one after the other, so that memory does not grow with their number."""
+"""Command `validate`: compares the pairs of a case, a few at a time, so that memory does not grow with their number."""
 
 import dataclasses
 import math
@@ -36,10 +36,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairReading:
-    """One pair as read and compared; `problem` is the reason why the simulated side is missing, else empty.
-
-    `rows` are those of `compare_pair`.
-    """
+    """Pair with its sides and its `rows` of comparisons; `problem` is the reason if the simulated side is missing."""
 
     number: int
     pair: CasePair
@@ -51,9 +48,10 @@ class PairReading:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Validation(NotebookObject):
-    """Result of a case: `table` has a row for each pair and quantity, `pairs` one for each pair.
+    """Result of a case: `table` has a row for each pair and quantity, `pairs` a row for each pair.
 
-    `comparisons` are rows with all their parts, `sums` those of both race lines, `failed` pairs that were not compared.
+    `comparisons` are rows with the parts of the uncertainty, `sums` the sum rules of race lines (see `check_race_sum`),
+    and `failed` the pairs that could not be compared.
     """
 
     case: ValidationCase
@@ -65,13 +63,13 @@ class Validation(NotebookObject):
 
     @property
     def verdicts(self) -> dict[str, int]:
-        """Number of rows by verdict, in the order of the vocabulary."""
+        """Number of rows by verdict."""
         counts = self.table["verdict"].value_counts()
         return {verdict.value: int(counts[verdict.value]) for verdict in Verdict if verdict.value in counts}
 
     @property
     def holds(self) -> bool:
-        """False if a stated tolerance is missed."""
+        """True unless a stated tolerance is missed."""
         return Verdict.MISSED.value not in self.verdicts
 
     @property
@@ -87,7 +85,7 @@ class Validation(NotebookObject):
 
     @property
     def headline(self) -> str:
-        """Answer in a sentence: verdicts on lines and cage ratios, then on levels, each with the largest error."""
+        """Summary in one sentence: verdicts and largest error of lines and cage ratios, then of levels."""
         known = self.table[self.table["error"].notna()]
         kinds = {
             "lines and cage ratios": known[known["error_unit"] == "%"],
@@ -110,7 +108,7 @@ class Validation(NotebookObject):
         return "; ".join(f"{len(found[w])} {w}: {words[w]}, largest error {errors[w]}" for w in found) + "."
 
     def to_dict(self) -> dict[str, Any]:
-        """Document of `srbval validate`, without the report's files."""
+        """JSON document of `srbval validate`, without the report's files."""
         return {
             "case": self.case.title,
             "headline": self.headline,
@@ -127,15 +125,15 @@ class Validation(NotebookObject):
         return f"<Validation of {self.case.title!r}: {self.headline}>"
 
     def to_frame(self) -> pd.DataFrame:
-        """Table of the comparison, one row for each pair and quantity."""
+        """Table of the comparison, with one row for each pair and quantity."""
         return self.table
 
     def summary_table(self) -> tuple[str, list[Row]]:
-        """Headline and rows of the comparison, for a notebook."""
+        """Headline and rows of the comparison for a notebook."""
         return self.headline, self.table.drop(columns=["parts", "simulated_hz", "measured_hz"]).to_dict("records")
 
     def to_html(self) -> str:
-        """The whole report as one page; reads the signals again."""
+        """Report as one HTML page; reads the signals again."""
         with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
             _, files = load_public("report_case")(self.case, Path(folder), formats=("html",))
             text: str = files["html"].read_text(encoding="utf-8")
@@ -154,11 +152,11 @@ def validate(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> Validation:
-    """Compare every pair of a case, given as such or by its file or name; `changes` as in `load_case`.
+    """Compare every pair of a case, given as an object, a file or a name; `changes` as in `load_case`.
 
-    In place of a case: `simulated` and `measured` signals of one comparison, see `case_of_signals`. `jobs` pairs are
-    read at a time; `found` is called with each of them in their order. Raises the error of the first pair if none can
-    be compared.
+    Instead of a case, `simulated` and `measured` signals of one comparison can be given (see `case_of_signals`). `jobs`
+    pairs are read in parallel; `found` is called with each pair in order. Raises the error of the first pair if no pair
+    can be compared.
     """
     if case is None:
         case = case_of_signals(simulated, measured, state=state, bearing=bearing)
@@ -200,7 +198,7 @@ def validate(
 
 
 def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: int) -> Iterator[Result]:
-    """Results of `function` in the order of `items`, `jobs` at a time and never more of them in memory."""
+    """Apply `function` to `items` in parallel and yield the results in order; at most `jobs` items are in memory."""
     waiting = deque[Future[Result]]()
     with ThreadPoolExecutor(jobs) as pool:
         for item in items:
@@ -214,7 +212,7 @@ def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: i
 def _read_and_compare(
     number: int, pair: CasePair, case: ValidationCase, effects: Effects, progress: Progress
 ) -> PairReading:
-    """Read and compare a pair; raises what loading and analysing raise. A failed run is the pair's problem."""
+    """Read and compare a pair; a failed simulation becomes the pair's problem, other errors are raised."""
     sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
     scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None
     if (scene is not None and scene.file) or any(source.scene for source in sources.values()):
@@ -237,7 +235,7 @@ def _read_and_compare(
 
 
 def pair_row(one: PairReading) -> Row:
-    """Row of a pair: its files, speeds, bands, and what its reader should know."""
+    """Table row of a pair: files, speeds, bands, cautions."""
     row: Row = {"pair": one.number, "state": one.state.value, "how": one.pair.how, "problem": one.problem}
     for side in SIDES:
         reading = one.sides.get(side)
@@ -267,7 +265,7 @@ def _describe_side(reading: SideReading) -> Row:
 
 
 def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
-    """BPFO + BPFI of each side, of pairs of both races at one speed."""
+    """Check the sum rule BPFO + BPFI on each side, for pairs of both races at the same speed."""
     lines = [row for row in rows if row["kind"] == RACE_LINE.kind]
     for place, (side, name) in enumerate(zip(SIDES, ("model", "rig"), strict=True)):
         of = {fault: [row for row in lines if row["state"] == fault and row[f"{name}_present"]] for fault in Fault}

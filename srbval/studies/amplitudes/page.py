@@ -1,4 +1,4 @@
-"""Page of the study of amplitudes: counts, errors of one-third-octave bands, the open problem."""
+"""Report page of the study of amplitudes: errors of one-third-octave bands, and the open problem."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def unexplained(tests: Rows, locked: Rows) -> str:
-    """Conclusion on the records whose common level is off by more than chance, with the range of their errors."""
+    """Conclusion on records whose level error is not explained by chance, with the range of the errors."""
     far = [one["record"] for one in tests if one["level_p"] < CHANCE / len(tests)]
     if not far:
         return "In no record does the level common to all bands deviate by more than the uncertainty."
@@ -30,13 +30,13 @@ def unexplained(tests: Rows, locked: Rows) -> str:
 
 
 def short(record: str) -> str:
-    """Name of a record as the page shows it."""
+    """Name of a record as printed on the page."""
     return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")
 
 
 @panel
 def draw_errors(rows: Rows) -> PanelData:
-    """Errors of the locked third octaves with their U, for each record."""
+    """Draw the errors of the fault-locked one-third-octave bands with their uncertainty, for each record."""
     figure, ax = new_axes(WIDE)
     table = pd.DataFrame(rows).assign(band_hz=[float(one["quantity"].split()[1]) for one in rows])
     for number, (record, of) in enumerate(table.groupby("record", sort=False)):
@@ -60,7 +60,7 @@ def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
 
 
 def data(results: StoredResults) -> Mapping[str, Any]:
-    """Keys of ``report.json``."""
+    """Keys of ``report.json`` from this study."""
     content, outcome = results.content("amplitudes"), results.content(OUTCOME)
     return {
         "amplitudes": content.get("counts"),

@@ -1,14 +1,14 @@
-"""Amplitudes of the scene `rig` behind an identified path, compared with the rig's records.
+"""Amplitudes of the scene `rig` after an identified transmission path, compared with the rig's records.
 
-The gains of the path are identified from the power locked to the fault of OR 877, the ratio of its directions from the
-sidebands of IR 877: these are `fit`. All other quantities of the six records are `withheld`: not used, but known when
-the scene was made. Compared are the locked power per third octave, the harmonics of the line, and the total level per
-third octave (the healthy record plus the run), beside the level of the healthy record alone. `PASSAGE_LINES` are
+The path's gains are identified from the power locked to the fault of record OR 877, the ratio of its directions from
+the sidebands of IR 877 (use ``fit``). All other quantities of the six records are ``withheld``: known when the scene
+was made, but not fitted. Compared are the fault-locked power per one-third-octave band, the harmonics of the line, and the total
+level per third octave (healthy record plus run), beside the level of the healthy record alone. `PASSAGE_LINES` are
 removed from records and runs.
 
 A case of the sweep runs the scene at the speed of each record with one set of inputs and identifies the path again, so
-that errors which both share cancel. The cases: the scene's own inputs, a finer step with more slices, and draws of all
-inputs together with the angle of each record's defect.
+that errors common to both cancel. The cases are the scene's own inputs, a finer step with more slices, and random draws
+of all inputs and of the angle of each record's defect.
 """
 
 import math
@@ -51,7 +51,7 @@ SHIFTS_DB = np.arange(-400, 401) / 10  # of a third octave's gain, among which t
 
 
 class RigRecord(NamedTuple):
-    """A faulty record and the healthy record of its speed, with the order of its line and whether it is detected."""
+    """Record of a fault, healthy record of the same speed, and order of the fault's line, which may be `detected`."""
 
     record: Recording
     healthy: Recording
@@ -63,7 +63,7 @@ class RigRecord(NamedTuple):
     def quantities(
         self, recording: Recording, order: float, added: Recording | None = None
     ) -> dict[str, read.Amplitude]:
-        """Compared quantities of a recording of this fault, with the power of `added` in the totals."""
+        """Read the compared quantities of a recording of this fault; total levels include the power of `added`."""
         found = read.totals(recording, added) | read.pattern(recording, BEARING, self.state, order)
         found |= read.locked_levels(recording, BEARING, order) if self.detected else {}
         return {name: value for name, value in found.items() if name.split()[0] in KINDS}
@@ -71,7 +71,7 @@ class RigRecord(NamedTuple):
 
 @cache
 def rig_records() -> tuple[RigRecord, ...]:
-    """All faulty records without their passage lines, the fast ones first."""
+    """Load the records of all faults with passage lines removed, highest speed first."""
     found = []
     for rpm in RPM:
         healthy = without_passage_lines(_load(Fault.HEALTHY, rpm), BEARING, None, read.WHOLE_HZ)
@@ -93,7 +93,7 @@ def _load(state: Fault, rpm: float) -> Recording:
 
 
 def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
-    """The scene at the speed of each record, with the inputs of a case and the angle of each record's own defect."""
+    """Scenes of a case, one for each record: speed and defect angle of the record, inputs of the case."""
     found, inputs = [], case["inputs"]
     for place, one in enumerate(rig_records()):
         changes = CHANGES.get(inputs) or {}
@@ -107,7 +107,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels of all runs behind the path that they identify; for the nominal case the 95 % half widths of its gains."""
+    """Levels of all runs after the path identified from them; for the nominal case also half widths due to the path."""
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
@@ -133,14 +133,14 @@ def _levels_behind(runs: Iterable[Run], path: SensorPath) -> dict[str, float]:
 
 
 def half_widths(drawn: pd.DataFrame) -> pd.Series:
-    """95 % half width of each column over its draws: Student's t times the standard deviation."""
+    """95 % half width of each column over its draws: standard deviation times Student's t."""
     from scipy.special import stdtrit
 
     return drawn.std(ddof=1) * float(stdtrit(len(drawn) - 1, 0.975))
 
 
 def rig_rows(mounting_db: float) -> pd.DataFrame:
-    """Quantities of all records, a row each, with the parts of the uncertainty that belong to the data [95 %, dB]."""
+    """Table of the quantities of all records, with the uncertainty parts of the data [dB, 95 %]."""
     rows = []
     for place, one in enumerate(rig_records()):
         alone = read.totals(one.healthy)
@@ -156,10 +156,9 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
 
 
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the rig with the model's value, the error and its validation uncertainty U [dB].
+    """Add the model's value, the error and its validation uncertainty U [dB] to the rig's rows.
 
-    If the record does not show a level, the error is the least that this allows: how far the model is above the level
-    that would be present.
+    If a level is not present in the record, the error is the excess of the model over the level that would be present.
     """
     names, cases = list(rig.record + " " + rig.quantity), found.set_index("inputs")
     nominal, finer = (cases.loc[case, names].to_numpy(float) for case in (NOMINAL, FINER))
@@ -179,10 +178,10 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Numbers of withheld quantities within the limit; locked bands that a record does not show count too.
+    """Count the withheld quantities whose error is within the limit, including locked bands not present in the record.
 
-    ``reachable``: if the gain of each third octave were the best one for all records at once. No path that the records
-    share can count more.
+    ``reachable`` is the largest count that any path common to all records could reach: the gain of each third octave is
+    chosen to fit most records.
     """
     locked, harmonics, totals = (rows[(rows.kind == kind) & (rows.used_for == "withheld")] for kind in KINDS.values())
     of_kind = {"locked": locked, "harmonics": harmonics[harmonics.rig_present], "totals": totals}
@@ -196,10 +195,10 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
 
 
 def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """Level and pattern of the locked bands of each record with two or more, by the covariance of the draws.
+    """Separate the locked-band errors of each record into a common level and a pattern, by the draws' covariance.
 
-    The chance of the level follows Student's t with the degrees of freedom of the draws, the chance of the pattern
-    chi-squared: with few draws the latter is too small.
+    The probability of the level follows Student's t distribution, the probability of the pattern chi-squared, which is
+    too small with few draws.
     """
     from scipy.special import chdtrc, stdtr
 
@@ -217,7 +216,7 @@ def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Answer the question; see `harness.StudyResult`."""
+    """Compute the study's result; see `harness.StudyResult`."""
     cases = pd.DataFrame({"inputs": [NOMINAL, FINER, *map(str, range(2**POWER))]})
     found = sweep(cases, scenes_of, measure, task="amplitudes", jobs=options.jobs, progress=progress)
     scatter = read.mounting_scatter([(one.record, one.healthy) for one in rig_records()], PRIOR.mounting_db)

@@ -1,13 +1,13 @@
-"""Uncertain inputs of the scenes `paper` and `rig`, drawn together: effects on every quantity, draws of the cage ratio.
+"""Effects of uncertain inputs of the scenes `paper` and `rig` on all compared quantities and on the cage ratio.
 
-One set of draws of all inputs of a scene serves all records, so that shared inputs cancel in the difference between two
-records. ASME V&V 20 calls their spread u_input. Each input is also varied alone, all others nominal. The verdicts on
-the cage ratio use the draws at every record's speed; the uncertainty of every compared quantity uses the draws at
-`NOMINAL_RPM`, each run as long as the runs compared. These runs are converged and do not depend on their start.
+All inputs of a scene are drawn together; all records share the draws, so that common effects cancel in the difference
+between two records. The spread is u_input of ASME V&V 20. Each input is also varied alone. The verdicts on the cage
+ratio use draws at every record's speed, the uncertainty of other quantities draws at `NOMINAL_RPM`. The runs are
+converged and do not depend on their start.
 
-Simulated rigs give the power of the verdicts. A rig has the registered records with the uncertainties of their readings
-and speeds. Its true ratios are those of the scene `rig` at one draw, unknown to the verdict, times a planted error of
-one endpoint. The records' samples and their analysis are not simulated.
+Simulated rigs give the power of the verdicts. A simulated rig has the registered records with their uncertainties. Its
+true cage ratios are the ratios of the scene `rig` at one random draw, unknown to the verdict, times a planted error of
+one endpoint. The samples of the records are not simulated.
 """
 
 import math
@@ -62,7 +62,7 @@ def records(states: Sequence[Fault]) -> list[Row]:
 
 
 def drawn_scene(case: Case) -> Drawn:
-    """The case's scene at its record's speed and at `shares` of its inputs, and the envelope's band."""
+    """Scene of a case at the record's speed and the `shares` of its inputs, and the envelope band [Hz]."""
     rpm, state, shares = case["shaft_rpm"], Fault(case["state"]), case["shares"]
     if case["scene"] == "rig":
         listed, own = rig_inputs(), {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm"}
@@ -78,7 +78,7 @@ def drawn_scene(case: Case) -> Drawn:
 
 
 def scene_of(case: Case) -> Scene:
-    """The case's scene; a finer one has half the step, and twice the points on a circle or more slices of a roller."""
+    """Scene of a case; a finer case has half the step, and twice the points on a circle or more slices of a roller."""
     scene = drawn_scene(case)[0]
     if not case["finer"]:
         return scene
@@ -89,7 +89,7 @@ def scene_of(case: Case) -> Scene:
 
 
 def read_run(case: Case, tried: Attempt) -> Measures:
-    """Cage ratio of a run, NaN if it failed, and the compared quantities by name of a run long enough to show them."""
+    """Cage ratio of a run, NaN if it failed, and the compared quantities by name if the run is long enough."""
     if tried.run is None or not tried.works:
         return {"ratio": math.nan, "values": {}}
     values = {}
@@ -101,9 +101,10 @@ def read_run(case: Case, tried: Attempt) -> Measures:
 
 
 def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **options: Any) -> pd.DataFrame:
-    """Run a scene for every record of `of` at all `asked` shares, the first of which are nominal and are run finer too.
+    """Run a scene for every record in `of` at all `asked` shares of its inputs.
 
-    The rows are ordered by record: nominal, finer, and the further shares.
+    The nominal shares come first and are run at a finer step too. Rows are ordered by record: nominal, finer, other
+    shares.
     """
     each = [{"finer": n == 1, "shares": list(shares)} for n, shares in enumerate([asked[0], *asked])]
     cases = pd.DataFrame([{"scene": name, "turns": turns} | record | one for record in of for one in each])
@@ -113,8 +114,8 @@ def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **
 def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
     """Cage ratios of a scene for all records: nominal, finer, each input alone, and at the draws `at` [draws, inputs].
 
-    Values of the inputs at which the run of any record failed are left out for all records, and counted; a nominal run
-    that fails is a `NumericsError`.
+    If the run of one record fails, these input values are left out for all records and counted. Raises `NumericsError`
+    if a nominal run fails.
     """
     of_scene = [(one.key, one.shares) for one in rig_inputs()]
     of_scene = of_scene if name == "rig" else [(one.name, one.shares) for one in open_inputs()[: len(at[0])]]
@@ -144,10 +145,11 @@ def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
 
 
 def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[Row]:
-    """Effects on every quantity of every fault that enough draws `at` [draws, inputs] show.
+    """Effects of the inputs on every quantity of every fault, from the draws `at`, shape [draws, inputs].
 
-    A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains a new
-    draw with a chance of 95 %, by rank), `grid_ci95` (points, step), `shares` of the variance by each input.
+    A quantity found in too few draws is left out. A row has the nominal `value`, the `shift` to the mean over the
+    draws, `inputs_ci95` (half width that contains a new draw with a probability of 95 %), `grid_ci95` (points and
+    step), and the `shares` of the variance by input.
     """
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)
@@ -173,7 +175,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
 
 
 def variance_share(shares: FloatArray, values: FloatArray) -> float:
-    """Part of the variance by one input alone: epsilon squared over bins of its range (Kelley 1935)."""
+    """Share of the variance explained by one input: epsilon squared over bins of its range (Kelley 1935)."""
     groups = pd.Series(values).groupby((shares * BINS).astype(int))
     within = float(((values - groups.transform("mean")) ** 2).sum()) / max(values.size - groups.ngroups, 1)
     return max(1 - within / float(values.var(ddof=1)), 0.0) if np.ptp(values) else 0.0
@@ -182,7 +184,7 @@ def variance_share(shares: FloatArray, values: FloatArray) -> float:
 def power(
     variant: Mapping[str, Any], readings: Sequence[CageReading], *, rigs: int, progress: Progress = silent
 ) -> Iterator[Row]:
-    """The shares of `rigs` simulated rigs with each verdict, a row for every endpoint and planted error."""
+    """Share of each verdict on `rigs` simulated rigs, with a row for every endpoint and planted error."""
     drawn_ratios = np.array([one["drawn"] for one in variant["records"]])
     truth = np.array([of_model(variant, [one], np.ones(1)) @ drawn_ratios for one in readings])
     known = list(endpoints(readings, cage_means(readings)))
@@ -201,14 +203,14 @@ def power(
 
 
 def read_again(readings: Sequence[CageReading], ratios: FloatArray, rng: np.random.Generator) -> list[CageReading]:
-    """Readings of records with these true ratios, between which records scatter besides."""
+    """Simulate readings of records with these true ratios, with scatter between records and reading errors."""
     scattered = ratios * (1 + STUDY.between_pct / 100 * rng.standard_normal(ratios.size))
     read = scattered + rng.multivariate_normal(np.zeros(ratios.size), covariance(readings))
     return [replace(one, ratio=ratio) for one, ratio in zip(readings, read.tolist(), strict=True)]
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Answer the question; see `harness.StudyResult`."""
+    """Compute the study's result; see `harness.StudyResult`."""
     of_band = sum(of_reading(one) for one in open_inputs())  # these stand last
     cage_at = sobol(len(open_inputs()) - of_band, STUDY.paper_power)
     at = [[*one, *band] for one, band in zip(cage_at, sobol(of_band, STUDY.paper_power, seed=SEED), strict=True)]

@@ -1,4 +1,4 @@
-"""Page of the report: error of every model by question, with its time, and the least model that is enough."""
+"""Report page: error and time of every model by question, and the cheapest model that is accurate enough."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -17,7 +17,7 @@ TOLD = ("power", "levels")  # of the tile, beside fault lines
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
-    """One paragraph and a table for each scene."""
+    """Build a paragraph for the page and a table for each scene."""
     scenes = max(row["scenes"] for row in content["bounds"])
     yield prose.paragraph("intro", scenes=scenes, percent=100 * scenes / (scenes + 1))
     for base in SCENE_TITLES:
@@ -29,7 +29,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """One row for each question: every model's error as text, and the cheapest model that is enough."""
+    """Table with one row for each question: the error of each model as text, and the cheapest accurate model."""
     found = []
     for question in dict.fromkeys(row["question"] for row in rows):
         own, asked = [row for row in rows if row["question"] == question], MEANING[Question(question)]
@@ -42,13 +42,13 @@ def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def cheapest_model(rows: Sequence[Mapping[str, Any]]) -> str | None:
-    """The cheapest model that is enough, of the rows of one question."""
+    """Cheapest model that is accurate enough, from the rows of one question; None if no model is."""
     enough = [row for row in rows if row["enough"]]
     return str(min(enough, key=lambda row: row["wall_per_simulated_s"])["model"]) if enough else None
 
 
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
-    """The cheapest model that answers where the fault lines are, and which one levels and power need."""
+    """Summary of the cheapest models for fault lines, levels and power."""
     lines, pace = cheapest_model(_asked(content, "paper", "lines")) or "none", content["bases"]["paper"]["pace"]
     rest = []
     for question in TOLD:
@@ -67,7 +67,7 @@ def _asked(content: Mapping[str, Any], base: str, question: str) -> list[Mapping
 
 
 def _shown(row: Mapping[str, Any]) -> tuple[str, str]:
-    """Median error with its interval, and below it the largest error or the number of scenes without an answer."""
+    """Median error with its interval, and the largest error or the number of scenes without an answer, as texts."""
     if row["enough"] is None:
         return "", ""
     asked, sizes = MEANING[Question(row["question"])], (row["median_pct"], *row["ci95_pct"], row["error_pct"])

@@ -1,7 +1,7 @@
-"""Run every model on scenes drawn about a bundled one, and compare its answers with the reference model's.
+"""Errors of every model on random scenes near a bundled scene, against the reference model.
 
-A row of the sweep is one model on one drawn point (speed, load, defect height), with its runs for every kind of defect.
-The errors of a model on one question, roller fit and defect are exchangeable with the next scene's from these ranges.
+A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect.
+The errors of a model on one question, roller fit and defect are exchangeable with the error on the next scene.
 """
 
 import math
@@ -34,7 +34,7 @@ SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """A bundled scene with its `reference` model and the measured ones; the reference's scene has `finest` changes."""
+    """Bundled scene with its `reference` model and the measured models; `finest` changes the scene of the reference."""
 
     reference: str
     models: tuple[str, ...]
@@ -54,7 +54,7 @@ SCENES_PER_POINT = sum(len(base.fits) * len(base.kinds) for base in BASES.values
 
 
 def cases(points: int, seed: int) -> pd.DataFrame:
-    """A row for every base, roller fit, drawn point and model that runs the base's scene; the reference comes first."""
+    """Rows for every base, roller fit, random point and model that runs the scene; the reference comes first."""
     rows = []
     for number, (name, fit) in enumerate((name, fit) for name, base in BASES.items() for fit in base.fits):
         base, bearing = BASES[name], load_bearing(load_scene(name).bearing)
@@ -66,7 +66,7 @@ def cases(points: int, seed: int) -> pd.DataFrame:
 
 
 def scene_of(case: Case, kind: Fault) -> Scene:
-    """The scene of a row with this defect; the reference takes half the step."""
+    """Scene of a row with a defect of this kind; the reference uses half the step."""
     base, right = BASES[case["base"]], case["model"] == REFERENCE
     step_s = load_scene(case["base"]).solver.step_s
     changes = {
@@ -82,7 +82,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
-    """Answers by defect, and the wall time per simulated second [s/s]; a run that does not work has no answers."""
+    """Answers by defect, and wall time per simulated second [s/s]; a run that does not work has no answers."""
     runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}
@@ -96,7 +96,7 @@ def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
 
 
 def errors(table: pd.DataFrame) -> pd.DataFrame:
-    """One row for each model, scene and question that the reference answers; unanswered, the error [%] is infinite."""
+    """Table of errors [%] by model, scene and question; infinite if only the reference has an answer."""
     found = []
     for _, of_point in table.groupby(["base", "fit", "point"], sort=False):
         right, *models = of_point.to_dict("records")
@@ -111,7 +111,7 @@ def errors(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
-    """One row for each group of errors, with the numbers of `srbval.plan.measured.Bound`.
+    """Summary of each group of errors, with the numbers of `srbval.plan.measured.Bound`.
 
     The interval of the median is between order statistics (Conover, Practical Nonparametric Statistics, 1999).
     """
@@ -128,7 +128,7 @@ def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
 
 
 def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
-    """Description of the tables about a base, with its scene as it is."""
+    """Description of the tables of a base: reference, ranges, models, their pace, and the settings of the scene."""
     base, own = BASES[name], table[(table.base == name) & (table.model != REFERENCE)]
     return {
         "reference": base.reference,
@@ -141,7 +141,7 @@ def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
 
 
 def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Spread of the errors about a base, by question and model; `enough`: the largest is within the usual tolerance."""
+    """Summarise the errors by base, question and model; `enough` if the largest is within the usual tolerance."""
     rows = spread(found, "base", "question", "model")
     for row in rows:
         asked, error = MEANING[Question(row["question"])], row["error_pct"]
@@ -152,7 +152,7 @@ def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any
 
 
 def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
-    """Errors for which the planner states a bound, with the bound, and if the error is within it (`held`)."""
+    """Compare errors with the bounds stated by the planner; column `held` is true for errors within their bound."""
     rows = []
     for (*scene, question), of in found.groupby([*SCENE, "question"], sort=False):
         case = dict(zip(SCENE, scene, strict=True))
@@ -166,7 +166,7 @@ def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Answer the question; see `harness.StudyResult`."""
+    """Compute the study's result; see `harness.StudyResult`."""
     fresh = options.fresh_scenes and max(round(options.fresh_scenes / SCENES_PER_POINT), 1)
     points, seed = (fresh, 1 + options.seed) if fresh else (POINTS, 0)
 

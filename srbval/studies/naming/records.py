@@ -1,7 +1,7 @@
-"""Registered recordings of known state, and the bearing within its rig that each is of.
+"""Registered recordings with a known bearing state, and the bearing from which each was recorded.
 
-A record is read as what it is. A faulty one is also read with a shaft speed wrong by 20 % and by -10 %, and with
-another bearing: no part may be named.
+Each record is read as stated. A faulty record is also read with the shaft speed changed by +20 % and -10 %, and as a
+record of another bearing; then no part may be named.
 """
 
 import dataclasses
@@ -30,7 +30,7 @@ SPECIMENS = {  # the bearing within its rig, in the names of the files
 
 @dataclass(frozen=True, kw_only=True)
 class KnownRecord:
-    """A registered record of known `state`, read with the settings of `entry`; one of the bearings of a machine."""
+    """Registered record with a known `state`; `specimen` is the bearing within its `rig`."""
 
     entry: RegisteredRecording
     state: Fault
@@ -38,7 +38,7 @@ class KnownRecord:
     specimen: str
 
     def load(self) -> tuple[Recording, Bearing]:
-        """The record without its state and, if the entry names a channel, without others; and its bearing."""
+        """Load the record without its state, with the channel of its entry only if one is given; and its bearing."""
         recording = dataclasses.replace(load_entry(self.entry), state=None)
         channel = self.entry.settings and self.entry.settings.channel
         if channel:
@@ -47,7 +47,7 @@ class KnownRecord:
 
 
 def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord]:
-    """Measured and complete recordings of known state, in the order of rig and file."""
+    """Measured, complete recordings with a known state, sorted by rig and file."""
     found = []
     for entry in without_copies(r for r in registered if r.dataset and r.origin is Origin.MEASURED):
         file, dataset = Path(entry.file), entry.dataset or ""
@@ -70,7 +70,7 @@ def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord
 
 
 def otherwise(recording: Recording, bearing: Bearing) -> Iterator[tuple[Recording, Bearing]]:
-    """A record at wrong speeds, without its tachometer, and as one of another bearing."""
+    """Yield the record at wrong speeds without its tachometer, and as a record of another bearing."""
     speed = recording.speed
     assert speed is not None, "every data set states a speed"
     for factor in WRONG_SPEEDS:

@@ -1,9 +1,9 @@
-"""How often faults are named correctly in recordings of known state, by several methods.
+"""Share of faults named correctly in recordings with a known state, by several methods.
 
-No method sees the state that a record's name or data set declares. "record alone" is the verdict of `analyse`, "one
-machine" that of all records of a bearing together. "another speed or bearing" counts faulty records that are read as
-what they are not. With ``--graded`` the records of Smith & Randall's
-benchmark are named too, beside the answers of a public tool (``graded.csv``, with its sources).
+No method uses the state in the record's name or data set. Methods: "record alone" is the verdict of `analyse`; "one
+machine" is the verdict on all records of a bearing; "another speed or bearing" counts faulty records read with a wrong
+speed or bearing. With ``--graded`` the benchmark of Smith & Randall is named too, beside the answers of a public tool
+(``graded.csv``).
 """
 
 import csv
@@ -36,7 +36,7 @@ ALONE, MACHINE, OTHERWISE = "record alone", "one machine", "another speed or bea
 
 
 def see(record: KnownRecord) -> Row:
-    """Probabilities of a record, what is called of it, and of it as what it is not."""
+    """Diagnose a record: probabilities, the part named, and the parts named with a wrong speed or bearing."""
     recording, bearing = record.load()
     analysis = analyse(recording, bearing=bearing)
     verdict = fault_verdict(analysis, all_channels=True)
@@ -57,7 +57,7 @@ def see(record: KnownRecord) -> Row:
 
 
 def call_machines(rows: Sequence[Row]) -> None:
-    """Add to each row what is called of all records of its bearing together."""
+    """Add to each row the part named from all records of its bearing."""
     bearings = [(one["rig"], one["specimen"], one["state"]) for one in rows]
     for row, bearing in zip(rows, bearings, strict=True):
         own = [one["log_likelihood"] for one, of in zip(rows, bearings, strict=True) if of == bearing]
@@ -65,7 +65,7 @@ def call_machines(rows: Sequence[Row]) -> None:
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
-    """Faulty records called right, wrong and not at all, and healthy ones called, by method: all, by set and class."""
+    """Count right, wrong and missing names of faulty records and false names of healthy ones, by method and group."""
     outcomes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
     for row, (name, part) in ((one, call) for one in rows for call in one["called"].items()):
         for group in (("all", "all"), ("set", row["dataset"]), ("class", row["state"].label)):
@@ -81,14 +81,14 @@ def counted(rows: Sequence[Row]) -> list[Row]:
 
 
 def outcome_of(state: Fault, part: Fault | None) -> str:
-    """Right, wrong or none for a faulty record; healthy or healthy_called."""
+    """Outcome of naming: right, wrong or none for a faulty record; healthy or healthy_called for a healthy record."""
     if state not in DEFECTS:
         return "healthy" if part is None else "healthy_called"
     return "none" if part is None else "right" if part == state else "wrong"
 
 
 def name_graded(row: Row) -> Row:
-    """Read a record of the benchmark as published, and compare the verdict of `analyse` with its state."""
+    """Diagnose a record of the benchmark as published, and compare the verdict of `analyse` with its state."""
     state, verdict = Fault(row["state"]), read_record(RecordRequest(file=row["path"])).verdict
     assert verdict.diagnosis is not None, "the records are measured"
     shares = verdict.diagnosis.probabilities
@@ -107,7 +107,7 @@ def name_graded(row: Row) -> Row:
 
 
 def public_outcome(state: Fault, line: str) -> str:
-    """Outcome of the public tool's first line, BPFO, BPFI, BSF or FTF; it ranks none first in few records."""
+    """Outcome of the line that the public tool ranks first (BPFO, BPFI, BSF, FTF or none)."""
     right = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI", Fault.ROLLER: "BSF"}.get(state)
     if line == "none":
         return "none" if right else "healthy"
@@ -115,7 +115,7 @@ def public_outcome(state: Fault, line: str) -> str:
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
-    """Table of the benchmark by grade and part, and its records; raises `DataError` if none is in `folders`."""
+    """Name the records of the benchmark; returns counts by grade and part. `DataError` if no record is in `folders`."""
     with GRADED.open(encoding="utf-8") as file:
         listed = list(csv.DictReader(line for line in file if not line.startswith("#")))
     stated = {row["sha256"]: row for row in listed}
@@ -148,9 +148,9 @@ def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Name all records; a benchmark stored before is kept, and one run again says so.
+    """Name all records; a stored result of the benchmark is kept, and a new run of it is counted.
 
-    Raises `DataError` if no record of known state is registered, and what `graded` raises.
+    Raises `DataError` if no record with a known state is registered, and the errors of `graded`.
     """
     records = known_records(listing().recordings)
     if not records:

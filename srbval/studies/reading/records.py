@@ -1,4 +1,4 @@
-"""Synthetic records: combs whose frequency is known, and backgrounds without a fault of the bearing."""
+"""Synthetic records: combs with a known frequency, and backgrounds without a bearing fault."""
 
 import math
 
@@ -21,7 +21,7 @@ def comb(rng: Rng, seconds: float, snr_db: float, jitter: float) -> Periodogram:
     """Periodogram of a squared envelope with a line at `LINE_HZ` and its harmonics in white noise.
 
     The periods scatter independently with the relative standard deviation `jitter`, so that the phase is a random walk.
-    `snr_db` is the first harmonic's power over the mean noise power of a bin.
+    `snr_db` is the power of the first harmonic over the mean noise power of a bin.
     """
     time_s = np.arange(round(seconds * COMB_RATE_HZ)) / COMB_RATE_HZ
     impacts = round(seconds * LINE_HZ * (1 + 10 * jitter)) + 20
@@ -35,7 +35,7 @@ def comb(rng: Rng, seconds: float, snr_db: float, jitter: float) -> Periodogram:
 
 
 def bound_hz(seconds: float, snr_db: float) -> float:
-    """Cramer-Rao bound of the standard error of the comb's frequency, from noise alone (`frequency_error_hz`)."""
+    """Cramer-Rao bound of the standard error of the comb's frequency due to noise (`frequency_error_hz`)."""
     information = 10 ** (snr_db / 10) * sum((h * a) ** 2 for h, a in enumerate(AMPLITUDES, 1))
     return frequency_error_hz(information, seconds)
 
@@ -46,14 +46,14 @@ def white(rng: Rng) -> FloatArray:
 
 
 def modulated(rng: Rng) -> FloatArray:
-    """Noise that a belt and the bearing's shaft modulate at several multiples of their rates."""
+    """Noise modulated by a belt and by the bearing's shaft at several multiples of their rates."""
     rates_hz = (rng.uniform(4, 14), MACHINE_HZ)
     combs = (1 + sum(rng.uniform(0, 0.5) / h * _tone(rng, h * hz) for h in range(1, 6)) for hz in rates_hz)
     return np.asarray(white(rng) * math.prod(combs))
 
 
 def foreign(rng: Rng) -> FloatArray:
-    """Impacts of another bearing, their spacing jittered by one per cent, on a resonance in white noise."""
+    """Impacts of another bearing on a resonance in white noise, with a jitter of one per cent of their spacing."""
     hz = rng.uniform(2, 9) * MACHINE_HZ * rng.uniform(0.3, 1.7)
     at_s = np.cumsum(1 + 0.01 * rng.standard_normal(round(1.2 * SECONDS * hz))) / hz
     at, train = (at_s[at_s < SECONDS] * RATE_HZ).astype(int), np.zeros(TIME_S.size)
@@ -63,7 +63,7 @@ def foreign(rng: Rng) -> FloatArray:
 
 
 def bursts(rng: Rng) -> FloatArray:
-    """Noise whose power rises and falls at a rate from 5 to 150 Hz, over white noise."""
+    """White noise, plus noise whose power rises and falls at a rate between 5 and 150 Hz."""
     rise = np.exp(rng.uniform(0.3, 2) * _tone(rng, rng.uniform(5, 150)))
     return np.asarray(white(rng) * rise / rise.mean() + 0.5 * white(rng))
 

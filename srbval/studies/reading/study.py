@@ -1,7 +1,8 @@
-"""How well frequencies are read, and what is found on records without a fault.
+"""Accuracy of line frequencies, and false findings on records without a fault.
 
-Combs in noise: error of the frequency against the Cramer-Rao bound, and coverage of the stated 95 % interval. Records
-without a fault: the faults named, and the ranks of lines at meaningless orders among placebos, which must be uniform.
+On combs in noise: frequency error relative to the Cramer-Rao bound, and coverage of the stated 95 % interval. On
+records without a fault: faults named, and the ranks of lines at meaningless orders among placebos, which must be
+uniform.
 """
 
 import dataclasses
@@ -44,8 +45,8 @@ LEVEL, CHANCES = 0.01, {"noise": "noise_false_alarm", "rank": "placebo_false_ala
 def accuracy(seconds: float, snr_db: float, jitter: float, combs: int = COMBS) -> Row:
     """Accuracy of the frequency in `combs` combs of one cell.
 
-    All values but `detected` refer to the lines that were detected, since no other frequency is stated.
-    The bound allows for noise alone. `ci95_over_error`: median half width over 1.96 root-mean-square errors.
+    All values but `detected` refer to detected lines, since only these have a stated frequency. The Cramer-Rao bound
+    includes noise alone. `ci95_over_error` is the median half width over 1.96 root-mean-square errors.
     """
     rng = np.random.default_rng((round(seconds), round(snr_db), round(1e3 * jitter)))
     window_hz = (records.LINE_HZ * (1 + OFF_SHARE), records.LINE_HZ * HALF_SHARE)
@@ -67,7 +68,7 @@ def accuracy(seconds: float, snr_db: float, jitter: float, combs: int = COMBS) -
 
 
 def placebos(analysis: Analysis, count: int, seed: int) -> Iterator[Line]:
-    """Lines of `count` bearings with the record's orders times a factor, at orders that mean nothing in the record."""
+    """Yield lines at the orders of `count` fictitious bearings, which have no meaning in the record."""
     bearing, speed = analysis.bearing, analysis.speed
     record, families = periodogram_of(analysis.processed, bearing, speed), families_of(bearing, speed.value_hz)
     for factor in np.random.default_rng(seed).uniform(*FACTORS, count):
@@ -80,9 +81,10 @@ def placebos(analysis: Analysis, count: int, seed: int) -> Iterator[Line]:
 
 
 def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
-    """Faults named on records without a fault, and the probabilities of the lines of `count` placebos each.
+    """Count faults named on records without a fault, and summarise the lines of `count` placebos for each record.
 
-    `distance` is that of the ranks from a uniform distribution (Kolmogorov-Smirnov); ``X_below``: shares below `LEVEL`.
+    `distance` is the Kolmogorov-Smirnov distance of the ranks from a uniform distribution; ``X_below`` are shares below
+    `LEVEL`.
     """
     from scipy.stats import kstest
 
@@ -112,19 +114,19 @@ def background(name: str, count: int = RECORDS) -> Row:
 
 
 def healthy(name: str) -> Row:
-    """Lines and faults found on a healthy record of the rig."""
+    """Results on a healthy record of the rig."""
     recording = load_recording(shipped_folder("data_manifest/rig_excerpts") / f"{name}.h5")
     return without_fault(name, [analyse(recording, bearing="skf-22240")], HEALTHY_PLACEBOS)
 
 
 @one_thread()
 def row_of(task: Task) -> Any:
-    """Row of a function and its arguments."""
+    """Call a function with its arguments, as one task of the process pool."""
     return task[0](*task[1:])
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Answer the question; see `harness.StudyResult`."""
+    """Compute the study's result; see `harness.StudyResult`."""
     tasks: list[Task] = [(background, name) for name in records.BACKGROUNDS]
     tasks += [(healthy, name) for name in HEALTHY]
     cells: list[Task] = [(accuracy, *map(float, cell)) for cell in CELLS.to_numpy()]

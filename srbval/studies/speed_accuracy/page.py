@@ -1,4 +1,4 @@
-"""Speed against accuracy: cost and error of every solver beside the paper's cost, as last stored."""
+"""Report page on speed against accuracy: cost and error of every solver beside the paper's cost."""
 
 from collections.abc import Iterator, Mapping
 from itertools import cycle
@@ -21,9 +21,9 @@ LEAST = 1e-6  # smaller errors are drawn there
 
 
 def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> PanelData:
-    """Errors over cost by scene: hollow if not ok, a cross at the dear end for a run without them, a ring the default.
+    """Draw errors over cost by scene: hollow if not ok, a cross for a run without errors, a ring for the default.
 
-    Rows may have a name of their own, `series`, in place of the solver's.
+    The optional column `series` of the runs replaces the solver's name.
     """
     runs = runs.assign(series=runs.get("series", runs["solver"]), line_pct=100 * runs["cage_error"].astype(float))
     runs = runs.assign(level_db=runs["band_rms_error_db"].astype(float).abs()).astype({COST: float})
@@ -46,7 +46,7 @@ def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s)
 
 
 def _draw_errors(axes: Any, runs: pd.DataFrame, error: str, looks: Mapping[str, tuple[str, str]]) -> None:
-    """One error of a scene's runs over their cost; those without numbers are named at the right."""
+    """Draw one error of a scene's runs over their cost; runs without values are listed at the right."""
     known = runs[COST].notna() & (runs["level_db"].notna())
     for series, line in runs[known].groupby("series", sort=False):
         (mark, colour), height = looks[str(series)], line[error].clip(lower=LEAST)
@@ -64,7 +64,7 @@ def _draw_errors(axes: Any, runs: pd.DataFrame, error: str, looks: Mapping[str, 
 
 
 def front_of(runs: pd.DataFrame, error: str) -> pd.DataFrame:
-    """Runs that no other run beats in both cost and error, cheapest first."""
+    """Pareto front: runs for which no other run is both cheaper and more accurate, cheapest first."""
     ordered = runs.sort_values(COST)
     return ordered[ordered[error] < ordered[error].cummin().shift(fill_value=float("inf"))]
 

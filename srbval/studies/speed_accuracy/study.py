@@ -1,4 +1,4 @@
-"""Speed against accuracy: the cost of every solver, its error against a converged run, and the run's own status."""
+"""Speed against accuracy: cost of every solver, error against a converged run, and status of the run."""
 
 import math
 from argparse import Namespace
@@ -31,9 +31,9 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """Simulated seconds: of a timed run, made `repeats` times; of a compared run; each after its settling time.
+    """Steps and simulated seconds of the timed runs (each repeated `repeats` times) and of the runs compared.
 
-    Steps are divisors of a second; the output rate divides them. `converged` is the finest one.
+    `steps_per_s` and `converged`, the finest, are step rates and multiples of the output rate.
     """
 
     steps_per_s: tuple[int, ...] = (40960, 61440, 122880)
@@ -55,10 +55,10 @@ def run_bench(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> Row:
-    """Time `solvers` on `scenes` one run at a time, then compare each with the converged run of its scene.
+    """Time `solvers` on `scenes` one run at a time, then compare each run with the converged run of its scene.
 
-    Timed runs need a machine with nothing else to do. A failed run is a row with its status. Raises
-    `ConfigurationError` for an unknown scene or solver.
+    Timing needs an otherwise idle machine. A failed run is a row with its status. Raises `ConfigurationError` for an
+    unknown scene or solver.
     """
     check_names(scenes, solvers)
     cases = grid(scene=list(scenes), solver=list(solvers), steps_per_s=list(settings.steps_per_s))
@@ -94,7 +94,7 @@ def _scene(case: Case, seconds: float, settle_s: float) -> Scene:
 
 
 def seconds_planned(cases: pd.DataFrame, settings: Settings, jobs: int | None) -> float:
-    """Expected wall time of `cases` [s], compiling aside."""
+    """Expected wall time of `cases` [s] without compiling."""
     compared_s = (settings.compared_s + settings.settle_s + CHECK_S) / (jobs or usable_cores())
     timed_s = settings.timed_s * 1.25 * (settings.repeats + 1 if settings.repeats else 0)
     total = 0.0
@@ -106,7 +106,7 @@ def seconds_planned(cases: pd.DataFrame, settings: Settings, jobs: int | None) -
 
 
 def cost(_: Case, *tries: Attempt) -> Row:
-    """Least wall and processor time per simulated second after a warm-up run; None if the runs ended early."""
+    """Least wall and CPU time per simulated second after a warm-up run; None if the runs ended early."""
     done = [tried.run for tried in tries[1:] if tried.run is not None]
     whole = [run for run in done if run.samples == run.scene.samples]
     return {
@@ -116,7 +116,7 @@ def cost(_: Case, *tries: Attempt) -> Row:
 
 
 def measures(_: Case, tried: Attempt) -> Row:
-    """Measures of a run that lasted to its end; None for all others."""
+    """Quantities of a complete run; None for an incomplete run."""
     found: Row = {"model": tried.scene.model, "dt_s": tried.scene.solver.step_s}
     names = ("cage_ratio", "noise_floor", "band_rms_m_s2")
     if tried.run is None or not tried.measurable:
@@ -126,13 +126,13 @@ def measures(_: Case, tried: Attempt) -> Row:
 
 
 def reference(case: Case, fine: Attempt, coarse: Attempt) -> Row:
-    """The converged run; its `own_` errors are those of the run at twice its step."""
+    """Quantities of the converged run; `own_` errors are differences of the run at twice its step."""
     found, other = measures(case, fine), measures(case, coarse)
     return found | {f"own_{name}": value for name, value in errors(other, found).items()}
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Relative errors in cage speed and band RMS without sign, and the RMS's in dB; None if a side has no value."""
+    """Relative errors of cage speed and band RMS, absolute, and of the RMS in dB; None if a value is missing."""
     cage, band = (
         own[name] / right[name] if own[name] and right[name] else None for name in ("cage_ratio", "band_rms_m_s2")
     )
@@ -144,7 +144,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
-    """A row with `ok`, its errors and `mark`; `reference_limited`: its cage error is below the converged run's own."""
+    """Add errors, `ok` and `mark` to a row; `reference_limited` if the converged run's own cage error is larger."""
     found, own = errors(row, right), right["own_cage_error"]
     default = load_scene(base_of(row["scene"])).solver
     marks = {"the default": (default.name, default.step_s), "the paper's": (PAPER.solver, PAPER.step_s)}
@@ -157,9 +157,9 @@ def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
 
 
 def with_fronts(rows: Sequence[Row]) -> list[Row]:
-    """The rows with `pareto`: the run works, and no other that works in its scene is both as cheap and as near.
+    """Add `pareto` to the rows: the run works, and no other run of its scene that works is cheaper and more accurate.
 
-    Cost is processor time, nearness the error in cage speed.
+    Cost is CPU time, accuracy the error of the cage speed.
     """
     keys = ("cpu_per_simulated_s", "cage_error")
     good = [row for row in rows if row["ok"] and all(row[key] is not None for key in keys)]
@@ -172,7 +172,7 @@ def with_fronts(rows: Sequence[Row]) -> list[Row]:
 
 
 def answer_text(result: Mapping[str, Any]) -> str:
-    """The fronts, the default and the paper's runs of each scene; the paper's cost; how many runs work."""
+    """Text with Pareto fronts, the default and the paper's runs, the paper's cost and the number of working runs."""
     runs, paper = result["runs"], result["paper"]
     shown = [row for row in runs if row["pareto"] or row["mark"]]
     columns = {"scene": "scene", "solver": "solver", "1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s",
@@ -188,7 +188,7 @@ def answer_text(result: Mapping[str, Any]) -> str:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Answer the question; see `harness.StudyResult`."""
+    """Compute the study's result; see `harness.StudyResult`."""
     given = {name: tuple(own) for name in ("scenes", "solvers") if (own := getattr(options, name))}
     small: Row = {"scenes": (SCENES[0], SCENES[-1]), "settings": QUICK} if options.quick else {}
     found = run_bench(**small | given, jobs=options.jobs, progress=progress)

@@ -1,7 +1,7 @@
-"""The paper's two claims about its time integration, tested by counting cells of the stability study.
+"""Test of the paper's two claims about its time integration, by counting cells of the stability study.
 
-Cells of the paper's scenes at the paper's step count. Each claim is a row: its quotation, whether the cells confirm it
-(`borne_out`; None if they do not cover it), the counts and the `answer` as a sentence.
+Counted are cells of the paper's scenes at the paper's step. The result of a claim contains its quotation, `borne_out`
+(None if the cells do not cover it), the counts, and the `answer` as a sentence.
 """
 
 import math
@@ -16,7 +16,7 @@ VERDICT = {True: "Borne out", False: "Not borne out", None: "Not covered"}
 
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
-    """Both claims, answered from what `cells` cover."""
+    """Test both claims on `cells`."""
     own = [
         cell for cell in cells
         if cell["model"] == "full" and math.isclose(cell["dt_s"], PAPER.step_s, rel_tol=1e-6)
@@ -25,7 +25,7 @@ def claims(cells: Cells) -> list[dict[str, Any]]:
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:
-    """`stable`: explicit methods, lowest order first, that are stable in every cell up to the paper's speed limit."""
+    """Test the claim on the lowest order; `stable` lists explicit methods that are stable up to the speed limit."""
     slow = [cell for cell in cells if cell["rpm"] <= PAPER.limit_rpm]
     counts = {
         name: count([cell for cell in slow if cell["solver"] == name])
@@ -46,9 +46,9 @@ def _lowest_order(cells: Cells) -> dict[str, Any]:
 
 
 def _above_limit(cells: Cells) -> dict[str, Any]:
-    """`below`, `above`: stable cells of the paper's method, and all, up to the paper's speed limit and above it.
+    """Test the claim on the speed limit: a failing cell at every speed above it, and none up to it.
 
-    The claim needs a failing cell at every speed above, and none up to the limit.
+    `below` and `above` count the stable and all cells of the paper's method on either side of the limit.
     """
     own = [cell for cell in cells if cell["solver"] == PAPER.solver]
     below, above = ([c for c in own if (c["rpm"] > PAPER.limit_rpm) is fast] for fast in (False, True))
@@ -65,7 +65,7 @@ def _above_limit(cells: Cells) -> dict[str, Any]:
 
 
 def count(cells: Cells) -> tuple[int, int]:
-    """Number of stable cells, and of all."""
+    """Number of stable cells, and of all cells."""
     return sum(bool(cell["stable"]) for cell in cells), len(cells)
 
 

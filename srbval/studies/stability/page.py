@@ -1,4 +1,4 @@
-"""The largest step that each solver can take, over speed and scene, and the paper's two claims, as last stored."""
+"""Report page: largest stable step of each solver over speed and scene, and the paper's two claims."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
@@ -22,9 +22,9 @@ RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # of the tile: the paper's speed,
 
 
 def chart(limits: pd.DataFrame) -> PanelData:
-    """Largest stable step over speed by scene, a cross at the top if none is; dashed: predicted without friction.
+    """Draw the largest stable step over speed by scene; a cross if no step is stable; dashed without friction.
 
-    Rows may have a name of their own, `series`, in place of the solver's.
+    The optional column `series` of the limits replaces the solver's name.
     """
     figure, names = new_figure(SIZE_INCHES), list(limits["scene"].unique())
     limits = limits.assign(series=limits.get("series", limits["solver"])).astype(dict.fromkeys(LIMITS, float))
@@ -48,7 +48,7 @@ def chart(limits: pd.DataFrame) -> PanelData:
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
-    """Show the criterion of stability, the map of largest steps and the paper's claims."""
+    """Build the blocks of the page: criterion of stability, map of the largest steps, the paper's claims."""
     limits, cells = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float)), content["cells"]
     values = {"cells": len(cells), "stable": sum(cell["stable"] for cell in cells)}
     values |= {"finest": max(content["steps_per_s"])}
@@ -58,7 +58,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
-    """The largest steps of the default and of the paper's solver at the paper's speed."""
+    """Summary of the largest steps of the default and the paper's solver at the paper's speed."""
     words: dict[str, Any] = {"default": DEFAULT, "ode4": PAPERS}
     for name, solver in tuple(words.items()):
         *paper, rig = (longest(content["limits"], scene, solver) for scene in SCENES)
@@ -67,13 +67,13 @@ def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
 
 
 def longest(limits: Sequence[Mapping[str, Any]], scene: str, solver: str) -> float:
-    """Largest stable step [s] at `RPM`, 0 if no step that was tried is stable."""
+    """Largest stable step [s] at `RPM`; 0 if no tried step is stable."""
     own = [one for one in limits if (one["scene"], one["solver"], one["rpm"]) == (scene, solver, RPM)]
     return max((one["largest_stable_dt_s"] or 0.0 for one in own), default=0.0)
 
 
 def step(seconds: float) -> str:
-    """A step as a fraction of a second."""
+    """Text of a step as a fraction of a second."""
     return f"1/{1 / seconds:.0f} s" if seconds else "none"
 
 

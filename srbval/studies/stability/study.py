@@ -1,4 +1,4 @@
-"""The largest step that `srbval simulate` accepts, by scene, solver and speed, found by bisection along the step."""
+"""Largest step that `srbval simulate` accepts, by scene, solver and speed, found by bisection."""
 
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
@@ -33,7 +33,7 @@ Row = dict[str, Any]
 
 
 def scene_of(case: Case) -> Scene:
-    """The scene of a cell; its duration depends on the speed alone."""
+    """Scene of a cell; its duration depends on the speed alone."""
     scene = bench_scene(
         case["scene"], solver=str(case["solver"]), step_s=1 / case["steps_per_s"], rpm=float(case["rpm"])
     )
@@ -41,7 +41,7 @@ def scene_of(case: Case) -> Scene:
 
 
 def measure(_: Case, own: Attempt) -> Row:
-    """Measures of a cell; `points_per_step` points of the inner race pass a roller in a step."""
+    """Quantities of a cell; `points_per_step` is the number of inner-race points that pass a roller in one step."""
     scene, bearing = own.scene, load_bearing(own.scene.bearing)
     passing_hz = bearing.orders.at(scene.shaft_hz).bpfi_hz / bearing.rolling_elements
     return {
@@ -62,10 +62,10 @@ def run_stability(
     steps_per_s: Sequence[int] = STEPS_PER_S,
     **how: Any,
 ) -> Row:
-    """Find the largest stable step for every scene, solver and speed; predict it; answer the paper's claims.
+    """Find and predict the largest stable step of every scene, solver and speed, and test the paper's claims.
 
-    A cell is stable if its run works, see `srbval.models.run.works`; the step's error is estimated in every run.
-    `how`: `jobs` and `progress`. Raises `ConfigurationError` for an unknown scene or solver.
+    A cell is stable if its run works (see `srbval.models.run.works`); the step error is estimated in every run. `how`:
+    `jobs` and `progress`. Raises `ConfigurationError` for an unknown scene or solver.
     """
     groups, steps = (
         grid(scene=list(scenes), solver=list(solvers), rpm=list(rpm)),
@@ -89,7 +89,7 @@ def run_stability(
 
 
 def predictions(groups: pd.DataFrame, **how: Any) -> pd.DataFrame:
-    """Predicted limits of every row: of the whole linear system, and of its elastic part without friction."""
+    """Predicted stability limits of every row: of the linearised system, and of its elastic part without friction."""
     solvers = list(groups["solver"].unique())
     scenes = {
         (row["scene"], row["rpm"]): scene_of(row | {"steps_per_s": STEPS_PER_S[0]})
@@ -104,7 +104,7 @@ def predictions(groups: pd.DataFrame, **how: Any) -> pd.DataFrame:
 
 
 def steps_by_speed(limits: Sequence[Row]) -> pd.DataFrame:
-    """Largest stable steps as divisors of a second by scene and solver, a column for each speed; NaN if none."""
+    """Table of largest stable steps as divisors of a second, by scene and solver, with a column for each speed."""
     frame = pd.DataFrame(limits).astype({"largest_stable_dt_s": float})
     frame = frame.assign(steps=1 / frame["largest_stable_dt_s"], speed=[f"{rpm:g} rpm" for rpm in frame["rpm"]])
     table = frame.pivot(index=["scene", "solver"], columns="speed", values="steps")
@@ -112,7 +112,7 @@ def steps_by_speed(limits: Sequence[Row]) -> pd.DataFrame:
 
 
 def answer_text(result: Mapping[str, Any]) -> str:
-    """Largest stable steps by speed, then the claims."""
+    """Text with the largest stable steps by speed and the tested claims."""
     steps = steps_by_speed(result["limits"])
     table = text_table(tuple(steps.columns), steps.to_numpy().tolist())
     answers = "\n".join(claim["answer"] for claim in result["claims"])
@@ -120,7 +120,7 @@ def answer_text(result: Mapping[str, Any]) -> str:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Answer the question; see `harness.StudyResult`."""
+    """Compute the study's result; see `harness.StudyResult`."""
     given = {name: tuple(own) for name in ("scenes", "solvers", "rpm") if (own := getattr(options, name))}
     small = {"scenes": SCENES[:1], "rpm": (710.0, 3000.0)} if options.quick else {}
     found = run_stability(**small | given, jobs=options.jobs, progress=progress)
