@@ -2,9 +2,9 @@
 
 The path's gains are identified from the power locked to the fault of record OR 877, the ratio of its directions from
 the sidebands of IR 877 (use ``fit``). All other quantities of the six records are ``withheld``: known when the scene
-was made, but not fitted. Compared are the fault-locked power per one-third-octave band, the harmonics of the line, and the total
-level per third octave (healthy record plus run), beside the level of the healthy record alone. `PASSAGE_LINES` are
-removed from records and runs.
+was made, but not fitted. Compared are the fault-locked power and the total level of each one-third-octave band (healthy
+record plus run) and the harmonics of the line. The level of the healthy record alone is stated beside. `PASSAGE_LINES`
+are removed from records and runs.
 
 A case of the sweep runs the scene at the speed of each record with one set of inputs and identifies the path again, so
 that errors common to both cancel. The cases are the scene's own inputs, a finer step with more slices, and random draws
@@ -180,8 +180,8 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
     """Count the withheld quantities whose error is within the limit, including locked bands not present in the record.
 
-    ``reachable`` is the largest count that any path common to all records could reach: the gain of each third octave is
-    chosen to fit most records.
+    ``reachable`` is the largest count that any path common to all records could reach: the gain of each band is chosen
+    to fit most records.
     """
     locked, harmonics, totals = (rows[(rows.kind == kind) & (rows.used_for == "withheld")] for kind in KINDS.values())
     of_kind = {"locked": locked, "harmonics": harmonics[harmonics.rig_present], "totals": totals}
