@@ -1,4 +1,4 @@
-"""The manifest: one entry per inspected file, in a JSON file in the user's home folder."""
+"""The manifest of the register: one entry per inspected file, in a JSON file in the user's home folder."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OWN_OUTPUT = (
 
 
 class FileStatus(enum.StrEnum):
-    """State of a file compared with its entry."""
+    """State of a file compared with its entry in the register."""
 
     OK = "ok"
     CHANGED = "changed"
@@ -48,7 +48,7 @@ class FileStatus(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisteredRecording:
-    """Entry of the manifest; `sha256`, `size_bytes` and `mtime_ns` are from the first registration.
+    """Entry of the register for one file; hash, size and modification time are from the first registration.
 
     `reason` explains every status except ok, and lists the open questions of an ok file. A fact is None if neither the
     file nor the user states it; `cautions` is None if the file was not read. If a file was used without being
@@ -92,7 +92,7 @@ EntriesByFile = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
-    """First recording of each SHA-256 with the same settings; files without a hash are all included."""
+    """Recordings without duplicates: the first of each SHA-256 and settings, and all without a hash."""
     found: dict[object, RegisteredRecording] = {}
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
@@ -102,7 +102,7 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 def inspect_file(
     path: Path, settings: RecordingSettings | None = None, old: RegisteredRecording | None = None
 ) -> RegisteredRecording:
-    """Hash and read a file; a failure becomes a `status`, settings that do not fit and open questions a `reason`.
+    """Create the register's entry for a file: a failure becomes a `status`, open questions become a `reason`.
 
     If the content differs from the `old` entry, this entry is returned with the new status. An unchanged file is read
     again only if the settings differ.
@@ -182,7 +182,7 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
 
 
 def _own_output(path: Path) -> str | None:
-    """Description of the report or campaign by srbval to which the file belongs; None for any other file."""
+    """Description of the report or campaign of srbval that contains the file; None for any other file."""
     for folder in path.parents[:2]:
         for what, shown_by, mark, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():
@@ -202,7 +202,7 @@ def size_and_time(path: str | Path) -> tuple[int, int]:
 
 
 def is_unchanged(entry: RegisteredRecording) -> bool:
-    """True if the file has the size and the modification time of its entry."""
+    """True if the file still has the size and the modification time stored in its entry."""
     return size_and_time(entry.file) == (entry.size_bytes, entry.mtime_ns)
 
 
@@ -221,7 +221,7 @@ def manifest_path() -> Path:
 
 
 def read_manifest() -> EntriesByFile:
-    """Entries by file path, without unregistered files that have changed; `DataError` if they cannot be read."""
+    """Entries by file path, except changed files that were never registered; `DataError` if unreadable."""
     path = manifest_path()
     try:
         entries = _parse_manifest(path.read_bytes()) if os.path.exists(path) else ()
@@ -234,7 +234,7 @@ def read_manifest() -> EntriesByFile:
 
 @functools.lru_cache(maxsize=1)
 def _parse_manifest(content: bytes) -> tuple[RegisteredRecording, ...]:
-    """Entries in the content of a manifest; cached, because a command may read the manifest once per file."""
+    """Entries in the content of a manifest; cached, because a command may read the manifest for every file."""
     document = parse_json(content)
     if document["schema_version"] != MANIFEST_SCHEMA:
         raise ValueError(f"its schema is {document['schema_version']}; {MANIFEST_SCHEMA} is read")

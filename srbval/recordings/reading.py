@@ -56,7 +56,7 @@ class Channel:
 
     @functools.cached_property
     def vibrates(self) -> bool:
-        """True unless the samples are a rotation or another quantity, or never rise, or never fall."""
+        """True if the samples may be a vibration: no rotation or other quantity, and both rising and falling."""
         first, last = self.samples[:-1], self.samples[1:]
         is_other = self.rotates or self.unit in OTHER_QUANTITIES
         return not is_other and bool((last > first).any()) and bool((last < first).any())

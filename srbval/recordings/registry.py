@@ -47,7 +47,7 @@ SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may 
 
 
 class RegisterListing:
-    """Entries of the register, or the entries that a command changed, sorted by file.
+    """Entries of the register of recordings (all, or those changed by a command), sorted by file.
 
     `unreadable` is the reason if the register could not be read. `left_out` are files that are not recordings.
     """
@@ -147,13 +147,13 @@ def verify_recordings(*, progress: Progress = silent) -> RegisterListing:
 
 
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
-    """Entries of the rig's open recordings that are installed with the program, in compact form."""
+    """Entries of the Torino test rig's open recordings, which are installed with the program in compact form."""
     known, _ = _manifest_or_none()  # the shipped files do not depend on it
     return RegisterListing(_inspect_and_store(files_under(shipped_folder(RIG_EXCERPTS)), known)).recordings
 
 
 def _manifest_or_none() -> tuple[EntriesByFile, str]:
-    """Entries of the manifest; no entries and the reason if the manifest cannot be read."""
+    """Entries of the manifest, or no entries and the reason if the manifest cannot be read."""
     try:
         return read_manifest(), ""
     except DataError as error:
@@ -252,7 +252,7 @@ def _inspect(
 def rig_recordings(
     registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
 ) -> Registered:
-    """Usable recordings of the rig, full records first; shipped excerpts if no other has their operating point."""
+    """Usable recordings of the Torino rig, full ones first; shipped ones if no other has their operating point."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
     shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and r.operating_point not in points]
@@ -273,7 +273,7 @@ def is_unopened(entry: RegisteredRecording) -> bool:
 
 
 def find_recording(*, state: Fault, nominal_rpm: float) -> RegisteredRecording | None:
-    """Longest rig recording at this state and speed [rpm] with the radial load `RADIAL_KN` only, or None."""
+    """Longest recording of the Torino rig with this state, speed [rpm] and only a radial load `RADIAL_KN`, or None."""
     found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
     at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (RADIAL_KN, 0.0)]
     return max(at_load, key=lambda r: r.seconds or 0.0, default=None)

@@ -45,7 +45,7 @@ def without_settling(path: Path, reading: Reading, times_s: FloatArray, skip_s: 
 
 
 def _with_times(reading: Reading, times_s: FloatArray) -> list[str]:
-    """Names of the channels with as many samples as there are times."""
+    """Names of the channels with as many samples as `times_s`."""
     return [name for name, channel in reading.channels.items() if channel.samples.size == times_s.size]
 
 

@@ -1,7 +1,7 @@
 """Recogniser for files with one struct per quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
 
-The rig's full recordings have this layout (export by LMS Test.Lab). Stored values are in SI units. The quantity's label
-is the display unit, and ``unit_transformation.factor`` converts to the display unit.
+Full recordings of the Torino rig have this layout (export by LMS Test.Lab). Stored values are in SI units. The
+quantity's label is the display unit, and ``unit_transformation.factor`` converts to the display unit.
 """
 
 import math
