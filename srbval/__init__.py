@@ -29,7 +29,7 @@ def _homes() -> dict[str, tuple[str, str]]:
 def __getattr__(name: str) -> object:
     if name == "__all__":
         return __dir__()
-    if name.startswith("__") or name not in (homes := _homes()):  # those of Python itself are asked for at each start
+    if name.startswith("__") or name not in (homes := _homes()):  # Python looks up such names at each start
         raise AttributeError(f"module 'srbval' has no attribute {name!r}")
     import importlib
 
@@ -42,7 +42,7 @@ def __getattr__(name: str) -> object:
     return with_keyword_errors(name, found)
 
 
-class _Package(type(sys)):  # type: ignore[misc]  # the class of modules
+class _Package(type(sys)):  # type: ignore[misc]  # class of modules
     """Module class of `srbval`: `plan` and `report` stay functions although two sub-packages have the same names."""
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -3,8 +3,8 @@
 import _signal  # type: ignore[import-not-found]  # `signal` takes some milliseconds to import
 import sys
 
-# Until the command can answer it, Ctrl-C ends the process at once, as the other signals do: an exception in the middle
-# of an import leaves modules half loaded.
+# Until the command handles it, Ctrl-C ends the process at once, like other signals: an exception in the middle
+# of an import would leave modules half loaded.
 if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 

@@ -26,7 +26,7 @@ def with_keyword_errors(name: str, function: Callable[..., Any]) -> Callable[...
             error.args = (settings.with_keywords(str(error)),)
             raise
 
-    call.__module__, call.__qualname__ = "srbval", name  # by which it is pickled
+    call.__module__, call.__qualname__ = "srbval", name  # pickled under this name
     return call
 
 

@@ -21,7 +21,7 @@ from srbval.sweep.pool import right_hand_sides_per_step
 
 FILE_BYTES = 16_384  # size of a result file without signals
 PROCESS_BYTES, SAMPLE_BYTES = 3e8, 400  # memory of a case's process, and of each recorded sample; measured
-SIGNAL_COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included
+SIGNAL_COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # columns of 8-byte numbers, time axis included
 LESSER_WEIGHT = 1e-3  # cost of one output sample of a simpler model in right-hand sides of the full one, roughly
 GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow machine
 
@@ -46,33 +46,23 @@ class CampaignCase:
 
 
 def plan_cases(campaign: Campaign) -> list[CampaignCase]:
-    """List all cases; a point that gives no valid scene is a case with the reason in `refused`.
-
-    Raises `ConfigurationError` if axes contradict each other or contain an unknown key, unit or other word, and the
-    errors of `make_plan`.
-    """
+    """List all cases; a point that gives no valid scene is a case with the reason in `refused`."""
     return [_plan_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 
 def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """Build the scene of a point; its model may still be ``auto``.
-
-    Raises the errors of reading a scene, and `UnknownNameError` for an unknown model or solver.
-    """
+    """Build the scene of a point; its model may still be ``auto``. Raises the errors of reading a scene."""
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
         table = merge(table, nest_value(key, value))
     scene = paper_scene(**table)
-    if scene.model == AUTO or not level_of(scene.model).outside:  # which has solvers of its own
+    if scene.model == AUTO or not level_of(scene.model).outside:  # an outside model has its own solvers
         check_known("solver", scene.solver.name, tuple(METHODS))
     return scene
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Sum the planned cases; cases with the same content count once in time and disk space.
-
-    `expected_s` is wall time [s] on one core of the machine on which the models were measured, None if unknown.
-    """
+    """Sum time [s on one core] and disk space of the planned cases; cases with the same content count once."""
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),

@@ -1,7 +1,4 @@
-"""Engines that run cases: worker processes of this machine, or a Dask cluster.
-
-Every engine calls `run_isolated` for each case.
-"""
+"""Engines that run cases by `run_isolated`: worker processes of this machine, or a Dask cluster."""
 
 import contextlib
 import functools
@@ -25,15 +22,15 @@ from srbval.storage.installation import MissingLibraryError
 
 LOCAL, DASK = "local", "dask"
 LOCAL_CLUSTER = "distributed.LocalCluster"
-MAX_SUBMITTED_CASES = 1000  # cases handed out at a time: enough for any cluster, and few scenes are in memory
-CHECK_S = 2.0  # without a result, after which an engine is asked for its workers
-MEMORY = "memory"  # resource [bytes] by which Dask counts how many cases a worker takes at a time
+MAX_SUBMITTED_CASES = 1000  # enough for any cluster, and few enough to keep the scenes in memory
+CHECK_S = 2.0  # time without a result after which `check` is called
+MEMORY = "memory"  # Dask resource [bytes] that limits the number of cases per worker
 JOB_MEMORY = "2 GB"
 CONNECT_S = "20 s"
-# Dask always serves some pages about itself; here on a port that only this machine reaches.
+# Dask always serves status pages; here on a port that only this machine can reach.
 HIDDEN = {"dashboard_address": "127.0.0.1:0", "dashboard": False}
 NO_DASHBOARD = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
-WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0  # without a worker: those of a scheduler start in seconds, jobs wait in a queue
+WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0  # longest time without a worker: of a scheduler; of jobs in a queue
 
 
 def run_tasks(
@@ -65,7 +62,7 @@ def run_tasks(
             result = future.result(timeout=CHECK_S)
         except lost:
             result = write_crash(running[future], "worker was lost each time it was tried")
-        except TimeoutError:  # Dask lost the worker before its result came, and runs the case once more
+        except TimeoutError:  # Dask lost the worker before the result arrived, and repeats the case
             ended.put(future)
             check()
             continue
@@ -81,11 +78,7 @@ class LocalProcesses:
     name: str = LOCAL
 
     def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        """Yield one result per task when its case has ended; closing the generator ends all processes.
-
-        A thread waits for each process. Tasks are read when they are needed, so ten thousand scenes need not be in
-        memory.
-        """
+        """Yield one result per task when its case has ended; closing the generator ends all processes."""
         processes = [case_process() for _ in range(self.jobs)]
         free = list(processes)
 
@@ -146,8 +139,8 @@ class DaskEngine:
                 cluster = opened.enter_context(self.cluster()) if callable(self.cluster) else self.cluster
                 own = isinstance(cluster, Client)
                 yield cluster if own else opened.enter_context(Client(cluster, timeout=CONNECT_S))
-        except Exception as error:  # of the network, of a worker that lacks packages, of Dask's own configuration
-            # Closing a cluster whose jobs were refused fails with an error of its own.
+        except Exception as error:  # network, missing packages on a worker, Dask's configuration
+            # Closing a cluster whose jobs were refused raises another error.
             first = (isinstance(error, AssertionError) and error.__context__) or error
             if isinstance(first, SrbvalError):
                 raise first from None
@@ -194,7 +187,7 @@ def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt:
         settings["scheduler_options"] = HIDDEN | (own["scheduler_options"] or {})
     elif kind.__name__ == "LocalCluster":
         if hasattr(os, "fork"):
-            resource_tracker.ensure_running()  # if it starts among the workers, it lets Ctrl-C through to them
+            resource_tracker.ensure_running()  # a tracker started by a worker would pass Ctrl-C on to the workers
         share = parse_bytes(options.get("memory_limit", MEMORY_LIMIT // workers))
         settings = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": HIDDEN["dashboard_address"]}
         settings |= {"memory_limit": share, "resources": {MEMORY: share}, "silence_logs": "CRITICAL"}

@@ -67,7 +67,7 @@ def _statistics(run: Run) -> Iterator[NamedQuantity]:
 
 
 COMPUTED_BY = "srbval.campaign.worker"
-REFUSED = "refused"  # no run could be started
+REFUSED = "refused"  # the run could not be started
 CRASHED = "crashed"  # the process died, or the program has a bug
 TIMED_OUT = "timed-out"  # the case exceeded its time limit, so its process was ended
 SIGNALS = frozenset((Output.ACCELERATION, Output.SIGNALS))
@@ -116,10 +116,7 @@ def version() -> str:
 
 
 def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs: Collection[Output] = ()) -> None:
-    """Write a result, with signals of its `run` if `outputs` request them, completely or not at all.
-
-    Raises `DataError` if it cannot be written.
-    """
+    """Write a result, with signals of its `run` if `outputs` request them; raises `DataError` if that fails."""
     with new_hdf5(path) as file:
         if run is None or not SIGNALS.intersection(outputs):
             file.attrs["srbval_kind"] = "campaign-case"
@@ -127,7 +124,7 @@ def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs
             one = Output.SIGNALS not in outputs
             writer = RunWriter(file, run.scene, acceleration_only=one)
             writer.append(run)
-            # zero, because a deleted attribute leaves its bytes in the file
+            # set to zero first: a deleted attribute leaves its bytes in the file
             writer.finish(replace(run, wall_s=0.0, compile_s=0.0))
             del file.attrs["wall_s"]
         numbers = {name: value for name, (value, _) in result.quantities.items()}

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-WITHOUT_RESULT = "missing"  # status of a case without an intact result
+NO_RESULT = "missing"  # status of a case without an intact result
 CAMPAIGN_JSON, RESULTS_CSV, CASES_FOLDER, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
 
 
@@ -203,7 +203,7 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
     """
     import pandas
 
-    rows = [row for row in result_rows(table, results) if row["status"] != WITHOUT_RESULT]
+    rows = [row for row in result_rows(table, results) if row["status"] != NO_RESULT]
     points = [key for case in table.cases for key in case.point]
     columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *itertools.chain(*rows)])
     with atomic_write(folder / RESULTS_CSV) as part:
@@ -215,9 +215,7 @@ def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list
     """Table row of every case, in their order; the status is ``missing`` if there is no intact result."""
     rows = []
     for case in table.cases:
-        result = results.get(case.key) or CaseResult(
-            key=case.key, status=WITHOUT_RESULT, reason="run the campaign again"
-        )
+        result = results.get(case.key) or CaseResult(key=case.key, status=NO_RESULT, reason="run the campaign again")
         about = {**case.point, "case": case.index, "key": case.key, "model": case.model}
         about |= {"status": result.status, "reason": "" if result.status == "ok" else result.reason}
         rows.append(about | {name: value for name, (value, _) in result.quantities.items()})
@@ -266,7 +264,7 @@ def campaign_status(path: str | Path) -> dict[str, Any]:
     table = read_campaign_table(path)
     results = read_results(path, table)
     written, running = None, False
-    with contextlib.suppress(DataError):  # a folder that can only be read
+    with contextlib.suppress(DataError):  # the folder may be read-only
         written = write_results(path, table, results)
         try:
             with folder_lock(path):
@@ -295,7 +293,7 @@ def verify_campaign(path: str | Path) -> dict[str, Any]:
 
 
 ALMOST_DONE = 0.999  # largest share reported while cases run: rounding must not report the task as done
-MESSAGES = 10  # about failed cases while the campaign runs; all of them are in its summary
+MESSAGES = 10  # messages about failed cases during the run; the summary lists all
 
 
 def run_campaign(
@@ -364,7 +362,7 @@ def _run_missing(
         kept = f"{len(ran)} of {len(missing)} cases of this run are done and kept; the same command runs the rest."
         raise DataError(f"{error} {kept}") from None
     finally:
-        remove_incomplete(folder)  # of processes that were ended while they wrote
+        remove_incomplete(folder)  # files of processes that were ended while writing
     return ran
 
 

@@ -19,16 +19,16 @@ from srbval.scene import merge, scene_table
 from srbval.storage.tables import (
     Limited,
     build,
-    flatten_table,
     limited,
     number_and_unit,
     quantity,
     quote_value,
     read_toml,
+    walk_leaves,
 )
 
-MAX_CASES = 2_000_000  # planned in memory, each with a file of its own
-LARGEST_SETTING = 1e12  # finite, and beyond whatever makes sense
+MAX_CASES = 2_000_000  # all are planned in memory, and each has a result file
+LARGEST_SETTING = 1e12  # finite, and larger than any sensible value
 MAX_RANGES = 100  # a scene has fewer numbers
 Point = dict[str, Any]
 
@@ -37,13 +37,13 @@ class Sampling(enum.StrEnum):
     """Method by which a block of axes generates points."""
 
     GRID = "grid"  # every combination of `values`
-    ZIP = "zip"  # the first of each of `values`, then the second of each
+    ZIP = "zip"  # first elements of all `values`, then second elements, ...
     LIST = "list"  # `cases` as they are
     LATIN_HYPERCUBE = "latin-hypercube"  # `samples` points in `ranges`
     SOBOL = "sobol"
 
 
-NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"cases"}}  # the others: a space
+NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"cases"}}  # others: ranges, samples
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +170,7 @@ def presets() -> dict[str, Path]:
 
 def flatten_point(table: Mapping[str, Any]) -> Point:
     """Convert nested tables to a point with dotted keys."""
-    return merge_points({key: value} for key, value in flatten_table(table))
+    return merge_points({key: value} for key, value in walk_leaves(table))
 
 
 def merge_points(parts: Iterable[Point]) -> Point:

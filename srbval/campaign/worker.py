@@ -30,29 +30,26 @@ from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, se
 from srbval.scene import Scene
 from srbval.sweep.pool import attempt
 
-SHORTEST_S = 0.001  # simulated time in which everything that a case needs is compiled
-IDLE_S = 60.0  # without a case, after which the process ends: a Dask worker outlives campaigns
-ATTEMPTS = 3  # per case whose process dies: the system may have killed it because of another process's memory
-PREPARE_LIMIT_S = 1800.0  # to load and compile everything, which takes a minute or two
+SHORTEST_S = 0.001  # simulated time that suffices to compile all kernels of a case
+IDLE_S = 60.0  # idle time after which the process ends, because a Dask worker outlives campaigns
+ATTEMPTS = 3  # per case: the system may kill a process because another one needs memory
+PREPARE_LIMIT_S = 1800.0  # limit for loading and compiling, which takes a minute or two
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-this_thread = threading.local()  # its `process`, of each thread that waits for cases
-_prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()  # by process: what it has compiled
+this_thread = threading.local()  # `process` of each thread that waits for cases
+_prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()  # compiled kernels by process
 
 
 def prepare(scene: Scene) -> str:
     """Compile or load the kernels of `scene`; returns the version of this process's code."""
     if not level_of(scene.model).outside:
         shortest_s = max(SHORTEST_S, 1 / scene.output_rate_hz)
-        with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case reports it
+        with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case itself reports the error
             simulate(replace(scene, duration_s=shortest_s, settle_s=0.0), step=Step.UNCHECKED)
     return version()
 
 
 def run_case(task: CaseTask) -> CaseResult:
-    """Run a case and write its result; every failure becomes a status, except a `DataError` of writing.
-
-    A case that has an intact and final result is not run again.
-    """
+    """Run a case unless its result is final, and write the result; every failure but of writing becomes a status."""
     if (found := read_intact_result(task.path)) and found.final:
         return found
     run = None
@@ -114,7 +111,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
             result: CaseResult | DataError = this_thread.process.call(task, limit_s=task.limit_s)
         except DiedError as error:
             how, over = str(error), isinstance(error, OverLimitError)
-            if (found := read_intact_result(task.path)) and found.final:  # written, but too late in being announced
+            if (found := read_intact_result(task.path)) and found.final:  # written before the process died
                 return found
             if over:
                 break

@@ -54,16 +54,13 @@ from srbval.storage.tables import read_toml
 ProbeOutputs = dict[str, FingerprintValue]
 RATTLING_S, SMOOTH_S = 0.012, 0.05  # simulated time of a probe, with play and without
 STATES = (Fault.HEALTHY, *DEFECTS)
-PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # beside the default
-IMPULSE_S = 1.0  # of the record that a path is identified with
+PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # solvers besides the default
+IMPULSE_S = 1.0  # duration of the run with which a path is identified
 SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
-    """Compute the numbers of these parts (default: all), by part and name; takes 20 s with compiled kernels.
-
-    Raises `KeyError` for an unknown part, and the errors of running a scene and of reading a shipped recording.
-    """
+    """Compute the numbers of these parts (default: all), by part and name; takes 20 s with compiled kernels."""
     probes = {name: PROBES[name] for name in parts or PROBES}
     found = {}
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
@@ -138,10 +135,7 @@ def _analyse_shipped() -> tuple[Analysis, ...]:
 
 
 def _probe_reading() -> ProbeOutputs:
-    """Probe the detection of fault lines: first harmonics in every shipped recording.
-
-    An undetected line has no numbers, because the best fit to noise depends on rounding in the libraries.
-    """
+    """Probe the detected lines in every shipped recording; the fit of an undetected line depends on rounding."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         record = analysis.recording.name
@@ -275,10 +269,7 @@ def reference_path() -> Path:
 
 
 def write_reference(now: Fingerprint) -> None:
-    """Replace the reference file by the fingerprint `now`, completely or not at all.
-
-    Raises `ConfigurationError` if a cage ratio is not finite, because a failed run must not become the reference.
-    """
+    """Replace the reference by the fingerprint `now`; raises `ConfigurationError` if a cage ratio is not finite."""
     for part, values in now.items():
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):

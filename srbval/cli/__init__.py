@@ -14,10 +14,10 @@ from typing import Any
 
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 
-SIGNALLED = 128  # plus the signal's number: the exit code of an interrupted command, as shells have it
-INTERNAL = 70  # an error in srbval itself: EX_SOFTWARE of sysexits.h
+SIGNALLED = 128  # plus the signal number: exit code of an interrupted command, as in shells
+INTERNAL = 70  # exit code of an error in srbval itself: EX_SOFTWARE in sysexits.h
 ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-RESUMED = ("bench", "campaign", "evidence", "features", "report", "stability", "study")  # what is computed is kept
+RESUMED = ("bench", "campaign", "evidence", "features", "report", "stability", "study")  # can be continued
 # Numerical libraries start one thread per core for small products, which then wait for each other: up to 30 times the
 # work.
 LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -71,7 +71,7 @@ def _run(given: list[str]) -> int:
         take_machine(options)
     module, _, function = options.run.partition(":")
     command = getattr(importlib.import_module(f"srbval.cli.{module}"), function)
-    # From here on a signal is an exception, so that clean-up is done; before, there is nothing to clean up.
+    # From here on a signal raises an exception, so that files are cleaned up; before, there are none.
     with _ended_by_signals(), stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
         code: int = command(options)
         if read_utc:
@@ -88,7 +88,7 @@ def _failure(error: BaseException, *, resumed: bool) -> tuple[str, int]:
         by = "" if number == signal.SIGINT else f" by {number.name}"
         again = "; the same command continues" if resumed else ""
         return f"interrupted{by}; nothing half-written was left behind{again}", SIGNALLED + number
-    if isinstance(error, OSError) and error.strerror:  # the system's, not ours: a full disk, no permission
+    if isinstance(error, OSError) and error.strerror:  # error of the system, such as a full disk
         error = DataError(f"{error.filename or 'output'}: {error.strerror}.")
     return (str(error), error.exit_code) if isinstance(error, SrbvalError) else (internal_error(error), INTERNAL)
 
@@ -119,9 +119,9 @@ def _ended_by_signals() -> Iterator[None]:
 
     def end(number: int, frame: Any) -> None:
         hdf5 = sys.modules.get("srbval.storage.hdf5_files")
-        if hdf5 is not None and frame.f_code in hdf5.CALLED_BY_HDF5:  # a moment later
+        if hdf5 is not None and frame.f_code in hdf5.CALLED_BY_HDF5:  # not within HDF5: later
             return send_again(number)
-        handle(signal.SIG_IGN)  # the clean-up is not to be interrupted
+        handle(signal.SIG_IGN)  # do not interrupt the clean-up
         raised[:] = [Interrupted(signal.Signals(number))]
         raise raised[0]
 
@@ -144,12 +144,12 @@ def _ended_by_signals() -> Iterator[None]:
         handle(end)
         yield
     except Exception as error:
-        if raised:  # what was interrupted failed in its own clean-up, as a compiler may
+        if raised:  # the interrupted code failed in its own clean-up
             raise raised[0] from error
         raise
     finally:
         sys.unraisablehook = before
-        for timer in sent_again:  # nobody would answer it any more
+        for timer in sent_again:  # nothing would handle the signal any more
             handle(signal.SIG_IGN)
             timer.cancel()
             timer.join()
@@ -163,7 +163,7 @@ def _reader_gone() -> bool:
         look = select.poll()
         look.register(sys.stdout, 0)
         return any(event & select.POLLERR for _, event in look.poll(0))
-    except (AttributeError, OSError, ValueError):  # no such call (Windows), or no file
+    except (AttributeError, OSError, ValueError):  # no `poll` (Windows), or not a file
         return True
 
 

@@ -17,7 +17,7 @@ from srbval.models.outside.names import COMMAND
 from srbval.storage.tables import parse_quantity
 
 CommandTable = Mapping[str, Any]
-INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # as argparse writes it
+INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # message of argparse
 
 
 class Parser(argparse.ArgumentParser):
@@ -79,13 +79,18 @@ class Parser(argparse.ArgumentParser):
                 added.add_command(actions, action, about, groups)
 
 
+def command_tables() -> dict[str, Any]:
+    """Read ``commands.toml``: commands and groups of options as nested tables."""
+    return tomllib.loads((files("srbval.cli") / "commands.toml").read_text(encoding="utf-8"))
+
+
 def parser() -> Parser:
     """Build the parser of the whole program."""
     purpose = "Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings."
     top = Parser(prog="srbval", description=purpose)
     top.add_argument("--version", action="version", version=f"srbval {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
-    tables = tomllib.loads((files("srbval.cli") / "commands.toml").read_text(encoding="utf-8"))
+    tables = command_tables()
     for name, table in tables["commands"].items():
         top.add_command(commands, name, table, tables["groups"])
     return top
@@ -93,11 +98,11 @@ def parser() -> Parser:
 
 def take_machine(options: argparse.Namespace) -> None:
     """Set the options that the machine file contains and the command line does not."""
-    from srbval.cli.machine_file import BELONGS_TO, machine_options  # loads what is heavy
+    from srbval.cli.machine_file import BELONGS_TO, machine_options  # imports slow modules
 
     given = {name for name, value in vars(options).items() if value}
     if options.command == "identify":
-        given.add("band")  # its own band belongs to the path
+        given.add("band")  # its option --band belongs to the path
     for name, value in machine_options(options.machine).items():
         if not given & {name, BELONGS_TO.get(name, name)}:
             setattr(options, name, value)
@@ -136,7 +141,7 @@ def _step(text: str) -> float | str:
 
 
 AUTO_STEP = "auto"
-LARGEST, SMALLEST = 1e12, 1e-12  # whatever the unit, nothing that is asked for is beyond
+LARGEST, SMALLEST = 1e12, 1e-12  # limits of every numerical option, in any unit
 MOST_DB = 200.0
 
 
@@ -168,7 +173,7 @@ def _tolerance(text: str) -> float:
     """Read a tolerance in per cent, or in dB, which is converted to per cent."""
     if not text.endswith("dB"):
         return _between(float, -LARGEST, LARGEST)(text)
-    from srbval.plan.questions import pct_of  # takes a while to load
+    from srbval.plan.questions import pct_of  # slow import
 
     return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
 
@@ -177,12 +182,12 @@ def _record(name: str) -> str:
     """Return the path of a file; a bare name that is not found here may name a recording shipped with srbval."""
     if Path(name).exists() or Path(name).name != name:
         return name
-    from srbval.recordings.registry import find_shipped  # loads what is heavy
+    from srbval.recordings.registry import find_shipped  # imports slow modules
 
     return str(find_shipped(name))
 
 
-ALTERNATIVES = ("bearing", "band", "model")  # groups of which one option may be given
+ALTERNATIVES = ("bearing", "band", "model")  # groups whose options exclude each other
 ARGUMENT_TYPES = {
     "table": export_file,
     "elements": _inline("elements"),

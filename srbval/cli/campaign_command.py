@@ -11,7 +11,7 @@ from srbval.campaign.cases import plan_cases, sum_plan
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign, campaign_of
-from srbval.cli.output import print_document, print_table
+from srbval.cli.output import print_result, print_table
 from srbval.errors import DataError
 from srbval.progress import ProgressDisplay
 from srbval.recordings.raw import printable
@@ -42,7 +42,7 @@ def run_campaign_command(options: argparse.Namespace) -> int:
     text = "\n".join([text, *_reasons(done)])
     bad = "with failures" if done["failed"] else "with inaccurate cases" if done["inaccurate"] else None
     status, code = (bad, WITH_FAILURES) if bad else ("ok", DONE)
-    return print_document(options, done | {"folder": folder}, text, status=status, code=code)
+    return print_result(options, done | {"folder": folder}, text, status=status, code=code)
 
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:
@@ -61,7 +61,7 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
             f"{found['expected_bytes'] / 1e6:.1f} MB. Nothing was run."
         )
 
-    return print_document(options, {"name": campaign.name, "engine": engine, **found, "planned": cases}, show)
+    return print_result(options, {"name": campaign.name, "engine": engine, **found, "planned": cases}, show)
 
 
 def run_status_command(options: argparse.Namespace) -> int:
@@ -70,7 +70,7 @@ def run_status_command(options: argparse.Namespace) -> int:
     running = "running" if found["running"] else "not running"
     table = found["table"] or "cannot be written here"
     text = f"{found['name']}: {_count_statuses(found)}; {running}. Results: {table}"
-    return print_document(options, found, "\n".join([text, *_reasons(found)]))
+    return print_result(options, found, "\n".join([text, *_reasons(found)]))
 
 
 def run_verify_command(options: argparse.Namespace) -> int:
@@ -80,7 +80,7 @@ def run_verify_command(options: argparse.Namespace) -> int:
     lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
     if found["damaged"]:
         lines.append("The same srbval campaign run repairs it: damaged results are run again.")
-    return print_document(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED_CODE)
+    return print_result(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED_CODE)
 
 
 def _count_statuses(found: Mapping[str, Any]) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.cli.output import print_document, print_table
+from srbval.cli.output import print_result, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
 from srbval.recordings import RecordingSettings, registry
@@ -20,20 +20,8 @@ from srbval.recordings.settings import ALIASES, settings_of
 CHANGED = 1
 DAMAGED_STATUSES = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
 LONGEST_LINE = 4000
-POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm")  # of a data set's grid [kN, rpm]
-REGISTER_COLUMNS = (
-    "file",
-    "data set",
-    "bearing",
-    "state",
-    "radial kN",
-    "axial kN",
-    "set rpm",
-    "rpm",
-    "Hz",
-    "s",
-    "status",
-)
+POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm")  # operating point in a data set's grid [kN, rpm]
+DATA_HEADER = ("file", "data set", "bearing", "state", "radial kN", "axial kN", "set rpm", "rpm", "Hz", "s", "status")
 
 
 def run_data_command(options: argparse.Namespace) -> int:
@@ -50,16 +38,14 @@ def run_data_command(options: argparse.Namespace) -> int:
     damaged = options.action == "verify" and any(r.status in DAMAGED_STATUSES for r in result.recordings)
     if options.action == "remove":
         files = "\n".join(printable(r.file, LONGEST_LINE) for r in result.recordings)
-        return print_document(
-            options, document, f"{files}\nremoved from the register {manifest_path()}; the files stay"
-        )
-    return print_document(options, document, lambda: _print(result, coverage), code=CHANGED if damaged else 0)
+        return print_result(options, document, f"{files}\nremoved from the register {manifest_path()}; the files stay")
+    return print_result(options, document, lambda: _print(result, coverage), code=CHANGED if damaged else 0)
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     """Build `RecordingSettings` from the options that describe a recording."""
     known = {field.name for field in dataclasses.fields(RecordingSettings)}
-    known -= {"band_hz", "auto_band"}  # of a command's own analysis; only `data add` keeps them
+    known -= {"band_hz", "auto_band"}  # options of the analysis; only `data add` stores them
     given = {ALIASES.get(name, name): value for name, value in vars(options).items()}
     return settings_of({name: value for name, value in given.items() if name in known})
 
@@ -103,12 +89,12 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
         (r.file, r.dataset, r.bearing, *r.operating_point, r.rpm and round(r.rpm, 1), r.fs_hz, r.seconds, r.status)
         for r in result.recordings
     ]
-    print_table(REGISTER_COLUMNS, rows)
+    print_table(DATA_HEADER, rows)
     _print_reasons(result.recordings)
     if result.left_out:
         print("\nnot registered, as they are no recordings:")
         _print_reasons(result.left_out)
-    for covered in coverage:  # the number of usable files, state and load down, nominal speed across; a dot for none
+    for covered in coverage:  # numbers of usable files: rows are state and load, columns speeds; a dot means none
         speeds = dict.fromkeys(f"{point['nominal_rpm']:g} rpm" for point in covered["points"])
         grid = defaultdict[tuple[str, float, float], list[str]](list)
         for point in covered["points"]:

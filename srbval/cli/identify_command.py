@@ -6,7 +6,7 @@ from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import print_document, print_table, write_text
+from srbval.cli.output import print_result, print_table, write_text
 from srbval.diagnosis.baseline import load_healthy
 from srbval.path.identify import Identified, Pair, identify, path_toml, simulated_run
 from srbval.progress import ProgressDisplay
@@ -43,7 +43,7 @@ def run_identify_command(options: argparse.Namespace) -> int:
     found = identify(*pairs, bearing=bearing, healthy=healthy, band_hz=tuple(options.band) if options.band else None)
     if options.output:
         write_text(Path(options.output), path_toml(found.path))
-    return print_document(options, to_json(found) | {"file": options.output}, lambda: _print(found))
+    return print_result(options, to_json(found) | {"file": options.output}, lambda: _print(found))
 
 
 def _print(found: Identified) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from srbval import __version__
 from srbval.cli.arguments import parser
-from srbval.cli.output import print_document, print_table, write_text
+from srbval.cli.output import print_result, print_table, write_text
 from srbval.errors import DataError
 from srbval.processes.machine import usable_cores
 from srbval.progress import ProgressDisplay, stage
@@ -24,7 +24,7 @@ REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotl
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
 OPTIONAL = ("typst", "soundfile", "npTDMS", "pyuff", "pyarrow", "openpyxl", "shtab", "distributed", "sphinx", "pytest")
 MEGABYTE = 1e6  # [bytes]
-PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of what are paths
+PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of paths
 
 
 def run_doctor_command(options: argparse.Namespace) -> int:
@@ -55,7 +55,7 @@ def run_doctor_command(options: argparse.Namespace) -> int:
 
     status = "problems" if problems else "ok"
     result = found | {"cleared": cleared, "schemas": list(written)} | warmed
-    return print_document(options, result, show, status=status, code=1 if problems else 0)
+    return print_result(options, result, show, status=status, code=1 if problems else 0)
 
 
 def schemas() -> dict[str, dict[str, Any]]:
@@ -67,7 +67,7 @@ def schemas() -> dict[str, dict[str, Any]]:
     from srbval.storage.tables import json_schema
     from srbval.validation.case import CasePair, Source, ValidationCase
 
-    side = str | tuple[str, ...] | Source  # read as a table with `file`
+    side = str | tuple[str, ...] | Source  # file names, or a table with the key `file`
     hints: dict[Any, Any] = {Fault: ("none", "ball"), (ValidationCase, "path"): None}
     hints |= {(Campaign, "scene"): Scene, (Scene, "sensor_path"): str | SensorPath}
     hints |= {(CasePair, "simulated"): side, (CasePair, "measured"): side, (Source, "file"): str | tuple[str, ...]}
@@ -123,17 +123,14 @@ def run_docs_command(options: argparse.Namespace) -> int:
     """Build the documentation, print the path of its first page and, with ``--open``, open it in the browser."""
     with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
         page = build_docs(Path(options.output))
-    print_document(options, {"page": str(page)}, str(page))
+    print_result(options, {"page": str(page)}, str(page))
     if options.open:
         webbrowser.open(page.resolve().as_uri())
     return 0
 
 
 def build_docs(folder: Path) -> Path:
-    """Build the documentation in `folder` with Sphinx, without network, and return its first page.
-
-    Raises `ConfigurationError` if Sphinx is not installed, `DataError` if the folder cannot be written.
-    """
+    """Build the documentation in `folder` and return its first page; raises an error without the library Sphinx."""
     try:
         import myst_parser  # noqa: F401
         from sphinx.cmd.build import build_main
@@ -163,7 +160,7 @@ def run_completion_command(options: argparse.Namespace) -> int:
         if action.choices is None and any(path in str(action.metavar) for path in PATHS):
             action.complete = shtab.FILE  # type: ignore[attr-defined]
     script = shtab.complete(whole, shell=options.shell)
-    return print_document(options, {"shell": options.shell, "script": script}, script)
+    return print_result(options, {"shell": options.shell, "script": script}, script)
 
 
 def actions_of(of: argparse.ArgumentParser) -> Iterator[argparse.Action]:

@@ -18,7 +18,7 @@ from srbval.errors import ConfigurationError
 from srbval.recordings import Origin, RecordingSettings
 from srbval.storage.tables import UNIT_FACTORS, Limited, build, limited, read_toml, without_unit
 
-BELONGS_TO = {  # option whose presence on the command line discards the machine's value
+BELONGS_TO = {  # option on the command line that discards the machine's value
     "rpm_tolerance": "rpm",
     "scale": "unit",
     "sensitivity": "unit",

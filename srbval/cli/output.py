@@ -16,12 +16,12 @@ from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import json_text, to_json
 
-WIDTH = 99  # characters of a line for people
+WIDTH = 99  # characters per line of text output
 OUTPUT_SCHEMA_VERSION = 1
-STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "damaged"}  # by exit code
+STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "damaged"}  # status by exit code
 
 
-def print_document(
+def print_result(
     options: argparse.Namespace,
     document: Any,
     show: str | Callable[[], None],
@@ -50,7 +50,7 @@ def print_document(
 def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
     """Print a JSON document with `schema_version` and `status`; NaN and infinity become null."""
     whole = {"schema_version": OUTPUT_SCHEMA_VERSION, "status": status} | dict(document)
-    ascii_only = not str(sys.stdout.encoding).lower().startswith("utf")  # an escape of Python's is none of JSON's
+    ascii_only = not str(sys.stdout.encoding).lower().startswith("utf")  # JSON does not know Python's escapes
     print(json_text(whole, ascii_only=ascii_only), end="")
 
 

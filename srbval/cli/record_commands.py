@@ -14,7 +14,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
-from srbval.cli.output import own_command, print_document, print_table, print_wrapped, write_text
+from srbval.cli.output import own_command, print_result, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
 from srbval.diagnosis.long_records import LongAnalysis
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
@@ -36,8 +36,8 @@ RECORD_COLUMNS |= {"%": "probability", "line": "line", "Hz": "found_hz", "times 
 ALARMS_MEAN = "%: probability of that fault. alarm: yes, a fault is named; check, something strong is unexplained."
 CAGE_PART = "cage"
 MAX_CAUTIONS, LONGEST_FILE = 2, 40
-MAX_TREND_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the first alarm
-SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
+MAX_TREND_ROWS = 10  # printed rows per channel, evenly spaced; plus the last record and the first alarm
+SINGLE_ONLY = ("plot", "defect", "all")  # options that need a single file
 
 
 def request_from_options(options: argparse.Namespace) -> RecordRequest:
@@ -55,7 +55,7 @@ def run_analyse_command(options: argparse.Namespace) -> int:
     """Analyse one file and print its verdict, or several and print a table; exit code 3 if some could not be read."""
     if options.write_machine:
         check_suffix(Path(options.write_machine), "TOML", (".toml",))
-    zone_boundaries(options.machine_class)  # reports an unknown class before anything is read
+    zone_boundaries(options.machine_class)  # reports an unknown class before files are read
     many = options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir()
     code = (_run_many if many else _run_one)(options)
     if options.write_machine:
@@ -66,7 +66,7 @@ def run_analyse_command(options: argparse.Namespace) -> int:
 
 def run_features_command(options: argparse.Namespace) -> int:
     """Write a table of features, one row per record; exit code 3 if some records could not be read."""
-    from srbval.campaign.run import CAMPAIGN_JSON, CASES_FOLDER  # takes a while to load
+    from srbval.campaign.run import CAMPAIGN_JSON, CASES_FOLDER  # slow import
 
     path = Path(options.output)
     check_suffix(path, "CSV, Parquet or Feather", (".csv", ".parquet", ".feather"))
@@ -84,12 +84,12 @@ def run_features_command(options: argparse.Namespace) -> int:
         print(f"srbval: not read: {row['file']}: {row['reason']}", file=sys.stderr)
     text = f"{len(rows)} records, {len(failed)} of them not read; {len(table.columns)} columns: {path}"
     code, status = (DataError.exit_code, "incomplete") if failed else (0, "")
-    return print_document(options, {"features": rows, "file": path}, text, code=code, status=status)
+    return print_result(options, {"features": rows, "file": path}, text, code=code, status=status)
 
 
 def _run_one(options: argparse.Namespace) -> int:
     if options.plot:
-        from srbval.report.reports import check_plot, write_plot  # needs the report's room
+        from srbval.report.reports import check_plot, write_plot  # slow import
 
         check_plot(Path(options.plot))
     reading = records.read_record(replace(request_from_options(options), file=options.files[0]))
@@ -98,14 +98,14 @@ def _run_one(options: argparse.Namespace) -> int:
     if options.plot:
         write_plot(reading, Path(options.plot), command=own_command())
     zone, severity = _severity(options, features_of(reading.analysis))
-    part = options.defect  # whose lines are printed; `line` is the start of their names
+    part = options.defect  # only lines of this part are printed; `line` begins their names
     line = "" if part is None else "FTF" if part == CAGE_PART else Fault(part).line or ""
     document = to_json(reading) | {"zone": zone}
     for rows in ("lines", "families"):
         document[rows] = [one for one in document[rows] if one["name"].startswith(line)]
     tables = {"lines": document["lines"], "features": document["feature_table"]}
     whole = options.all or part is not None
-    return print_document(options, document, lambda: _show(reading, line, severity, whole=whole), tables=tables)
+    return print_result(options, document, lambda: _show(reading, line, severity, whole=whole), tables=tables)
 
 
 def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple[str | None, str]:
@@ -133,7 +133,7 @@ def _run_many(options: argparse.Namespace) -> int:
         requests = records.requests_for(options.files, request_from_options(options))
         one = records.diagnose_pooled(requests)  # each record is too short by itself
         found = {"machine": one, "records": [], "summary": [], "failed": [], "left_out": []}
-        return print_document(options, found, str(one["sentence"]))
+        return print_result(options, found, str(one["sentence"]))
     machine = {"machine": records.machine_of(documents)} if options.one_machine else {}
     rows = [records.summary_of(document) for document in documents]
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
@@ -159,7 +159,7 @@ def _run_many(options: argparse.Namespace) -> int:
     code = report_failed(failed, other)
     document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
     tables = {"records": rows, "failed": failed}
-    return print_document(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
+    return print_result(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
@@ -240,7 +240,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
     print()
     rows = []
     for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
-        p = x.false_alarm if x.detected else None  # it means nothing for a peak that is not the line
+        p = x.false_alarm if x.detected else None  # meaningless for a peak that is not the line
         name, found = x.name if x.is_first else f"{x.harmonic} x {x.name}", uncertain(x.found_hz, x.ci95_hz)
         deviation = None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}"
         odds = None if x.snr is None else float(f"{x.snr:.3g}"), None if p is None else float(f"{p:.2g}")
@@ -257,17 +257,17 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
 
 def run_trend_command(options: argparse.Namespace) -> int:
     """Read the records of one machine and print the trend; exit code 3 if some could not be read."""
-    from srbval.campaign.run import CAMPAIGN_JSON, read_campaign_table, result_path  # takes a while to load
+    from srbval.campaign.run import CAMPAIGN_JSON, read_campaign_table, result_path  # slow import
 
     if options.plot:
         check_suffix(Path(options.plot), "HTML", (".html",))
-    zone_boundaries(options.machine_class)  # reports an unknown class before anything is read
+    zone_boundaries(options.machine_class)  # reports an unknown class before files are read
     cases: dict[str, datetime | float] = {}
     if len(options.files) == 1 and (Path(options.files[0]) / CAMPAIGN_JSON).is_file():
         folder = Path(options.files[0])
         cases = {str(result_path(folder, case.key)): float(case.index) for case in read_campaign_table(folder).cases}
         options.files = list(cases)
-    options.one_band = True  # levels are compared
+    options.one_band = True  # because levels are compared
     documents, failed, other = read_many(options)
     times, time_from = cases, "the campaign's cases"
     if not cases:
@@ -276,13 +276,13 @@ def run_trend_command(options: argparse.Namespace) -> int:
     limits = {name: getattr(options, name) for name in ("baseline", "machine_class", "zones_mm_s")}
     found = trend_of(documents, times, time_from=time_from, **limits)
     if options.plot:
-        from srbval.report.reports import write_trend  # needs the report's room
+        from srbval.report.reports import write_trend  # slow import
 
         write_trend(found, Path(options.plot), command=own_command())
     code = report_failed(failed, other)
     document: dict[str, Any] = {"trend": found, "failed": failed, "left_out": other}
     status, tables = "incomplete" if failed else "", {"trend": found.rows()}
-    return print_document(options, document, lambda: _print_trend(found), code=code, status=status, tables=tables)
+    return print_result(options, document, lambda: _print_trend(found), code=code, status=status, tables=tables)
 
 
 def _print_trend(trend: Trend) -> None:

@@ -8,26 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import own_command, print_document
+from srbval.cli.output import own_command, print_result
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, ProgressDisplay, stage
 from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
 
 MAIN_FOLDER, VALIDATION_FOLDER = "srbval-report", "srbval-validation"
-MAX_NAME_LENGTH = 100  # characters of a file's name in its folder's, which file systems limit
+FilesAndData = tuple[dict[str, Path], dict[str, Any]]  # written files by format, data for the JSON document
+MAX_NAME_LENGTH = 100  # characters of a file's name in the folder name; file systems limit its length
 OUT_OF_TOLERANCE, INCOMPLETE, RUN_FAILED = 1, 3, 4  # exit codes
-COMPARISON_COLUMNS = (
-    "pair",
-    "quantity",
-    "unit",
-    "kinematic",
-    "simulated",
-    "measured",
-    "error",
-    "uncertainty",
-    "verdict",
-)
+PAIR_COLUMNS = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "error", "uncertainty", "verdict")
 
 
 def run_report_command(options: argparse.Namespace) -> int:
@@ -53,12 +44,10 @@ def run_report_command(options: argparse.Namespace) -> int:
     document = summary | {"wall_s": time.perf_counter() - started} | found
     for one in failed:
         print(f"srbval: not in the report: {one['file']}: {one['reason']}", file=sys.stderr)
-    return print_document(options, document, "\n".join([*told, *summary.values()]), code=code)
+    return print_result(options, document, "\n".join([*told, *summary.values()]), code=code)
 
 
-def _report_model(
-    options: argparse.Namespace, folder: Path, progress: Progress
-) -> tuple[dict[str, Path], dict[str, Any]]:
+def _report_model(options: argparse.Namespace, folder: Path, progress: Progress) -> FilesAndData:
     with stage(progress, "Load the program"):
         from srbval.report.reports import make_report
         from srbval.report.sections.answer import finding_sentence
@@ -79,9 +68,7 @@ def _report_model(
     }
 
 
-def _report_recordings(
-    options: argparse.Namespace, folder: Path, progress: Progress
-) -> tuple[dict[str, Path], dict[str, Any]]:
+def _report_recordings(options: argparse.Namespace, folder: Path, progress: Progress) -> FilesAndData:
     with stage(progress, "Load the program"):
         from srbval.cli.record_commands import request_from_options
         from srbval.report.reports import report_sources
@@ -91,10 +78,7 @@ def _report_recordings(
 
 
 def run_validate_command(options: argparse.Namespace) -> int:
-    """Compare simulated with measured signals, write the report and print the table.
-
-    Exit code 1 if a tolerance is missed, 3 if a pair failed, 4 if a run failed.
-    """
+    """Compare simulated with measured signals; exit code 1 out of tolerance, 3 failed pair, 4 failed run."""
     with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
             from srbval.report.reports import report_case
@@ -117,7 +101,7 @@ def run_validate_command(options: argparse.Namespace) -> int:
 
     def show() -> None:
         print(result.headline)
-        print(text_rows(result.table[list(COMPARISON_COLUMNS)].to_dict("records")))
+        print(text_rows(result.table[list(PAIR_COLUMNS)].to_dict("records")))
         for number, text in problems:
             print(f"pair {number}: {text}")
         for one in result.failed:
@@ -125,12 +109,12 @@ def run_validate_command(options: argparse.Namespace) -> int:
         print("\n".join(written.values()))
 
     document = result.to_dict() | {"report": written}
-    return print_document(options, document, show, code=code, tables={"table": document["table"]})
+    return print_result(options, document, show, code=code, tables={"table": document["table"]})
 
 
 def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
     """Yield the case settings that the options replace, by dotted key."""
-    short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # named as keys of a case
+    short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # keys of a case
     yield from ((key, value) for key, value in short if value is not None)
     yield from options.set or ()
 
@@ -147,7 +131,7 @@ def _case_of_files(options: argparse.Namespace, changes: dict[str, Any]) -> Any:
         raise ConfigurationError(
             "name a case (a TOML file, or one of data_manifest/cases), or files with --simulated and --measured."
         )
-    # A first case, of one pair that stands for all, checks and holds the settings of both sides.
+    # A preliminary case with all files in one pair checks the settings of both sides.
     given = case_of_pairs([{"simulated": options.simulated, "measured": options.measured}], changes)
     state = Fault(options.state) if options.state else None
     settings = {"simulated": given.simulated, "measured": given.measured}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.arguments import AUTO_STEP
-from srbval.cli.output import print_document, print_table
+from srbval.cli.output import print_result, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of, models_of
 from srbval.models.run import RunSummary, works
@@ -26,25 +26,16 @@ from srbval.storage.json_files import to_json
 if TYPE_CHECKING:
     from srbval.plan.plan import Plan
 
-# Attributes of a run that are printed under their own names.
-RUN_QUANTITIES = [
-    "seconds",
-    "wall_s",
-    "compile_s",
-    "wall_per_simulated_s",
-    "cage_ratio",
-    "bpfo_hz",
-    "bpfi_hz",
-    "drive_power_w",
-]
-RUN_QUANTITIES += ["roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s"]
+# Attributes of a run that are printed under their names.
+RUN_QUANTITIES = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz"]
+RUN_QUANTITIES += ["drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s"]
 RUN_QUANTITIES += ["stored_utc", "reason", "not_validated"]
-OIL_QUANTITIES = ["power_w", "film_um", "lambda_min", "slip_pct"]  # the same, of a scene with oil
+OIL_QUANTITIES = ["power_w", "film_um", "lambda_min", "slip_pct"]  # also printed for a scene with oil
 FAULT_LINES = ("bpfo", "bpfi", "bsf", "ftf")
 BEARINGS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, FAULT_LINES), "models up to", "title")
 NOT_TABULATED = ["reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s"]
 NOT_TABULATED += ["roller_load_share"]
-UNIT_BY_SUFFIX = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
+UNIT_BY_SUFFIX = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by suffix
 
 
 def scene_from_options(options: argparse.Namespace) -> Scene:
@@ -115,11 +106,11 @@ def run_simulate_command(options: argparse.Namespace) -> int:
                     rows.append(_format_quantity(f"{name} {key}".strip(), one))
         print_table(("quantity", "value", "unit"), rows)
         print(f"\n{_describe_load_share(result)}not validated: {'; '.join(result.not_validated)}")
-        known = not math.isnan(result.cage_ratio)  # a model from outside need not have a cage
+        known = not math.isnan(result.cage_ratio)  # an outside model may have no cage
         lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if known else ""
         print(f"{result.status}: {result.reason}{lines}{f', written to {output}' if output else ''}.")
 
-    print_document(options, summary | planned, show, status=result.status.value)
+    print_result(options, summary | planned, show, status=result.status.value)
     if not works(result.status):
         kept = "printed" if output is None else f"printed and written to {output}"
         print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
@@ -202,7 +193,7 @@ def run_plan_command(options: argparse.Namespace) -> int:
         for reason in plan.outside:
             print(f"outside what was measured: {reason}", file=sys.stderr)
 
-    return print_document(options, to_json(plan), show, code=0 if plan.met else 1)
+    return print_result(options, to_json(plan), show, code=0 if plan.met else 1)
 
 
 def _three_digits(value: float | None) -> float | None:
@@ -210,7 +201,7 @@ def _three_digits(value: float | None) -> float | None:
 
 
 def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
-    from srbval.plan.plan import make_plan  # the planner takes half a second to load
+    from srbval.plan.plan import make_plan  # slow import
 
     return make_plan(scene, question=options.question, tolerance_pct=options.tolerance)
 
@@ -229,7 +220,7 @@ def run_kinematics_command(options: argparse.Namespace) -> int:
 
     document = vars(frequencies) | {"orders": bearing.orders, "bearing": bearing.name}
     document |= {"rolling_elements": bearing.rolling_elements, "rpm": options.rpm, "source": bearing.source}
-    return print_document(options, document, show)
+    return print_result(options, document, show)
 
 
 def run_bearing_command(options: argparse.Namespace) -> int:
@@ -248,7 +239,7 @@ def run_bearing_command(options: argparse.Namespace) -> int:
 
     names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")
     bearings = [{name: getattr(one, name) for name in names} | {"models": models_of(one)} for one in found]
-    return print_document(options, {"count": len(found), "bearings": bearings}, show)
+    return print_result(options, {"count": len(found), "bearings": bearings}, show)
 
 
 def _bearing_row(bearing: Bearing) -> tuple[object, ...]:

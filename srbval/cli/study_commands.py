@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from srbval.check.check import CheckResult, differences, fingerprint, reference_path, run_check, write_reference
-from srbval.cli.arguments import Parser
-from srbval.cli.output import own_command, print_document, print_table
+from srbval.cli.arguments import Parser, command_tables
+from srbval.cli.output import own_command, print_result, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, ProgressDisplay, prefixed, stage
 from srbval.progress.tables import text_rows
@@ -23,25 +23,15 @@ from srbval.studies.harness import StudyResult, load_study, make_result, study_n
 from srbval.studies.outside import bench, draw_study, stability
 from srbval.studies.scale import measure_scale
 
-MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --json has all
+MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --json contains all
 VALIDITY_BY_KIND = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
 UNSOUND = 1
-OUTSIDE_MODEL_OPTIONS: dict[str, dict[str, Any]] = {
-    "--model": {"metavar": "M", "help": "your own model: FILE.py:NAME, package.module:NAME or FILE.fmu"},
-    "--model-command": {
-        "metavar": "TEXT",
-        "type": "command",
-        "help": 'command that runs your own program as the model: "./mysim {scene_json} {out_csv}"',
-    },
-}
 STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
+OPTION_GROUPS = {"speed_accuracy": ["study", "outside_model", "bench"], "stability": ["study", "outside_model"]}
 
 
 def run_check_command(options: argparse.Namespace) -> int:
-    """Compare the program's fingerprint with the reference; ``--update --yes`` replaces the reference.
-
-    Exit code 1 if a quantity is out of tolerance or evidence is stale, or if an update was not confirmed.
-    """
+    """Compare the program with its reference, or update it; exit code 1 for differences or stale evidence."""
     old = reference_fingerprint()
     with ProgressDisplay() as progress:
         result = run_check(progress=prefixed(progress, "Check"))
@@ -54,10 +44,10 @@ def run_check_command(options: argparse.Namespace) -> int:
         left = "replaced" if replaced else "left as it was; give --yes to replace it"
         text = f"{reference_path()}: {left if changed else 'nothing differs'}; {len(changed)} quantities differ"
         document |= {"reference": reference_path(), "replaced": replaced, "differences": changed}
-        return print_document(options, document, text, code=0 if replaced or not changed else 1)
+        return print_result(options, document, text, code=0 if replaced or not changed else 1)
     drifted = not all(one.ok for one in result.checks)
     status = "drifted" if drifted else "stale" if result.stale else "ok"
-    return print_document(options, document, lambda: _show_check(result), status=status, code=0 if result.ok else 1)
+    return print_result(options, document, lambda: _show_check(result), status=status, code=0 if result.ok else 1)
 
 
 def _show_check(result: CheckResult) -> None:
@@ -91,9 +81,7 @@ def run_evidence_command(options: argparse.Namespace) -> int:
     stale = [one for one in states if one["kind"] is ResultKind.EVIDENCE and not one["fresh"]]
     code = 1 if stale or not all(one["sound"] for one in states) else 0
     status = "stale" if stale else "ok" if code == 0 else "unsound"
-    return print_document(
-        options, {"results": to_json(states)}, lambda: _show_results(states), status=status, code=code
-    )
+    return print_result(options, {"results": to_json(states)}, lambda: _show_results(states), status=status, code=code)
 
 
 def _show_results(states: Sequence[State]) -> None:
@@ -122,7 +110,7 @@ def run_study_command(options: argparse.Namespace) -> int:
         about: dict[str, object] = {"name": state["name"], "question": one.question, "kind": one.kind.value}
         rows.append(about | {"minutes": one.minutes, "made_utc": state["made_utc"], "stale": state["why"]})
     shown = {name: name for name in ("question", "kind", "minutes", "stale")}
-    return print_document(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
+    return print_result(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
 
 
 def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
@@ -130,24 +118,9 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     parser = Parser(prog=command, description=asked.question, epilog=f"example: {command} --jobs 2")
     asked.add_options(parser.add_argument_group("study"))
     picture = f"srbval-{command.rpartition(' ')[2]}.svg"
-    if name in STUDY_BY_COMMAND.values():
-        group = parser.add_argument_group("model")
-        for option, settings in OUTSIDE_MODEL_OPTIONS.items():
-            group.add_argument(option, dest="model", **settings)
-        parser.add_argument("--plot", metavar="OUT.svg", help=f"file for the diagram (default: {picture})")
-    if name == STUDY_BY_COMMAND["bench"]:
-        parser.add_argument(
-            "--scale", action="store_true", help="measure cost against model size instead: half an hour"
-        )
-    parser.add_argument(
-        "--jobs", metavar="N", type="jobs", help="number of simulations at the same time (default: one per core)"
-    )
-    about_output = "file for the result (default: a complete result is stored where the report finds it)"
-    parser.add_argument("-o", "--output", metavar="FILE", help=about_output)
-    parser.add_argument(
-        "--fresh", action="store_true", help="compute all results again instead of using cached results"
-    )
-    parser.add_argument("--json", action="store_true", help="print the result as one JSON document")
+    for group in OPTION_GROUPS.get(name, ["study"]):
+        for names, settings in command_tables()["study_groups"][group].items():
+            parser.add_argument(*names.split(), **settings)
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
     plot = Path(getattr(given, "plot", None) or picture)
     check_suffix(plot, "SVG", (".svg",))
@@ -166,7 +139,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     if "file" in stored:
         print(f"stored: {stored['file']}", file=sys.stderr)
     text = f"{found.text}\n\nDrawn in {plot}" if "plot" in stored else found.text
-    return print_document(given, stored, text, code=0 if found.sound else UNSOUND)
+    return print_result(given, stored, text, code=0 if found.sound else UNSOUND)
 
 
 def _run_outside(

@@ -14,7 +14,7 @@ from srbval.models.run_file import scene_dict
 from srbval.plan.questions import Question
 from srbval.scene import Scene, load_scene
 from srbval.storage.stored_result import newest_result
-from srbval.storage.tables import flatten_table
+from srbval.storage.tables import walk_leaves
 
 ERRORS_RESULT = "model_levels"
 REMEDY = f"srbval evidence {ERRORS_RESULT} measures them"
@@ -129,7 +129,7 @@ def scene_values(scene: Scene) -> dict[str, Any]:
     """Settings of a scene by dotted key, with a digest of its bearing's data."""
     bearing = load_bearing(scene.bearing)
     digest = hashlib.sha256(repr(bearing).encode()).hexdigest()[:8]
-    values = flatten_table(scene_dict(scene) | {"bearing": f"{bearing.name} (data {digest})"})
+    values = walk_leaves(scene_dict(scene) | {"bearing": f"{bearing.name} (data {digest})"})
     return {key: value for key, value in values if value is not None and value != []}
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 OWN_GROUPS, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")  # control groups of Linux, version 2
 _lock = threading.Lock()
-_limits: list[Any] = []  # one for each that is within; the first restores what was before
+_limits: list[Any] = []  # one per active context; the first restores the original limits
 
 
 def usable_cores() -> int:
@@ -23,14 +23,11 @@ def usable_cores() -> int:
 
 
 def _quotas() -> Iterator[float]:
-    """Yield the quota [cores] of this process's control group and of every group above it.
-
-    A container sees its own group as the topmost group.
-    """
+    """Yield the CPU quota [cores] of this process's control group and of every group above it."""
     listed = OWN_GROUPS.read_text("utf-8").splitlines() if OWN_GROUPS.is_file() else ()
     for place in (PurePosixPath(line.removeprefix("0::")) for line in listed if line.startswith("0::")):
         for group in (place, *place.parents):
-            with contextlib.suppress(OSError, ValueError):  # not mounted here; "max" is no number
+            with contextlib.suppress(OSError, ValueError):  # not mounted, or "max" instead of a number
                 quota, period = map(int, (GROUPS / str(group).lstrip("/") / "cpu.max").read_text("ascii").split())
                 yield quota / period
 
@@ -57,7 +54,7 @@ def one_thread() -> Iterator[None]:
 def _thread_controller() -> Any:
     from threadpoolctl import ThreadpoolController
 
-    return ThreadpoolController()  # takes 8 ms to find them, and then 10 us a limit
+    return ThreadpoolController()  # finding the libraries takes 8 ms, setting a limit 10 us
 
 
 def is_single_threaded() -> bool:

@@ -31,7 +31,7 @@ def in_processes(
     count, ignore = min(jobs or usable_cores(), len(items)), (signal.SIGINT, signal.SIG_IGN)
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore) as pool:
         script = {name: vars(main).pop(name, None) for name in ("__file__", "__spec__")}
-        main.__spec__ = None  # a spawned process would run the user's script again
+        main.__spec__ = None  # otherwise a spawned process would run the user's script
         try:
             running = {pool.submit(function, item): item for item in items}
         finally:

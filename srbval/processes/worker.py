@@ -23,8 +23,8 @@ from typing import IO, Any, TypeVar
 from srbval.processes.machine import is_single_threaded
 from srbval.storage.installation import child_environment
 
-GRACE_S = 5.0  # after the limit, for the parent to kill the child before that ends itself
-TERMINATION_S = 10.0  # for a killed process to end; one that waits for a dead disk does not
+GRACE_S = 5.0  # time after the limit for the parent to kill the child before the child ends itself
+TERMINATION_S = 10.0  # longest wait for the end of a killed process, which may hang on a dead disk
 SIGNAL_S = 0.5  # the longest time for which a wait ignores a signal
 
 Result = TypeVar("Result")
@@ -54,7 +54,7 @@ def without_ctrl_c() -> Iterator[None]:
     try:
         yield
     finally:
-        if main and signal.getsignal(signal.SIGINT) is not handler:  # other threads may not, see `signal`
+        if main and signal.getsignal(signal.SIGINT) is not handler:  # only the main thread may set handlers
             signal.signal(signal.SIGINT, handler)
         if masks:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -64,7 +64,7 @@ def without_ctrl_c() -> Iterator[None]:
 
 def end_group(leader: int) -> None:
     """Kill the processes of a group, or on Windows a process and its child processes."""
-    with contextlib.suppress(OSError):  # nobody is left
+    with contextlib.suppress(OSError):  # no process is left
         if hasattr(os, "killpg"):
             os.killpg(leader, signal.SIGKILL)
         else:
@@ -124,17 +124,14 @@ class WorkerProcess:
         """Serve calls in the forked process, without using, closing or cleaning up anything of the parent."""
         gc.freeze()
         gc.enable()
-        os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # the last of them tells `Popen` that the process has started
-        sys.stdout = sys.stderr = os.fdopen(2, "w", closefd=False)  # the parent's may lead elsewhere
+        os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # closing the last one signals `Popen` that the process has started
+        sys.stdout = sys.stderr = os.fdopen(2, "w", closefd=False)  # the streams of the parent may be redirected
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_DFL)
         serve_calls(lambda: importlib.import_module(self._module).prepare_worker())
 
     def call(self, request: Any, *, limit_s: float | None = None) -> Any:
-        """Send a request and return the answer.
-
-        Raises `DiedError` if the process dies, `OverLimitError` if the call takes longer than `limit_s` [s].
-        """
+        """Send a request and return the answer; raises `DiedError`, or `OverLimitError` after `limit_s` [s]."""
         process = self.start()
         assert process.stdin is not None
         assert process.stdout is not None
@@ -152,9 +149,9 @@ class WorkerProcess:
             pickle.dump((request, limit_s), process.stdin)
             process.stdin.flush()
             return pickle.load(process.stdout)
-        except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: closed meanwhile
+        except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: the pipe was closed meanwhile
             how = _describe_death(process)
-            self.kill()  # with its group
+            self.kill()  # also its group
             self.close()
             raise (OverLimitError if over.is_set() else DiedError)(how) from None
         finally:
@@ -207,21 +204,21 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         answers = os.fdopen(os.dup(1), "wb")
-        os.dup2(2, 1)  # what a library prints must not get between the answers
+        os.dup2(2, 1)  # output of libraries must not mix with the answers
         requests: queue.Queue[tuple[Any, float | None]] = queue.Queue()
         threading.Thread(target=_receive_requests, args=(os.fdopen(os.dup(0), "rb"), requests), daemon=True).start()
         answer = load()
         with Path(os.devnull).open("w") as nowhere:
             while True:
                 request, limit_s = requests.get(timeout=idle_s)
-                if limit_s is not None:  # a thread of C, for code that lets none of Python run
+                if limit_s is not None:  # works even if the code blocks the interpreter
                     faulthandler.dump_traceback_later(limit_s + GRACE_S, exit=True, file=nowhere)
                 answered = pickle.dumps(answer(request), protocol=pickle.HIGHEST_PROTOCOL)
                 faulthandler.cancel_dump_traceback_later()
                 answers.write(answered)
                 answers.flush()
     except (BrokenPipeError, queue.Empty):
-        os._exit(0)  # nobody waits for it any more
+        os._exit(0)  # the parent no longer waits
     except BaseException as error:
         print(f"worker process {os.getpid()}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
         os._exit(1)

@@ -13,9 +13,9 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Self, TextIO
 
-DRAWN_EVERY_S = 0.3  # the longest time between two states of a line on a terminal, which is written over
-LINE_AFTER_S, LATER = 3.0, 3.0  # a log's first line of a running task, and the next when it has lasted so many times
-MAX_LOG_LINES = 8  # of a running task in a log: one at each of as many steps of a known extent
+DRAWN_EVERY_S = 0.3  # interval at which a line on a terminal is overwritten
+LINE_AFTER_S, LATER = 3.0, 3.0  # time to the first line in a log, and factor from line to line
+MAX_LOG_LINES = 8  # lines per task in a log, spread over its extent if that is known
 
 Progress = Callable[[str, float | None], None]
 """Callback with the name of a task and the fraction of it that is done, 0 to 1.
@@ -53,7 +53,7 @@ class ProgressDisplay:
         self._stream, self._lock = stream or sys.stderr, threading.Lock()
         self._terminal = self._stream.isatty()
         self._every_s = DRAWN_EVERY_S if self._terminal else LINE_AFTER_S
-        self._drawn = 0  # characters of the line that will be written over
+        self._drawn = 0  # characters of the line to overwrite
         # By task: the fraction done, when it began and was last reported (`time.monotonic`) [s], the lines until now.
         self._running: dict[str, tuple[float | None, float, float, int]] = {}
         self._written_at = time.monotonic()
@@ -67,7 +67,7 @@ class ProgressDisplay:
     def __exit__(self, *_: object) -> None:
         self._stopped.set()
         self._heartbeat.join()
-        if self._drawn:  # of a task that did not end
+        if self._drawn:  # the last task did not end
             self._write("")
 
     def __call__(self, task: str, fraction: float | None) -> None:
@@ -119,7 +119,7 @@ class ProgressDisplay:
             before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if passing else line
             end, self._drawn = ("", len(shown)) if passing else ("\n", 0)
             line = f"\r{shown.ljust(before)}"
-        with contextlib.suppress(OSError):  # nobody reads: no reason to stop
+        with contextlib.suppress(OSError):  # a closed stream must not stop the work
             print(line, file=self._stream, flush=True, end=end)
 
 

@@ -15,14 +15,14 @@ from srbval.storage.files import UNFINISHED
 
 KERNELS, STUDY_RESULTS, SCENE_RESULTS = "kernels", "results", "scene-results"  # kinds of content
 KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
-# Names of the files that this program and its compiler write there; whatever else lies there is not ours to delete.
+# Names of files that srbval and its compiler write; other files must not be deleted.
 KERNEL_FILES = re.compile(
     r".+\.kernel|.+\.nb[ic](\.tmp\.[0-9a-f]+)?|[a-z0-9-]+\.lock|compiled-[a-z]+-[a-z]+-[12][a-z-]*-[0-9a-f]{12,16}|"
     + UNFINISHED.pattern
 )
 STORED_FILES = re.compile(r".+-[0-9a-f]{32}\.(json|result|h5)")
 RESULT_FILES = re.compile(f"{STORED_FILES.pattern}|{UNFINISHED.pattern}")
-NAMED_RESULT = re.compile(r"[a-z_]+\.json")  # ours where it begins with our schema and its own name
+NAMED_RESULT = re.compile(r"[a-z_]+\.json")  # written by srbval if it begins with the schema version and its name
 RESULT_START = re.compile(rb'\{\s*"schema_version": \d+,\s*"kind": "([a-z_]+)"')
 
 
@@ -59,10 +59,7 @@ def cache_use() -> tuple[CacheUse, ...]:
 
 
 def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
-    """Delete these kinds of content (default: all); returns what was deleted.
-
-    Raises `ConfigurationError` for a kind that does not exist, `DataError` if a folder cannot be deleted.
-    """
+    """Delete these kinds of content (default: all) and return what was deleted; an unknown kind is an error."""
     found = {use.kind: use for use in cache_use()}
     unknown = [kind for kind in kinds if kind not in found]
     if unknown:
@@ -77,7 +74,7 @@ def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
             raise DataError(f"{use.folder}: cannot be deleted ({error.strerror}).") from None
         folders = {folder for path in files for folder in path.parents if folder.is_relative_to(use.folder)}
         for folder in sorted(folders or {use.folder}, reverse=True):
-            with contextlib.suppress(OSError):  # it holds what is not ours
+            with contextlib.suppress(OSError):  # it contains other files
                 folder.rmdir()
     return chosen
 

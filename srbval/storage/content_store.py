@@ -27,21 +27,18 @@ from srbval.storage.json_files import to_json
 from srbval.storage.sources import content_version
 
 T = TypeVar("T")
-FRESH = "SRBVAL_FRESH"  # environment variable, set by --fresh: nothing that is stored is read
+FRESH = "SRBVAL_FRESH"  # environment variable that --fresh sets: stored results are not read
 LIMIT_BYTES = 10**9
-LARGEST_BYTES = LIMIT_BYTES // 4  # of a result that is worth storing
-KEPT_SHARE = 0.9  # of the limit, what remains where it was exceeded
-ABANDONED_S = 86_400.0  # age at which a file that nobody finished is nobody's
+LARGEST_BYTES = LIMIT_BYTES // 4  # largest result that is stored
+KEPT_SHARE = 0.9  # share of the limit that is kept after it was exceeded
+ABANDONED_S = 86_400.0  # age at which an unfinished file counts as abandoned
 
-_read_utc: list[str] = []  # when what this process has read was made, ISO 8601
+_read_utc: list[str] = []  # dates of the results that this process has read, ISO 8601
 
 
 @contextlib.contextmanager
 def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
-    """Context in which no stored result is read if `fresh`, also in child processes.
-
-    Yields a list, to which the dates (ISO 8601) of the results that are read are added.
-    """
+    """Context that ignores stored results if `fresh`; yields a list of the dates (ISO 8601) of results read."""
     before, _read_utc[:] = os.environ.get(FRESH, ""), []
     os.environ[FRESH] = "1" if fresh else before
     try:
@@ -67,7 +64,7 @@ class _FieldsPickler(pickle.Pickler):
 def content_sha256(*values: Any) -> str:
     """Hash of arrays, dataclasses and other values that can be pickled; the same in every process."""
     digest = hashlib.sha256()
-    pickler = _FieldsPickler(SimpleNamespace(write=digest.update), protocol=5)  # nothing is copied
+    pickler = _FieldsPickler(SimpleNamespace(write=digest.update), protocol=5)  # hashes without copying
     pickler.fast = True  # equal values give equal bytes, whether they are one object or two
     pickler.dump(values)
     return digest.hexdigest()
@@ -99,7 +96,7 @@ class ContentStore:
             stored = checked_summary(path)
             found = None if stored is None else read(json.loads(stored))
             made_s = path.stat().st_mtime
-            os.utime(path, (time.time(), made_s))  # the time of access says what is in use, also where none are kept
+            os.utime(path, (time.time(), made_s))  # set the access time, which some file systems do not update
         except (OSError, SrbvalError, ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
             return None
         if found is not None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from srbval.errors import ConfigurationError, DataError
 
 PART_SUFFIX = ".srbval-part"
-UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(PART_SUFFIX))  # the name of the file that was to be written
+UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(PART_SUFFIX))  # the group is the name of the final file
 MAX_FILE_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more than that as TOML would take seconds
 
 
@@ -39,13 +39,13 @@ def atomic_write(path: Path) -> Iterator[Path]:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=PART_SUFFIX, dir=path.parent)
-        except ValueError as error:  # a zero byte or half a character
+        except ValueError as error:  # the name contains a zero byte or half a character
             raise DataError(f"{path}: no file can have such a name ({error}).") from None
         os.close(handle)
         part = Path(name)
         try:
             yield part
-            with part.open("rb+") as stream:  # Windows syncs no file that is only read
+            with part.open("rb+") as stream:  # Windows cannot sync a file that is opened for reading
                 os.fsync(stream.fileno())
             os.umask(mask := os.umask(0))
             part.chmod(0o666 & ~mask)
@@ -60,10 +60,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
-    """Remove unfinished files of killed processes from `folder` if `belongs` accepts the name of the final file.
-
-    Other files, folders and links are kept. Call it while no other process writes there.
-    """
+    """Remove unfinished files of killed processes from `folder` if `belongs` accepts the name of the final file."""
     for path in folder.glob(f".*{PART_SUFFIX}"):
         match = UNFINISHED.fullmatch(path.name)
         if match is not None and belongs(match[1]) and path.is_file() and not path.is_symlink():

@@ -16,15 +16,13 @@ from typing import Any
 from srbval.errors import DataError
 from srbval.storage.files import atomic_write, check_suffix
 
-CHECKSUM = "srbval_checksum"  # attribute of the HDF5 files that have one
-SUMMARY_FOOTER = (
-    b"\nsrbval summary %07d sha256 "  # after the summary, with its length [bytes]; then the digest and a line end
-)
+CHECKSUM = "srbval_checksum"  # attribute of HDF5 files with a checksum
+SUMMARY_FOOTER = b"\nsrbval summary %07d sha256 "  # with the length of the summary [bytes]; the digest and \n follow
 END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
 END_BYTES = len(SUMMARY_FOOTER % 0) + 65
 BLOCK_BYTES = 2**20
 HDF5_SCHEMA_VERSION = 1
-HDF5 = "HDF5", (".h5", ".hdf5", ".nc")  # with names that it may have
+HDF5 = "HDF5", (".h5", ".hdf5", ".nc")  # with its suffixes
 ATTRIBUTES: dict[str, Any] = {
     "schema_version": HDF5_SCHEMA_VERSION,
     CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
@@ -56,7 +54,7 @@ class _PatientFile(io.FileIO):
             return size or 0
 
 
-CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  # where no signal is to be taken
+CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  # code that a signal must not interrupt
 
 
 @contextlib.contextmanager

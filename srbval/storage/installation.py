@@ -16,10 +16,7 @@ def package_folder() -> Path:
 
 
 def shipped_folder(name: str) -> Path:
-    """Folder shipped with srbval: in an installed package, or beside the package in a source checkout.
-
-    Raises `DataError` if it is missing.
-    """
+    """Folder shipped with srbval, in an installed package or a source checkout; `DataError` if it is missing."""
     package = package_folder()
     for folder in (package / name, package.parent / name):
         if folder.is_dir():
@@ -34,11 +31,7 @@ def child_environment() -> dict[str, str]:
 
 
 def pip_command(*libraries: str) -> str:
-    """Command that installs `libraries` for the running Python, quoted for this system's shell.
-
-    It names the libraries and not an extra of srbval: srbval is on no package index, and the folder or wheel from which
-    it was installed may be gone.
-    """
+    """Command that installs `libraries` for the running Python; an extra of srbval is on no package index."""
     words = [sys.executable, "-m", "pip", "install", *libraries]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
@@ -56,10 +49,7 @@ def is_source_tree() -> bool:
 
 
 def git_revision() -> str | None:
-    """Short git revision; ends with ``-dirty`` if a file outside ``reports`` has changed; None for an installed copy.
-
-    Results are stored one after another, so changes of ``reports`` must not mark the later ones.
-    """
+    """Short git revision, with ``-dirty`` if files outside ``reports`` have changed; None for an installed copy."""
     if not is_source_tree():
         return None
 

@@ -22,10 +22,7 @@ from srbval.storage.files import MAX_FILE_BYTES, atomic_write, file_sha256, read
 
 
 def to_json(value: Any) -> Any:
-    """Convert dataclasses, mappings, NumPy values, enums, paths, dates and tuples to types that JSON has.
-
-    A number that is not finite becomes None. Raises `TypeError` for any other type.
-    """
+    """Convert dataclasses, mappings, NumPy values, enums, paths and dates to JSON types; NaN becomes None."""
     if isinstance(value, enum.Enum):
         return to_json(value.value)
     if isinstance(value, np.ndarray | np.generic):
@@ -127,7 +124,7 @@ def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
     """Yield the listing in `folder` and the unchanged files that it lists, in `folder` or one level below."""
     try:
         listed = dict(read_json(folder / listing)["files"])
-    except (SrbvalError, LookupError, TypeError, ValueError):  # there is none, or it is another program's
+    except (SrbvalError, LookupError, TypeError, ValueError):  # missing, or written by another program
         return
     yield folder / listing
     for name, sha256 in listed.items():

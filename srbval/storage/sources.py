@@ -22,20 +22,17 @@ PACKAGE = package_folder()
 # Import statements are found by their first word and parsed alone: parsing whole files would take ten times as long.
 STATEMENT = re.compile(r"^[ \t]*(?:from|import)[ \t][^\n(]*(?:\([^)]*\))?", re.MULTILINE)
 FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE)
-PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", of what is imported when it is first used
+PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", imported at first use
 _NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
 SHOWING = ("page", "figure")
-DISPLAY_KEYS = ("question", "minutes")  # keys of a study's TOML file that are told to its reader and change no number
-_IDENTIFIER_FIELDS = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
+DISPLAY_KEYS = ("question", "minutes")  # keys of a study's TOML file that only inform the reader
+_NAME_FIELDS = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
 @cache
 def content_version(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> str:
-    """Hash of all source files on which `modules` (dotted names) depend, 16 hexadecimal digits.
-
-    Unless `lazy`, modules named as "module:name" do not count.
-    """
+    """Hash of all sources on which `modules` depend, 16 hexadecimal digits; "module:name" counts if `lazy`."""
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
         digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())
@@ -150,16 +147,11 @@ def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
                     _describe(item, inner, words)
                 else:
                     words.append(repr(item))
-            if value:  # a newer Python has fields that are empty here
+            if value:  # newer versions of Python have more, empty fields
                 words.append(f"end of {name}")
-        elif isinstance(value, str) and value.startswith(inner):  # a module that may move
+        elif isinstance(value, str) and value.startswith(inner):  # a reference to a module, which may move
             words.append(value.partition(":")[2])
-        elif (
-            name in _IDENTIFIER_FIELDS
-            and isinstance(value, str)
-            and value.startswith("_")
-            and not value.startswith("__")
-        ):
+        elif name in _NAME_FIELDS and isinstance(value, str) and value.startswith("_") and not value.startswith("__"):
             words.append("_")
         elif value is not None:
             words.append(repr(value))

@@ -28,14 +28,14 @@ PartFingerprint = Mapping[str, FingerprintValue]
 Fingerprint = Mapping[str, PartFingerprint]
 
 RESULT_SCHEMA_VERSION = 3
-MAX_RESULT_BYTES = 2**26  # the longest there are have some megabytes
+MAX_RESULT_BYTES = 2**26  # the largest results have some megabytes
 REPORTS = "reports"  # folder of the results that come with the program
 REFERENCE, REFERENCE_ORIGIN = "fingerprint.json", {"schema_version": 1, "kind": "fingerprint"}
-DIRTY = "-dirty"  # end of the revision of a changed working tree
+DIRTY = "-dirty"  # suffix of the revision of a changed working tree
 # Rounding that differs between processors and versions of libraries reaches 1e-8 in the probes; a change of 1e-6 is a
 # thousandth of what any published number states.
 RELATIVE_TOLERANCE = 1e-6
-# Least difference that matters, by the unit that ends a name; smaller values are rounding of a theoretical zero.
+# Smallest relevant difference by the unit at the end of a name; below it, values are rounding errors of zero.
 MIN_DIFFERENCE = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
 
 
@@ -67,10 +67,7 @@ class CheckedQuantity:
 
 
 def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
-    """Compare all numbers and words of a part with the reference; a name that only one side has fails.
-
-    NaN equals NaN.
-    """
+    """Compare numbers and words of a part with the reference; a name on one side fails, NaN equals NaN."""
     found, both = [], [name for name in now if name in known]
     for name in dict.fromkeys([*both, *now, *known]):
         value, middle, words = now.get(name, math.nan), known.get(name, math.nan), None

@@ -23,7 +23,7 @@ from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.storage.files import read_limited
 
 T = TypeVar("T")
-NumberReader = Callable[[object, str], float]  # reads the value at a place of a table as a number
+NumberReader = Callable[[object, str], float]  # converts the value at a place of a table to a number
 
 _UNITS = tomllib.loads((files("srbval.storage") / "units.toml").read_text(encoding="utf-8"))
 UNIT_FACTORS: dict[str, dict[str, float]] = {name: table["units"] for name, table in _UNITS.items()}
@@ -32,7 +32,7 @@ RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _UNITS
 LONGEST_TEXT = 200  # characters of a number with its unit
 
 _DIGITS = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-NUMBER_AND_UNIT = re.compile(rf"\s*([-+]?{_DIGITS})(?:\s*/\s*({_DIGITS}))?\s*(.*?)\s*")  # also a fraction, 1/61440 s
+NUMBER_AND_UNIT = re.compile(rf"\s*([-+]?{_DIGITS})(?:\s*/\s*({_DIGITS}))?\s*(.*?)\s*")  # or a fraction, 1/61440 s
 LONGEST_KEY = 64  # parts of a dotted key; the reader's time grows with their square
 KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONGEST_KEY}}}")
@@ -75,7 +75,7 @@ def quote_value(value: object) -> str:
     """Text of a value for an error message, also if the value is too large to print."""
     try:
         return repr(value)
-    except (ValueError, RecursionError):  # integers of thousands of digits, lists of thousands of levels
+    except (ValueError, RecursionError):  # thousands of digits or levels
         return f"a {type(value).__name__} too large to show"
 
 
@@ -111,7 +111,7 @@ class Limited:
 def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -> None:
     if "dimension" in field.metadata:
         low, high = RANGES[field.metadata["dimension"]]
-        if number and not low <= abs(number) <= high:  # NaN neither
+        if number and not low <= abs(number) <= high:  # also false for NaN
             said = f"its size must be between {low:g} and {high:g}, or zero."
             raise ConfigurationError(f"{field.name} = {number:.6g}: {said}")
     above, least, most = field.metadata["limits"]
@@ -142,15 +142,15 @@ def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         why = "nested too deep" if isinstance(error, RecursionError) else str(error)
-        why = "an integer beyond 64 bits" if why.startswith("Exceeds the limit") else why  # Python's own, of its digits
+        why = "an integer beyond 64 bits" if why.startswith("Exceeds the limit") else why  # limit on digits in Python
         raise ConfigurationError(f"{path}: not a valid TOML file: {why}.") from None
 
 
-def flatten_table(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def walk_leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of nested tables with their dotted keys."""
     for key, value in table.items():
         if isinstance(value, Mapping):
-            yield from flatten_table(value, f"{prefix}{key}.")
+            yield from walk_leaves(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
 
@@ -257,8 +257,8 @@ def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: st
     return parse_quantity(raw, dimension or "one", where)
 
 
-JSON_TYPES = {bool: "boolean", int: "integer", str: "string", Path: "string"}  # all others are tables
-LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # of the three limits of `limited`
+JSON_TYPES = {bool: "boolean", int: "integer", str: "string", Path: "string"}  # all other types are tables
+LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three limits of `limited`
 
 
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:

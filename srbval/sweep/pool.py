@@ -36,10 +36,7 @@ class Attempt:
 
     @property
     def measurable(self) -> bool:
-        """True if the run lasted to its end near the bearing's motion, so that its errors can be computed.
-
-        Inaccurate runs and runs with an open energy balance are measurable, although they do not work.
-        """
+        """True if the run lasted to its end near the bearing's motion, so that its errors can be computed."""
         return self.works or self.status in (RunStatus.INACCURATE, RunStatus.ENERGY_OPEN)
 
 

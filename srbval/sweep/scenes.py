@@ -14,10 +14,10 @@ from srbval.scene import Scene, load_scene
 from srbval.storage.tables import read_toml
 
 OUTPUT_RATE_HZ = 20480.0  # sampling rate of the rig, section 3.2
-DURATION_GRID_HZ = 256.0  # durations are multiples of 1/256 s, and so of every output interval in use
+DURATION_GRID_HZ = 256.0  # durations are multiples of 1/256 s, which contains whole output intervals
 FITS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}, "rig": {}}
 BENCH_SCENES = tuple(f"{fit}-{state}" for fit in FITS for state in (Fault.HEALTHY, *RACE_DEFECTS))
-# Solver, step, cost and limits that the paper states; `wall_s` of computing give `simulated_s`.
+# Solver, step, cost and limits stated in the paper; `simulated_s` of time need `wall_s` of computing.
 PAPER = SimpleNamespace(**read_toml(Path(__file__).with_name("paper_integration.toml")))
 
 
@@ -43,10 +43,7 @@ def bench_scene(
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
-    """Copy of the scene that records `passages` roller passages of the outer race, at least `least_s` [s].
-
-    The run settles for `settle` passages before the record begins.
-    """
+    """Copy of the scene that settles for `settle` roller passages of the outer race, then records `passages`."""
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
         math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ

@@ -216,9 +216,9 @@ def _one_register(_own_home, said, monkeypatch):
 def answer_twice(text: Said, options: argparse.Namespace, document: Any, show: Any, **more: Any) -> int:
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        output.print_document(argparse.Namespace(json=False, export=None), document, show, **more)
+        output.print_result(argparse.Namespace(json=False, export=None), document, show, **more)
     text[:] = printed.getvalue().splitlines()
-    return output.print_document(options, document, show, **more)
+    return output.print_result(options, document, show, **more)
 
 
 def write_files() -> None:

@@ -28,7 +28,7 @@ from srbval.models.outside.signals import VECTORS, SimulatedSignals
 from srbval.models.run_file import scene_dict
 from srbval.scene import Scene, paper_scene
 from srbval.storage.installation import MissingLibraryError
-from srbval.storage.tables import SI_SUFFIX, UNIT_FACTORS, flatten_table, read_toml
+from srbval.storage.tables import SI_SUFFIX, UNIT_FACTORS, read_toml, walk_leaves
 
 SUFFIXES = {"_m_s2": {"m/s2": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "g": 9.80665}, "_w": {"W": 1.0, "kW": 1e3}}
 SUFFIXES |= {suffix: UNIT_FACTORS[dimension] for dimension, suffix in SI_SUFFIX.items()}
@@ -72,7 +72,7 @@ def load_fmu(path: Path) -> Any:
     if description.coSimulation is None:
         raise ConfigurationError(f"{path}: there is no co-simulation in it; export it as a co-simulation FMU.")
     known = {variable.name: variable for variable in description.modelVariables}
-    parts = {"scene": tuple(dict(flatten_table(scene_dict(paper_scene())))), "signals": SIGNALS}
+    parts = {"scene": tuple(dict(walk_leaves(scene_dict(paper_scene())))), "signals": SIGNALS}
     given, read = (
         [_variable(f"{where} [{part}]", key, entry, known, allowed) for key, entry in table.get(part, {}).items()]
         for part, allowed in parts.items()
@@ -81,7 +81,7 @@ def load_fmu(path: Path) -> Any:
         raise ConfigurationError(f"{where} [signals]: no acceleration, which is acceleration_m_s2 or x and y of it.")
 
     def simulate(scene: Scene) -> Any:
-        values, step_s = dict(flatten_table(scene_dict(scene))), scene.solver.step_s
+        values, step_s = dict(walk_leaves(scene_dict(scene))), scene.solver.step_s
         steps = round((scene.settle_s + scene.duration_s) / step_s)
         found = fmpy.simulate_fmu(
             str(path),
