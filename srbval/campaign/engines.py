@@ -155,9 +155,9 @@ class DaskEngine:
             client.wait_for_workers(1, timeout=self.wait_s)
         except TimeoutError:
             raise DataError(
-                f"no worker of {self.name} for {self.wait_s:g} s. Its own log says why: a full queue (wait "
-                "longer with --wait S), jobs that are refused or end at their time limit, or workers that cannot reach "
-                "the scheduler."
+                f"no worker of {self.name} for {self.wait_s:g} s. See the cluster's log: the queue may be full (wait "
+                "longer with --wait S), jobs may be refused or exceed their time limit, or workers may not reach the "
+                "scheduler."
             ) from None
 
 
@@ -237,8 +237,8 @@ def choose_engine(
         )
     if (name == LOCAL and stated) or (scheduler and len(stated) > 1):
         raise ConfigurationError(
-            f"engine {name!r} with {', '.join(stated)}: a --scheduler is taken as it is, and the others need "
-            "--engine dask."
+            f"engine {name!r} with {', '.join(stated)}: --scheduler excludes the other options, and all of "
+            "them need --engine dask."
         )
     workers = jobs or usable_cores()
     if name == LOCAL:
@@ -260,5 +260,5 @@ def _dask_class(path: str) -> type:
     except ModuleNotFoundError:
         raise MissingLibraryError(f"cluster class {path!r}", "dask[distributed]", "dask-jobqueue") from None
     if not (isinstance(found, type) and hasattr(found, "scale")):
-        raise ConfigurationError(f"{path!r} is no class of Dask clusters; one is dask_jobqueue.SLURMCluster.")
+        raise ConfigurationError(f"{path!r} is not a class of Dask clusters, such as dask_jobqueue.SLURMCluster.")
     return found

@@ -157,14 +157,14 @@ def read_campaign_table(folder: Path) -> CampaignTable:
     """Read the table of cases; raises `DataError` if it is missing or damaged."""
     file, again = folder / CAMPAIGN_JSON, f"srbval campaign run FILE.toml -o {folder}"
     if not os.path.lexists(file):
-        raise DataError(f"{folder}: no campaign here. Start one: {again}")
+        raise DataError(f"{folder}: contains no campaign. Start one: {again}")
     try:
         if not file.is_file() or checked_summary(file) is None:
             raise ValueError("it has no checksum")
         return replace(build(CampaignTable, parse_json(file.read_bytes()[:-END_BYTES]), "table"), folder=folder)
     except (OSError, ValueError, SrbvalError) as error:
         why = str(error).removeprefix(f"{file}: ")
-        raise DataError(f"{file}: damaged ({why}). It is written again, and results are kept: {again}") from None
+        raise DataError(f"{file}: damaged ({why}). To repair it and keep the results: {again}") from None
 
 
 def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
@@ -240,7 +240,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
         ) from None
     except OSError as error:
         raise DataError(
-            f"{folder}: cannot be written ({error.strerror}). Choose another folder with -o, or free this one."
+            f"{folder}: cannot be written ({error.strerror}). Choose another folder with -o, or make this one writable."
         ) from None
     with acquired:
         yield

@@ -95,7 +95,7 @@ class Axes(Limited):
         if self.kind is Sampling.SOBOL and self.samples & (self.samples - 1):
             raise ConfigurationError(
                 f"axes of kind 'sobol': samples = {self.samples} must be a power of two, "
-                f"such as {1 << (self.samples - 1).bit_length()}; others lose the sequence's balance."
+                f"such as {1 << (self.samples - 1).bit_length()}; other numbers lose the balance of the sequence."
             )
         method = qmc.LatinHypercube if self.kind is Sampling.LATIN_HYPERCUBE else qmc.Sobol
         shares = method(d=len(ranges), rng=seed).random(self.samples).tolist()
@@ -127,9 +127,11 @@ class Campaign(Limited):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.name or not all(c.isalnum() or c in "-_." for c in self.name):
-            raise ConfigurationError(f"campaign name = {self.name!r} must be letters, digits, '-', '_' and '.'.")
+            raise ConfigurationError(
+                f"campaign name = {self.name!r}: only letters, digits, '-', '_' and '.' may occur."
+            )
         if not self.outputs:
-            raise ConfigurationError(f"outputs is empty; name some of {', '.join(Output)}.")
+            raise ConfigurationError(f"outputs is empty; choose from {', '.join(Output)}.")
 
     def limit_s(self, expected_s: float) -> float | None:
         """Limit of the wall time [s] of a case that is expected to take `expected_s`; None if there is no limit."""

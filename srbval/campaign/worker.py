@@ -91,7 +91,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
     """
     here, folder = f"the Dask worker at {platform.node()}", task.path.parents[1]
     if not folder.is_dir():
-        raise DataError(f"{here} does not see {folder}; choose a folder that all machines share.")
+        raise DataError(f"{here} cannot access {folder}; choose a folder that all machines share.")
     if not hasattr(this_thread, "process"):
         this_thread.process = case_process()
     kind = (task.version, task.scene.model, task.scene.solver.name, *kernels_of(task.scene))
@@ -104,7 +104,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
                 if theirs != task.version:
                     raise ConfigurationError(
                         f"{here} runs another version of the model ({theirs}, here {task.version}): results would not "
-                        "compare. Install the same srbval there."
+                        "be comparable. Install the same srbval there."
                     )
                 prepared.add(kind)
             ready = True
@@ -123,12 +123,12 @@ def run_isolated(task: CaseTask) -> CaseResult:
             return result
     if not ready:
         why = f"within {PREPARE_LIMIT_S:g} s" if over else f"but died {ATTEMPTS} times ({how})"
-        raise NumericsError(f"a worker process did not compile what it needs {why}. See: srbval doctor")
+        raise NumericsError(f"a worker process did not compile its kernels {why}. See: srbval doctor")
     if not over:
         return write_crash(task, f"process died {ATTEMPTS} times ({how})")
     limit = f"its limit of {task.limit_s:.6g} s, so its process was ended; the other cases were run"
     options = "--limit-factor, --least-limit, or limit_factor and least_limit in the campaign file"
-    return _write_failure(task, TIMED_OUT, f"it took longer than {limit}. If it only needs longer: {options}")
+    return _write_failure(task, TIMED_OUT, f"it took longer than {limit}. If it only needs more time: {options}")
 
 
 def write_crash(task: CaseTask, how: str) -> CaseResult:

@@ -75,8 +75,8 @@ def _run(given: list[str]) -> int:
     with _ended_by_signals(), stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
         code: int = command(options)
         if read_utc:
-            told = read_utc[0] if len(read_utc) == 1 else f"{min(read_utc)} to {max(read_utc)}, {len(read_utc)} results"
-            print(f"srbval: read from the cache of {told}; --fresh computes again", file=sys.stderr)
+            dates = min(read_utc) if len(read_utc) == 1 else f"{min(read_utc)} to {max(read_utc)}"
+            print(f"srbval: results from the cache, computed {dates}; --fresh computes again", file=sys.stderr)
     sys.stdout.flush()
     return code
 
@@ -87,7 +87,7 @@ def _failure(error: BaseException, *, resumed: bool) -> tuple[str, int]:
         number = error.args[0] if error.args else signal.SIGINT
         by = "" if number == signal.SIGINT else f" by {number.name}"
         again = "; the same command continues" if resumed else ""
-        return f"interrupted{by}; nothing half-written was left behind{again}", SIGNALLED + number
+        return f"interrupted{by}; no incomplete file was left{again}", SIGNALLED + number
     if isinstance(error, OSError) and error.strerror:  # error of the system, such as a full disk
         error = DataError(f"{error.filename or 'output'}: {error.strerror}.")
     return (str(error), error.exit_code) if isinstance(error, SrbvalError) else (internal_error(error), INTERNAL)
@@ -100,8 +100,8 @@ def internal_error(error: BaseException) -> str:
         handle, where = tempfile.mkstemp(prefix="srbval-error-", suffix=".txt")
         with open(handle, "w", encoding="utf-8", errors="backslashreplace") as file:
             file.write("".join(traceback.format_exception(error)))
-    said = f"{type(error).__name__}: {error}"[:400]
-    return str(SrbvalError(f"an error in srbval itself, {said}. Please report it with {where}."))
+    problem = f"{type(error).__name__}: {error}"[:400]
+    return str(SrbvalError(f"an error in srbval itself, {problem}. Please report it with {where}."))
 
 
 @contextlib.contextmanager

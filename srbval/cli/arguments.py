@@ -47,7 +47,7 @@ class Parser(argparse.ArgumentParser):
         if unknown:
             options = list(self._option_string_actions)
             hints = dict.fromkeys(_resembling(w.split("=")[0], options) for w in unknown if w.startswith("-"))
-            raise ConfigurationError(f"unknown: {' '.join(unknown)}.{''.join(hints)} See: {self.prog} --help")
+            raise ConfigurationError(f"unknown argument: {' '.join(unknown)}.{''.join(hints)} See: {self.prog} --help")
         return found, unknown
 
     def add_command(self, commands: Any, name: str, table: CommandTable, groups: CommandTable) -> None:

@@ -55,7 +55,7 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
         print_table(("case", "model", "expected [s]", "values"), rows)
         models = ", ".join(f"{name} {count}" for name, count in found["models"].items())
         expected_s = found["expected_s"]
-        time = "unknown" if expected_s is None else f"{expected_s:.0f} s on one core of the calibration machine"
+        time = "unknown" if expected_s is None else f"{expected_s:.0f} s on one core of the reference machine"
         print(
             f"\n{found['cases']} cases ({models}; {found['refused']} refused); time: {time}; disk: "
             f"{found['expected_bytes'] / 1e6:.1f} MB. Nothing was run."
@@ -79,7 +79,7 @@ def run_verify_command(options: argparse.Namespace) -> int:
     lines = [f"{found['results']} results and the table of cases read, {len(found['damaged'])} damaged"]
     lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
     if found["damaged"]:
-        lines.append("The same srbval campaign run repairs it: damaged results are run again.")
+        lines.append("To repair it, repeat srbval campaign run: cases with damaged results are run again.")
     return print_result(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED_CODE)
 
 

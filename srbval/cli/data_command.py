@@ -92,7 +92,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
     print_table(DATA_HEADER, rows)
     _print_reasons(result.recordings)
     if result.left_out:
-        print("\nnot registered, as they are no recordings:")
+        print("\nnot registered, because they are not recordings:")
         _print_reasons(result.left_out)
     for covered in coverage:  # numbers of usable files: rows are state and load, columns speeds; a dot means none
         speeds = dict.fromkeys(f"{point['nominal_rpm']:g} rpm" for point in covered["points"])
@@ -104,7 +104,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
         print(f"\n{covered['dataset']}: {points - missing} of {points} operating points present, {missing} missing")
         print_table(("state", "radial kN", "axial kN", *speeds), [(*point, *counts) for point, counts in grid.items()])
     copies = len(rows) - len(without_copies(result.recordings))
-    counted = f" ({copies} with the content of another, which counts once)" if copies else ""
+    counted = f" ({copies} are copies of other files and count once)" if copies else ""
     print(f"\nrecordings: {len(rows)}{counted}; the register is {manifest_path()}")
 
 
@@ -118,4 +118,4 @@ def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
         others = f" and {len(files) - 1} more" if len(files) > 1 else ""
         print(printable(f"{files[0]}{others}: {reason}", LONGEST_LINE))
     if any(r.status is FileStatus.OK and r.reason for r in recordings):
-        print("To state what a file leaves open: `srbval data add FILE|DIR OPTIONS`; it is stored for these files.")
+        print("To supply missing information for these files: `srbval data add FILE|DIR OPTIONS`.")

@@ -38,18 +38,18 @@ def run_doctor_command(options: argparse.Namespace) -> int:
         write_text(path, json.dumps(schema, indent=1) + "\n")
 
     def show() -> None:
-        print_table(("what", "is"), list(found["facts"].items()))
+        print_table(("item", "value"), list(found["facts"].items()))
         print()
         rows = [(use.kind, use.files, f"{use.size_bytes / MEGABYTE:.1f}", use.folder) for use in found["cache"]]
         print_table(("cache", "files", "MB", "folder"), rows)
         if found["cache"]:
-            limit = f"{SCENE_RESULTS} up to {LIMIT_BYTES / MEGABYTE:,.0f} MB, then what was not used for longest goes"
-            print(f"All of it can be made again. Kept: {limit}. To delete: srbval doctor --clear-cache KIND")
+            limit = f"{SCENE_RESULTS}: above {LIMIT_BYTES / MEGABYTE:,.0f} MB the least recently used files are removed"
+            print(f"All content can be computed again. {limit}. To delete: srbval doctor --clear-cache KIND")
         for use in cleared or ():
-            left = f"; {use.left} files that are not srbval's were left" if use.left else ""
+            left = f"; {use.left} files of other programs were kept" if use.left else ""
             print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")
         if warmed:
-            print(f"compiled: {', '.join(warmed['compiled']) or 'nothing, all kernels were there'}")
+            print(f"compiled: {', '.join(warmed['compiled']) or 'nothing, all kernels were compiled already'}")
         print("\n".join(f"written: {path}" for path in written))
         print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
 
@@ -136,9 +136,7 @@ def build_docs(folder: Path) -> Path:
         from sphinx.cmd.build import build_main
     except ImportError:
         place = package_folder() / "docs"
-        raise MissingLibraryError(
-            f"building the documentation, whose text lies in {place},", "sphinx", "myst-parser", "furo"
-        ) from None
+        raise MissingLibraryError(f"building the documentation from {place}", "sphinx", "myst-parser", "furo") from None
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError

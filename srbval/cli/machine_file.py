@@ -92,7 +92,7 @@ class MachineLimits(Limited):
         zone_boundaries(self.machine_class)
         for name, values in (("band", self.band_hz), ("zones", self.zones_m_s)):
             if values is not None and list(values) != sorted(set(values)):
-                raise ConfigurationError(f"limits {name} = {list(values)} in SI: each must be above the one before.")
+                raise ConfigurationError(f"limits {name} = {list(values)} in SI units: the values must increase.")
 
 
 @dataclass(frozen=True, kw_only=True)

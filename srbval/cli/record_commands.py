@@ -33,7 +33,7 @@ DETECTED_LINE_COLUMNS = ("line", "part", "found Hz, ± 95 %", "times noise", "mo
 LINE_COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
 RECORD_COLUMNS = {"file": "file", "state": "state", "strongest fault": "strongest_fault"}
 RECORD_COLUMNS |= {"%": "probability", "line": "line", "Hz": "found_hz", "times noise": "snr", "alarm": "alarm"}
-ALARMS_MEAN = "%: probability of that fault. alarm: yes, a fault is named; check, something strong is unexplained."
+ALARM_LEGEND = "%: probability of the fault. alarm: yes = a fault was identified; check = a strong line is unexplained."
 CAGE_PART = "cage"
 MAX_CAUTIONS, LONGEST_FILE = 2, 40
 MAX_TREND_ROWS = 10  # printed rows per channel, evenly spaced; plus the last record and the first alarm
@@ -124,7 +124,7 @@ def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple
 
 def _run_many(options: argparse.Namespace) -> int:
     if given := [f"--{name}" for name in SINGLE_ONLY if getattr(options, name)]:
-        raise ConfigurationError(f"{' and '.join(given)}: for one file at a time; a folder or more files are given.")
+        raise ConfigurationError(f"{' and '.join(given)}: for a single file, but a folder or several files are given.")
     try:
         documents, failed, other = read_many(options)
     except DataError:
@@ -154,7 +154,7 @@ def _run_many(options: argparse.Namespace) -> int:
                 | {"file": f"{name} {channel}", "probability": None if share is None else round(100 * share)}
                 | {"snr": None if row["snr"] is None else f"{row['snr']:,.0f}"}
             )
-        print(f"{text_rows(shown, RECORD_COLUMNS)}\n\n{ALARMS_MEAN}")
+        print(f"{text_rows(shown, RECORD_COLUMNS)}\n\n{ALARM_LEGEND}")
 
     code = report_failed(failed, other)
     document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
@@ -175,7 +175,7 @@ def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
     for one in failed:
         print(f"srbval: not read: {one.file}: {str(one.error).removeprefix(f'{one.file}: ')}", file=sys.stderr)
     if other:
-        print(f"srbval: left out, no recordings: {', '.join(other)}", file=sys.stderr)
+        print(f"srbval: skipped, not recordings: {', '.join(other)}", file=sys.stderr)
     return DataError.exit_code if failed else 0
 
 
@@ -192,7 +192,7 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
         f"({speed.source.value})"
     )
     if recording.cage_ratio is not None:
-        print(f"cage {recording.cage_ratio:.5f} of the shaft's speed, by its own channel")
+        print(f"cage {recording.cage_ratio:.5f} of the shaft speed, from the cage channel")
     low, high = result.processed.band_hz
     if not whole:
         print(f"band {low:g} to {high:g} Hz: {result.band.why}")
@@ -222,7 +222,7 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     for caution in recording.cautions[:MAX_CAUTIONS]:
         print(f"caution: {caution}")
     more = len(recording.cautions) - MAX_CAUTIONS
-    print(f"{f'{more} more cautions, ' if more > 0 else ''}every line, features, reasons: --all, --export FILE, --json")
+    print(f"{f'{more} more cautions, ' if more > 0 else ''}all lines, features, reasons: --all, --export FILE, --json")
 
 
 def _show_all(reading: RecordReading, wanted: str) -> None:
@@ -287,7 +287,7 @@ def run_trend_command(options: argparse.Namespace) -> int:
 
 def _print_trend(trend: Trend) -> None:
     print(trend.answer)
-    print(f"Time from {trend.time_from}; dB over the mean of the first {trend.baseline}; * above its limit.")
+    print(f"Time from {trend.time_from}; dB above the mean of the first {trend.baseline} records; *: above its limit.")
     for one in trend.channels:
         names = [name for name in one.reference if name != RMS]
         head = (f"{one.channel or ''} time".strip(), f"RMS {one.unit}", "mm/s", *(f"{name} dB" for name in names))

@@ -32,7 +32,7 @@ def run_report_command(options: argparse.Namespace) -> int:
     settings = recording_settings(options)
     if not options.files and (settings or options.healthy or options.band or options.cage_slip):
         raise ConfigurationError(
-            "options for recordings are given, but no recording; name it too, for example: srbval report FILE.csv"
+            "options for recordings are given, but no recording; name a recording, for example: srbval report FILE.csv"
         )
     started = time.perf_counter()
     with ProgressDisplay() as progress:
@@ -62,10 +62,8 @@ def _report_model(options: argparse.Namespace, folder: Path, progress: Progress)
         progress=progress,
     )
     headline = to_json(found.data["headline"])
-    return files, {
-        "headline": {"text": finding_sentence(headline["verdicts"])} | headline,
-        "table6": found.data["table6"],
-    }
+    headline = {"text": finding_sentence(headline["verdicts"])} | headline
+    return files, {"headline": headline, "table6": found.data["table6"]}
 
 
 def _report_recordings(options: argparse.Namespace, folder: Path, progress: Progress) -> FilesAndData:

@@ -113,7 +113,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
     print_result(options, summary | planned, show, status=result.status.value)
     if not works(result.status):
         kept = "printed" if output is None else f"printed and written to {output}"
-        print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
+        print(f"srbval: the run is inaccurate and {kept} nevertheless: {result.reason}.", file=sys.stderr)
         return NumericsError.exit_code
     return 0
 
@@ -145,7 +145,7 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
     for outside in plan.outside:
-        print(f"outside what was measured: {outside}", file=sys.stderr)
+        print(f"outside the measured range: {outside}", file=sys.stderr)
     return replace(scene, model=plan.chosen), {"plan": to_json(plan)}
 
 
@@ -186,12 +186,12 @@ def run_plan_command(options: argparse.Namespace) -> int:
                 print(f"{c.model}: {c.why}")
         chosen = next(c for c in plan.candidates if c.model == plan.chosen)
         if not plan.met:
-            outside = "the scene lies outside what was measured"
+            outside = "the scene is outside the measured range"
             remedy = outside if plan.outside else "choose a wider tolerance or another question"
             print(f"No model is known to keep the tolerance: {remedy}.")
         print(f"{plan.question.value} within {plan.tolerance}: {plan.chosen} ({chosen.why}).")
         for reason in plan.outside:
-            print(f"outside what was measured: {reason}", file=sys.stderr)
+            print(f"outside the measured range: {reason}", file=sys.stderr)
 
     return print_result(options, to_json(plan), show, code=0 if plan.met else 1)
 
@@ -235,7 +235,7 @@ def run_bearing_command(options: argparse.Namespace) -> int:
             print(f"\n{len(found)} bearings; list them with --search WORDS, for example --search 222")
             return
         print_table(BEARINGS, [_bearing_row(bearing) for bearing in found])
-        print(f"\n{len(found)} bearings; --json has the source of each. Your own: --elements, --orders or a TOML file")
+        print(f"\n{len(found)} bearings; --json contains their sources. Others: --elements, --orders or a TOML file")
 
     names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")
     bearings = [{name: getattr(one, name) for name in names} | {"models": models_of(one)} for one in found]

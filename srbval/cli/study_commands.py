@@ -41,7 +41,7 @@ def run_check_command(options: argparse.Namespace) -> int:
         replaced = bool(changed) and options.yes
         if replaced:
             write_reference(result.now)
-        left = "replaced" if replaced else "left as it was; give --yes to replace it"
+        left = "replaced" if replaced else "unchanged; --yes replaces it"
         text = f"{reference_path()}: {left if changed else 'nothing differs'}; {len(changed)} quantities differ"
         document |= {"reference": reference_path(), "replaced": replaced, "differences": changed}
         return print_result(options, document, text, code=0 if replaced or not changed else 1)
@@ -90,7 +90,7 @@ def _show_results(states: Sequence[State]) -> None:
         holds = VALIDITY_BY_KIND.get(one["kind"]) or ("yes" if one["fresh"] else "no")
         made, machine, why = (one[name] or "" for name in ("made_utc", "machine", "why"))
         rows.append((one["name"], one["kind"].value, holds, made, one["minutes"], machine, why))
-    print_table(("result", "kind", "holds", "computed", "minutes", "machine", "why not"), rows)
+    print_table(("result", "kind", "holds", "computed", "minutes", "machine", "reason"), rows)
     minutes = [one["minutes"] for one in states if one["minutes"] is not None and one["kind"] is ResultKind.EVIDENCE]
     if minutes:
         print(f"evidence took {sum(minutes):.1f} minutes in all")

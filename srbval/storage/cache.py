@@ -63,7 +63,7 @@ def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
     found = {use.kind: use for use in cache_use()}
     unknown = [kind for kind in kinds if kind not in found]
     if unknown:
-        raise ConfigurationError(f"the cache holds no {unknown[0]!r}. It holds: {', '.join(found) or 'nothing'}.")
+        raise ConfigurationError(f"the cache contains no {unknown[0]!r}. It contains: {', '.join(found) or 'nothing'}.")
     chosen = tuple(found[kind] for kind in kinds or found)
     for use in chosen:
         files, _ = _files(use.kind)

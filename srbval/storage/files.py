@@ -20,7 +20,7 @@ def check_suffix(path: Path, content: str, suffixes: tuple[str, ...]) -> None:
     """Raise `ConfigurationError` if the suffix of an output file names another format than that of `content`."""
     if path.suffix.lower() not in ("", *suffixes):
         raise ConfigurationError(
-            f"{path}: {content} is written, which {path.suffix} is not; name it {path.stem}{suffixes[0]} "
+            f"{path}: the format is {content}, not {path.suffix}; choose the name {path.stem}{suffixes[0]} "
             f"({', '.join(suffixes)})."
         )
 
@@ -35,12 +35,12 @@ def atomic_write(path: Path) -> Iterator[Path]:
     whole = path.absolute()
     try:
         if path.exists() and not path.is_file():
-            raise DataError(f"{path}: a device, a pipe or a folder, which no file can replace. Choose another name.")
+            raise DataError(f"{path}: a device, a pipe or a folder; a file cannot replace it. Choose another name.")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=PART_SUFFIX, dir=path.parent)
         except ValueError as error:  # the name contains a zero byte or half a character
-            raise DataError(f"{path}: no file can have such a name ({error}).") from None
+            raise DataError(f"{path}: not a valid file name ({error}).") from None
         os.close(handle)
         part = Path(name)
         try:

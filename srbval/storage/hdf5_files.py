@@ -106,8 +106,8 @@ def checked_summary(path: Path) -> bytes | None:
             left -= len(block)
         if left or digest.hexdigest().encode() != found[2]:
             raise DataError(
-                f"{path}: damaged: its content does not fit the checksum that was written with it. Copy it again from "
-                "where it is whole, or make it again."
+                f"{path}: damaged: its content does not match its checksum. Copy it again from an undamaged source, "
+                "or compute it again."
             )
         length = int(found[1])
         stream.seek(max(0, size - END_BYTES - length))

@@ -43,10 +43,8 @@ def tolerance(name: str, value: float) -> float:
     """Largest difference from `value` at which a number of this name counts as equal; 0 if it is not finite."""
     if not math.isfinite(value):
         return 0.0
-    return max(
-        RELATIVE_TOLERANCE * abs(value),
-        next((least for unit, least in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0),
-    )
+    smallest = next((size for unit, size in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0)
+    return max(RELATIVE_TOLERANCE * abs(value), smallest)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +81,7 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
 def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
     """Read a fingerprint from a JSON document, in which null is NaN; raises `ValueError` for another structure."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
-        raise ValueError("no fingerprint: not a table of tables")
+        raise ValueError("not a fingerprint: not a table of tables")
     return {
         part: {name: math.nan if value is None else value for name, value in values.items()}
         for part, values in table.items()
@@ -147,9 +145,9 @@ class StoredResult:
         if isinstance(revision, str) and revision.endswith(DIRTY):
             return f"it was computed from a changed working tree, {revision}"
         if not (folder / "study.py").is_file():
-            return f"no study is called {self.path.stem} any more"
+            return f"there is no study {self.path.stem} any more"
         if code_sha256(folder) != self.content.get("code_sha256"):
-            return f"the study {self.path.stem} computes something else by now"
+            return f"the code of the study {self.path.stem} has changed"
         now = reference_fingerprint() if now is None else now
         try:
             then = fingerprint_of(self.content.get("fingerprint"))

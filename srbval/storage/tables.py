@@ -76,7 +76,7 @@ def quote_value(value: object) -> str:
     try:
         return repr(value)
     except (ValueError, RecursionError):  # thousands of digits or levels
-        return f"a {type(value).__name__} too large to show"
+        return f"a {type(value).__name__} too large to print"
 
 
 def _example(units: dict[str, float]) -> str:
@@ -112,7 +112,7 @@ def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -
     if "dimension" in field.metadata:
         low, high = RANGES[field.metadata["dimension"]]
         if number and not low <= abs(number) <= high:  # also false for NaN
-            said = f"its size must be between {low:g} and {high:g}, or zero."
+            said = f"its absolute value must be between {low:g} and {high:g}, or zero."
             raise ConfigurationError(f"{field.name} = {number:.6g}: {said}")
     above, least, most = field.metadata["limits"]
     if (above is None or number > above) and (least is None or number >= least) and (most is None or number <= most):

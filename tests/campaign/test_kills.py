@@ -87,7 +87,7 @@ def test_ctrl_c(engine: str, tmp_path: Path) -> None:
         said = process.communicate()[1].decode()
     assert process.returncode == 130
     assert "KeyboardInterrupt" not in said
-    assert "interrupted; nothing half-written was left behind" in said
+    assert "interrupted; no incomplete file was left" in said
     assert not list(folder.rglob("*.srbval-part"))
     kept = len(list(folder.glob(RESULT)))
     found = run_small(load_campaign(str(file)), folder)

@@ -56,7 +56,7 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
     [
         ({"axes": [{"kind": "grid", "cases": [{"a": 1}]}]}, "needs values"),
         ({"outputs": ["signal"]}, "did you mean 'signals'"),
-        ({"name": "a/b"}, "must be letters"),
+        ({"name": "a/b"}, "only letters, digits"),
         ({"tolerance_pct": -1.0}, "above 0"),
         ({"axes": [{"kind": "zip", "values": {"a": [1], "b": [1, 2]}}]}, "equally long; they have a 1, b 2"),
         ({"axes": [{"kind": "grid", "values": {"a": [n]}} for n in (1, 2)]}, "'a' is set twice"),

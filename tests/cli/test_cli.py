@@ -152,7 +152,7 @@ def test_a_step_as_scene_files_have_it(text):
 def test_a_file_is_what_its_name_says(command, content, better, tmp_path, srbval_text):
     path = tmp_path / "x.csv"
     said = srbval_text(*command.split(), "-o", path, code=2).err
-    assert f"{content} is written, which .csv is not; name it {better}" in said
+    assert f"the format is {content}, not .csv; choose the name {better}" in said
     with pytest.raises(ConfigurationError, match="HDF5 is written"):
         simulate_to_file(srbval.paper_scene(), path)
     assert list(tmp_path.iterdir()) == []

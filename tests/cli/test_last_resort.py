@@ -202,7 +202,7 @@ def test_a_signal_leaves_nothing(command, number, after_s, tmp_path):
     assert process.returncode == 128 + number, said
     last = [line for line in said.splitlines() if line.startswith("srbval: ")]
     again = "" if command == "simulate" else "; the same command continues"
-    assert last == [f"srbval: interrupted by {number.name}; nothing half-written was left behind{again}"]
+    assert last == [f"srbval: interrupted by {number.name}; no incomplete file was left{again}"]
     assert "Traceback" not in said
     left = [path for path in tmp_path.rglob("*") if path.name.endswith((".srbval-part", ".h5")) and path.is_file()]
     assert [path for path in left if path.parent == tmp_path or path.name.endswith("-part")] == []

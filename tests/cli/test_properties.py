@@ -326,7 +326,7 @@ def check_first_lines(command: str, code: int, document: dict[str, Any], text: S
     whole = "\n".join(text)
     if command == "analyse" and "answer" in document:  # of one file
         assert document["answer"] == text[0]
-        if any(row.startswith("every line, features, reasons: --all") for row in text):
+        if any(row.startswith("all lines, features, reasons: --all") for row in text):
             assert len(text) <= SHORT
             return
         assert " ".join(document["fault"]["reasons"]) in " ".join(" ".join(text).split())  # lines may be broken

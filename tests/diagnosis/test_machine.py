@@ -46,7 +46,7 @@ REFUSED = {
     '[sensor]\nunit = "furlong"': "unit 'furlong' is not known; known: m/s2",
     '[set_point]\nspeed = "-3 rpm"': "must be positive",
     "[set_point]\nspeed_tolerance_pct = 20": "at most 10",
-    '[limits]\nband = ["5 kHz", "2 kHz"]': "above the one before",
+    '[limits]\nband = ["5 kHz", "2 kHz"]': "the values must increase",
 }
 
 

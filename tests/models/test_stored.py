@@ -221,7 +221,7 @@ def test_the_user_is_told(srbval_text, tmp_path):
     told, stored = [], []
     for more in ([], [], ["-o", str(tmp_path / "run.h5")], ["--fresh"]):
         printed = srbval_text(*command, *more)
-        told.append(bool(re.search(r"read from the cache of 20.*; --fresh computes again", printed.err)))
+        told.append(bool(re.search(r"results from the cache, computed 20.*; --fresh computes again", printed.err)))
         stored.append(json.loads(printed.out)["stored_utc"] is not None)
     assert told == stored == [False, True, True, False]
 

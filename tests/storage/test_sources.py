@@ -150,7 +150,7 @@ def test_the_newest_is_found_with_its_origin(tmp_path, monkeypatch):
     [
         ({}, None),
         ({"git_revision": "abc-dirty"}, "changed working tree"),
-        ({"code_sha256": "other"}, "computes something else"),
+        ({"code_sha256": "other"}, "has changed"),
         ({"fingerprint": None}, "does not state the fingerprint"),
         ({"fingerprint": {"full": {**NOW["full"], "outer: rms_m_s2": 2.001}}}, "part full behaves differently"),
         ({"fingerprint": {"full": {**NOW["full"], "gone": 1.0}}}, "gone"),
