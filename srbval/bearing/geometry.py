@@ -102,7 +102,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def zero_play_diameter_m(self) -> float:
-        """Roller diameter without play between both raceways [m]: sum of both gaps along the contact normal."""
+        """Roller diameter without play [m]: distances of a roller centre from both races along the contact normal."""
         distance = self.roller_centre_distance_m
         centre = math.hypot(
             self.inner_centre_radial_m - self.pitch_radius_m,

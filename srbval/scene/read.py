@@ -49,7 +49,7 @@ def paper_scene(**changes: Any) -> Scene:
 
 
 def _spelled_out(changes: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Write a defect that is given by its kind alone as a table."""
+    """Replace ``defect="outer"`` by its table ``{"kind": "outer"}``; other changes stay as they are."""
     kind = changes.get("defect")
     return {**changes, "defect": {"kind": kind}} if isinstance(kind, str) else changes
 
@@ -125,7 +125,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
 
 
 def size_of(bearing: Bearing) -> float | None:
-    """Compute the pitch diameter relative to the default bearing, for which the bundled scenes are; None if unknown."""
+    """Compute the pitch diameter relative to the default bearing, for which scenes are bundled; None if unknown."""
     own, usual = bearing.pitch_diameter_m, load_bearing(DEFAULT_BEARING).pitch_diameter_m
     return None if own is None or usual is None else own / usual
 
@@ -250,5 +250,5 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
 
 
 def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
-    """Draw changes of all inputs at once, see `sobol` and `changes_at`."""
+    """Draw scene changes of all inputs at once, by a Sobol sequence; see `changes_at`."""
     return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]

@@ -64,7 +64,7 @@ class Candidates(NamedTuple):
 
 @kernel_part
 def contact_columns(law, candidates, space, start, stop, damping, patch):
-    """Add the contact forces of `candidates` to the columns from `start` to `stop` - 1.
+    """Add the contact forces of race points (`candidates`) to the rollers of the columns from `start` to `stop` - 1.
 
     For each candidate: penetration of the barrel in closed form, normal force by eq. (18) without pulling, friction by
     eq. (19). The inner loop runs over columns, so that a lane group is computed at once. Unless `damping` is None, the
@@ -238,7 +238,7 @@ def point_friction(law, normal, q_x, q_y, q_z):
 
 @inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Compute the friction of a patch in three parts of equal load; see `point_friction` and `part_friction`."""
+    """Compute the friction of a continuous contact (patch) in three parts of equal load; see `part_friction`."""
     reach = e_x * e_x + e_y * e_y + e_z * e_z
     third = normal * (1.0 / 3.0)
     drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)
@@ -302,7 +302,7 @@ def add_damping(viscous, drag, place, normal, space, j):
 
 @kernel_part
 def elastic(law, damping):
-    """Returns the contact law without friction and with another `damping`."""
+    """Returns the contact law without friction, and with another `damping` [N s/m]."""
     return with_friction(law, damping, 0.0, 0.0, law.critical_velocity)
 
 

@@ -29,10 +29,11 @@ BORDER = 6  # cage angular velocity, ring velocity, world axes
 
 @kernel_part
 def factor(weight, model, totals, factors):
-    """Factor M / `weight` + D into the rollers' blocks, stored in their slots, and the border `factors`, [6, 6].
+    """Factor M / `weight` + D (mass and damping matrices) for `solve`, with the rollers' speeds eliminated.
 
-    D contains the columns' damping sums. `weight` [s], above 0: step times the method's implicit coefficient. `totals`:
-    from `right_hand_side`, at the same state.
+    The rollers' 2 x 2 blocks are stored in their slots, cage and ring in `factors`, [6, 6]. D contains the columns'
+    damping sums. `weight` [s], above 0: step times the method's implicit coefficient. `totals`: from `right_hand_side`,
+    at the same state.
     """
     space = model.scratch.space
     slots = np.uint64(model.scratch.slots)
@@ -183,9 +184,10 @@ def factor_border(factors):
 
 @kernel_part
 def solve(weight, model, totals, factors, rate):
-    """Replace the accelerations a in `rate` by x with (M + h D) x = M a; the rest of `rate` is unchanged.
+    """Replace the accelerations a in `rate` by x with (M + h D) x = M a (mass matrix M, damping matrix D).
 
-    h is the `weight`. `factors` and the rollers' slots come from `factor`, called with the same `weight` and `totals`.
+    h is the `weight`; the rest of `rate` is unchanged. `factors` and the rollers' slots come from `factor`, called with
+    the same `weight` and `totals`.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, rate.shape[0] // 2)

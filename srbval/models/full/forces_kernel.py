@@ -105,7 +105,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 
 @kernel_part
 def raised_points(model, roller, rotation, candidates, spare, space, column):
-    """Fill the window `spare` of a race with the candidates, raised by the heights of a damaged roller in `column`."""
+    """Copy race points to the window `spare`, raised at each point by the surface height of a damaged roller."""
     points, race, window, first, last = candidates
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]

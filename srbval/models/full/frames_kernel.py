@@ -143,7 +143,7 @@ def face_defects(defects, radius, rotation, space):
 
 @kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
-    """Fill the frames of all `slots` and of their columns for state `y`; `count`: points per circle."""
+    """Compute axes, race motion and points in reach of all rollers at state `y`; `count`: points per circle."""
     space = model.scratch.space
     turn = y[at.cage + 2]
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
@@ -246,7 +246,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
 
 @inlined
 def count_candidates(search, race, depth, offset, lead, aside, angle, here, patch, space, column):
-    """Fill a column's rows for the search: depth, position among the race's points, number of candidates.
+    """Store a roller's depth, its position among a race's points, and its number of points in reach, in its `column`.
 
     `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: additional depth
     within the averaging time of an onset [m]; `aside`: largest distance of the roller from its meridian [m]; `angle` of

@@ -37,7 +37,7 @@ MOST_LOADED = 5.0  # largest over mean roller load of a bearing with clearance, 
 
 
 class RaceSearch(NamedTuple):
-    """Limits of the candidate search on one race.
+    """Limits for finding the points of one race that a roller may touch.
 
     `spacing`: smallest distance of neighbouring points [m]; `clearance`: smallest gap between a roller that just
     touches and a point one spacing aside [m]; `own_middle`, `own_half`: middle and half width, in points, of the
@@ -225,7 +225,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
-    """Build the windows of both races, with `spares` for damaged rollers, and the limits of the candidate search."""
+    """Build the windows of points of both races, with `spares` for damaged rollers, and the limits of the search."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
@@ -264,7 +264,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 
 
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
-    """Compute middle and half width, in points, of the shortest stretch with all points that have their own window."""
+    """Find the shortest stretch that contains all points near defects: its middle and half width, in points."""
     count = window_of.shape[1]
     points = np.flatnonzero((window_of >= plain).any(axis=0))
     if len(points) == 0:

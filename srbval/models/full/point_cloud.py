@@ -76,7 +76,7 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
 
 
 def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
-    """Compute a defect's height over its full height at `across` extents from its middle; 0 beyond half an extent."""
+    """Compute a defect's height as a share of its full height, `across` extents from its middle; 0 beyond its edge."""
     inside = np.abs(across) <= 0.5
     return np.where(inside, 0.5 + 0.5 * np.cos(2 * np.pi * across) if shape is DefectShape.COSINE else 1.0, 0.0)
 
@@ -137,7 +137,7 @@ class Windows(NamedTuple):
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
-    """Build a race's windows, `half` points to either side; raises `ConfigurationError` for too many points."""
+    """Build the windows of a race: the points that a roller may touch, `half` to either side of the nearest one."""
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))

@@ -18,10 +18,11 @@ from srbval.models.jit import kernel_part
 
 @kernel_part
 def shaft_row(model, factors):
-    """Fill the shaft's row of D with reversed sign: parts of rollers in their slots, of cages in the row `SHAFT_ROW`.
+    """Compute the damping torque on the shaft per slide, spin and cage rate: the shaft's row of D, sign reversed.
 
-    A turning shaft moves the inner race by (0, L z_z, -L y_z) past a roller and turns it by (., y_z, z_z), with the
-    components y_z and z_z of the slot's axes along the shaft. See `damping_kernel`, for the same state.
+    The results are stored in the rollers' slots and in the row `SHAFT_ROW` of `factors`. A turning shaft moves the
+    inner race by (0, L z_z, -L y_z) past a roller and turns it by (., y_z, z_z), with the components y_z and z_z of the
+    slot's axes along the shaft. See `damping_kernel`, for the same state.
     """
     space, second = model.scratch.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0
@@ -47,7 +48,7 @@ def shaft_row(model, factors):
 
 @kernel_part
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
-    """Add the changes due to x to the torque and the powers in `totals`; for v, x, a and k see the module.
+    """Correct torque and powers in `totals` for the implicit change x of the speeds; for v, x, a and k see the module.
 
     `speeds`: v; `beyond`: x; `braked`: a - k, all of the state's shape. `shaft`: speed [rad/s]; `inertia`: totals from
     which `factors` were computed. The power of friction keeps its value at v; the other changed losses, except the

@@ -21,9 +21,10 @@ COPY_COST = 0.3
 
 @kernel_part
 def plan_contacts(slots, races, space, plan, count):
-    """Fill the plan; returns the numbers of lane groups, compacted and single columns, and the deepest penetration [m].
+    """Choose the race points that each roller may touch, and enter them in `plan`; `count`: points per circle.
 
-    For `races` see `Parameters`, for `slots`, `space` and `plan` see `Scratch`; `count`: points per circle.
+    A column is the contact of one roller with one race; a lane group is `LANES` columns that are computed together.
+    Returns the numbers of lane groups, of compacted and of single columns, and the deepest penetration [m].
     """
     lanes = np.uint64(col.LANES)
     groups, compacted, single = 0, 0, 0
@@ -68,20 +69,20 @@ def plan_contacts(slots, races, space, plan, count):
 
 @kernel_part
 def plan_group(plan, row, race, window, first):
-    """Enter a lane group that meets a window's points."""
+    """Enter in `plan` that the lane group from column `first` on meets the points of a `window` of the race."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
 @kernel_part
 def plan_copy(plan, row, column, points):
-    """Enter a column to be copied and the number of points that it needs; the place of its copy follows later."""
+    """Enter in `plan` that a `column` is to be copied, and how many `points` it needs; its new place follows later."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Assign places to the compacted columns of a race; each group gets the window of its neediest column."""
+    """Gather the copied columns of a race in common lane groups; each group gets the points of its neediest column."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -100,7 +101,7 @@ def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
 
 @kernel_part
 def code_of_group(begin, space):
-    """Sum the candidate codes of a lane group of columns, see `candidate_code`."""
+    """Sum the codes of a lane group's columns, which count their candidate points, see `candidate_code`."""
     code = 0.0
     for lane in range(np.uint64(col.LANES)):
         code += space[col.CANDIDATE_CODE + begin + lane]
@@ -109,7 +110,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Enter the columns of a lane group that have points of their own; returns the new number of `single` columns."""
+    """Enter in `plan` the columns of a lane group that need their own points; returns the new number of them."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -134,9 +135,9 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """Choose the number of points per circle for a lane group; returns it and the number for its neediest column.
+    """Choose the cheapest number of points per circle for a lane group; returns it and the largest number needed.
 
-    Columns that need more are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
+    Columns that need more points are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
     """
     one, two, three = code % 64, code // 64 % 64, code // 4096
     if three == 0:
@@ -161,7 +162,7 @@ def points_of_group(code, begin, space):
 
 @kernel_part
 def deepest_of(slots, space):
-    """Compute the greatest depth of all columns [m]; overwrites the row `TWICE_ENERGY`, which is not yet in use."""
+    """Compute the deepest penetration of all rollers and races [m]; overwrites the unused row `TWICE_ENERGY`."""
     for p in range(np.uint64(slots)):
         outer, inner = space[col.MIDDLE_DEPTH + p], space[col.MIDDLE_DEPTH + col.INNER + p]
         space[col.TWICE_ENERGY + p] = outer if outer > inner else inner
@@ -176,7 +177,7 @@ def deepest_of(slots, space):
 
 @kernel_part
 def angle_to_window(position, shift, spacing):
-    """Compute cosine and sine of the angle from a roller to its window's middle, by series exact up to 0.1 rad."""
+    """Compute cosine and sine of the angle from a roller to the middle of its window of points; exact up to 0.1 rad."""
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
     cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40320.0))))
@@ -186,7 +187,7 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Turn the axes of a column, or of its copy, to its window's middle point."""
+    """Turn the race axes of a column, or of its copy, to the middle of its window of points."""
     m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
     n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
@@ -221,7 +222,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a column except its axes A and B, clear the copy's sums, and move the original out of reach."""
+    """Copy a column except its axes A and B, clear the copy's sums, and move the original out of the rollers' reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]

@@ -32,7 +32,7 @@ def turn_of_second(y, at, second):
 
 @kernel_part
 def cage_angle(second, cosine, sine, turned, side):
-    """Choose cosine and sine of the cage angle for a roller on this `side`."""
+    """Returns cosine and sine of the angle of the cage that guides a roller on this `side` (row 1's or row 2's)."""
     if second is None:
         return cosine, sine
     return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
@@ -40,7 +40,7 @@ def cage_angle(second, cosine, sine, turned, side):
 
 @kernel_part
 def roller_angle(second, angle, turned, side):
-    """Compute the angle of a roller on this `side` [rad] from its angle in row 1's cage."""
+    """Compute the angle of a roller on this `side` [rad] from `angle`, its angle if row 1's cage guided it."""
     if second is None:
         return angle
     return angle + turned[2] if side < 0.0 else angle

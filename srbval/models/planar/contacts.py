@@ -64,7 +64,7 @@ class Slot:
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Returns the defect for `press` as a function of distance along the race, its reach and race radius [m]."""
+        """Returns the defect for `press` (a function of distance along the race), its reach and the race radius [m]."""
         circle = defect.circle - 1
         patch = self.patches[race][circle]
         part = piece(defect, patch.spacing_m)
@@ -122,7 +122,7 @@ class Slot:
 
 
 def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Find the value between `low` and `high` at which `too_far` becomes True, of any shape."""
+    """Find, elementwise, the value between `low` and `high` at which `too_far` becomes True."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         beyond = too_far(middle)
@@ -155,14 +155,14 @@ class Race:
     radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Compute the normal force at a penetration, any shape."""
+        """Compute the normal force at a penetration `depth_m`, any shape."""
         depth = np.maximum(depth_m, 0.0)
         if self.fall_1_m > 0:
             return self.stiffness * (4 / 3) * math.sqrt(2 / self.fall_1_m) * depth**1.5
         return self.stiffness * self.length_m * depth**self.exponent
 
     def slope_n_m(self, depth_m: FloatArray) -> FloatArray:
-        """Compute the stiffness at a penetration, any shape."""
+        """Compute the stiffness of the contact at a penetration `depth_m`, any shape."""
         power = 1.5 if self.fall_1_m > 0 else self.exponent
         depth = np.maximum(depth_m, LEAST_DEPTH_M)
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
@@ -365,7 +365,7 @@ class ForceTable:
 
 
 def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
-    """Tabulate a sound roller, from clear of the highest bump to `deepest_m`, in steps in proportion to the depth."""
+    """Tabulate a sound roller over the approach, from no contact to `deepest_m`, in steps proportional to it."""
     scale = deepest_m / MAX_APPROACH_M
     start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
     values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
