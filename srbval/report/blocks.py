@@ -45,10 +45,7 @@ class Tone(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class TableColumn:
-    """Column of a table: title, unit and number format.
-
-    `format` is a Python format specification such as ``.2f``; a column with a format is aligned right.
-    """
+    """Column of a table; a `format`, such as ``.2f``, formats the numbers of the column and aligns them right."""
 
     title: str
     unit: str = ""

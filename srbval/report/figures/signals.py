@@ -27,10 +27,7 @@ def acceleration_panel(
     period: tuple[str, float] | None = None,
     inches: tuple[float, float] = HALF,
 ) -> PanelData:
-    """Draw acceleration (light) and envelope (strong) in the record's window, from -`limit` to `limit` in its unit.
-
-    `period`, a name and a length [s], is drawn as a bar for comparison with the spacing of the bursts.
-    """
+    """Draw a signal (light) and its envelope (strong) over time; `period`, a name and a length [s], becomes a bar."""
     figure, axes = new_axes(inches)
     kept = style.extreme_indices(record.acceleration, SIGNAL_BINS)
     draw_acceleration(axes, record, limit, kept)
@@ -71,10 +68,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 @panel
 def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
-    """Draw the Welch spectra of `records` (name: record), all at the same frequencies; shade the last record's band.
-
-    A record whose name begins with "healthy" is drawn dashed.
-    """
+    """Draw the Welch spectra of `records` by name, a "healthy" record's dashed; shade the band of the last record."""
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
     origin = Origin.STAND_IN if Origin.STAND_IN in origins else last.origin
@@ -107,10 +101,7 @@ NAME_HEIGHT = 0.75  # of the axes: start of the labels in a narrow panel, above 
 def spectrum_panel(
     view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
 ) -> PanelData:
-    """Draw an envelope spectrum from 0 to `top`, with an axis in Hz below and an axis in shaft orders above.
-
-    A `brief` panel has half the width, the names of the lines alone, and no legend.
-    """
+    """Draw an envelope spectrum over frequency and shaft order; if `brief`, at half width and without a legend."""
     record, healthy = view.record, view.healthy
     figure, axes = new_axes(NARROW_PANEL_INCHES if brief else WIDE)
     draw_spectrum(axes, view, top, brief=brief)

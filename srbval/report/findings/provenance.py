@@ -26,7 +26,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
     shipped = [one for one in entries if Path(one.file).parent == shipped_folder(RIG_EXCERPTS)]
     origin = dataset(shipped[0].dataset or "") if shipped else None
     form = {"files": [Path(one.file).name for one in shipped], "changes": "single precision, speed at 640 Hz"}
-    return {
+    facts: dict[str, Any] = {
         "srbval": __version__,
         "git_revision": git_revision(),
         "python": platform.python_version(),
@@ -34,11 +34,10 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
         "machine": {"system": platform.system(), "processor": processor_name(), "cores": os.cpu_count()},
         "seeds": sorted({run.scene.seed for run in runs}),
         "recordings": {Path(entry.file).name: entry.sha256 for entry in entries},
-    } | (
-        {"recordings_shipped_with_srbval": {"source": origin.source, "licence": origin.licence} | form}
-        if origin
-        else {}
-    )
+    }
+    if origin:
+        facts["recordings_shipped_with_srbval"] = {"source": origin.source, "licence": origin.licence} | form
+    return facts
 
 
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
