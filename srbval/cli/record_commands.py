@@ -217,7 +217,7 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
             missed.setdefault(x.not_detected, []).append(x.name)
     said = "; ".join(f"{', '.join(names)} ({why})" for why, names in missed.items())
     print_wrapped(f"{'not found' if found else 'no line found'}: {said}" if said else "all lines that were searched")
-    if declared := verdict.beside(recording.state):
+    if declared := verdict.describe_declared(recording.state):
         print(declared)
     for caution in recording.cautions[:MAX_CAUTIONS]:
         print(f"caution: {caution}")
@@ -250,7 +250,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
     print_table(LINE_COLUMNS, rows)
     print(f"\n{text_rows(records.feature_table(features_of(result)))}\n")
     print_wrapped(*verdict.reasons)
-    if declared := verdict.beside(recording.state):
+    if declared := verdict.describe_declared(recording.state):
         print(declared)
     print_wrapped(*(f"  - {note}" for note in recording.notes))
 

@@ -38,7 +38,7 @@ class Baseline:
     """Healthy record, analysed in the band of the record that is compared with it.
 
     `conditions` lists differences in speed or load that make the records incomparable, `remarks` all other differences.
-    `fault` is the headline of the healthy record's own verdict if it names a fault.
+    `fault` is the headline of its own verdict if this names a fault.
     """
 
     analysis: Analysis
@@ -77,10 +77,7 @@ NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """Load the registered healthy record of the same rig, speed and load; raises the errors of loading it.
-
-    Returns None if no such record is registered, it is the same signal, or either record has no scale.
-    """
+    """Load the registered healthy record of the same rig, speed and load; None if no record is comparable."""
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
@@ -100,17 +97,16 @@ def _is_same_signal(one: Recording, other: Recording) -> bool:
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record with the `settings` of the record that is compared with it.
 
-    The healthy file's own speed, state, loads, unit and sensitivity have priority. Its `scale` is given or registered,
-    since each file has its own gain. Raises `ConfigurationError` if the file is declared faulty, or if a scale is given
-    for the other record alone.
+    The healthy file's own speed, state, loads, unit and sensitivity have priority; its `scale` is given or registered.
+    Raises `ConfigurationError` if the file is declared faulty, or if a scale is given for the other record alone.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)
     own = registered_settings(path)
     if settings.scale is not None and scale is None and own.scale is None:
         raise ConfigurationError(
-            f"--scale {settings.scale:g} is that of the record; state that of {path} too: --healthy-scale F, "
-            "or register it with `srbval data add FILE --scale F`."
+            f"--scale {settings.scale:g} is the record's scale; also state the scale of {path}: --healthy-scale F, or "
+            "register it with `srbval data add FILE --scale F`."
         )
     of_the_record = dict.fromkeys(("state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"))
     kept = replace(settings, **of_the_record, scale=scale)
@@ -120,31 +116,29 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
         healthy = load_registered(path, kept)
     if healthy.state not in (None, Fault.HEALTHY):
         raise ConfigurationError(
-            f"{path}: declared {healthy.state.label}, so it is no healthy record; give one of a healthy bearing, or "
-            "none."
+            f"{path}: declared {healthy.state.label}, not healthy; give a record of a healthy bearing, or leave "
+            "--healthy out."
         )
     return healthy
 
 
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """Analyse `healthy` in the band of `analysis` and list the differences between both records.
-
-    Raises `ConfigurationError` if both are the same record or `healthy` does not contain the band, `DataError` if a
-    scale is missing, and the errors of `analyse`.
-    """
+    """Analyse `healthy` in the band of `analysis` and list all differences; raises an error if incomparable."""
     ours, processed = analysis.recording, analysis.processed
     if _is_same_signal(healthy, ours):
-        raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
+        raise ConfigurationError(
+            f"{healthy.name}: the healthy record and the record are the same; give another, or leave --healthy out."
+        )
     if processed.band_hz[1] >= healthy.fs_hz / 2:
         raise ConfigurationError(
-            f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz the healthy record does not hold the band to "
-            f"{processed.band_hz[1]:g} Hz; give one that both hold (--band LO HI), or leave --healthy out."
+            f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz, the healthy record does not contain the band to "
+            f"{processed.band_hz[1]:g} Hz; give a band that both contain (--band LO HI), or leave --healthy out."
         )
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
             f"{' and '.join(unscaled)}: whole numbers of a converter without a scale: levels cannot be compared. "
-            "State what full scale (or 1) is in the unit given: --scale F for the record, --healthy-scale F for the "
-            "healthy one. With --unit unknown only shares of the mean are compared."
+            "State full scale (or 1) in the given unit: --scale F for the record, --healthy-scale F for the healthy "
+            "record. With --unit unknown only shares of the mean are compared."
         )
     found = analyse_by_parts(healthy, analysis.bearing, band_hz=processed.band_hz)
     compared = (
@@ -159,7 +153,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     ]
     remarks = []
     if None in (healthy.radial_n, ours.radial_n):
-        remarks.append("the load is not stated for both records: it is taken to be the same")
+        remarks.append("the load is not stated for both records: it is assumed to be the same")
     if healthy.channel != ours.channel:
         remarks.append(f"another channel, {healthy.channel} instead of {ours.channel}")
     if healthy.fs_hz != ours.fs_hz:
@@ -172,10 +166,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if the user states one unit for both records but one is in g and one in m/s2.
-
-    The units are compared by the ratio of the backgrounds.
-    """
+    """Raise `ConfigurationError` if a stated unit makes the backgrounds of two records differ as g and m/s2 do."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
@@ -188,33 +179,30 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
     ratio = float(np.quantile(np.sqrt(spectra[0] / np.maximum(spectra[1], np.finfo(float).tiny)), QUIET_QUANTILE))
     if ratio > 0 and abs(max(ratio, 1 / ratio) / STANDARD_GRAVITY_M_S2 - 1) < UNIT_TOLERANCE:
         raise ConfigurationError(
-            f"{healthy.name}: the background of the record is {ratio:.3g} times that of the healthy record, as if they "
-            "were in g and m/s2, and --unit holds for both. State the healthy record's own: `srbval data add FILE "
+            f"{healthy.name}: the background of the record is {ratio:.3g} times the healthy record's, as if they were "
+            "in g and m/s2, and --unit applies to both. State the healthy record's unit: `srbval data add FILE "
             f"--unit U`, or --healthy-scale {ratio:.4g}."
         )
 
 
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
-    """Compare the fault lines of `analysis` with a healthy record in the same band.
+    """Compare the fault lines of `analysis` with a healthy record in the same band; `ValueError` for different bands.
 
     Modulations are compared in the unit of the squared envelope if both records are in m/s2, otherwise as depths.
-    Nothing is compared if the `conditions` of a `Baseline` differ or it has a fault. Raises `ValueError` for different
-    bands.
+    Nothing is compared if the `conditions` of a `Baseline` differ or it has a fault.
     """
     if baseline is None:
         return NO_HEALTHY
     given = baseline if isinstance(baseline, Baseline) else Baseline(analysis=baseline)
     healthy, name = given.analysis, given.analysis.recording.name
     if given.fault:
-        return BaselineComparison(
-            sentence=f"The healthy record {name} itself shows a fault: nothing is compared with it."
-        )
+        return BaselineComparison(sentence=f"The healthy record {name} has a fault: nothing is compared with it.")
     if healthy.processed.band_hz != analysis.processed.band_hz:
         raise ValueError(f"bands differ: {analysis.processed.band_hz}, {healthy.processed.band_hz}.")
     if given.conditions:
         return BaselineComparison(
-            sentence=f"The healthy record {name} was taken at {', '.join(given.conditions)}: levels at unlike speeds "
-            "or loads are not comparable, so it neither shows nor excludes a fault."
+            sentence=f"The healthy record {name} was taken at {', '.join(given.conditions)}: levels at different "
+            "speeds or loads are not comparable, so it neither proves nor excludes a fault."
         )
     lines = [x for x in analysis.lines if x.is_first and (x.detected or x.stands_out)]
     ratios = {x.name: found for x in lines if (found := _modulation_ratio(analysis, x, healthy))}
@@ -260,20 +248,14 @@ def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tup
     if before.explained_by is NotDetected.ANOTHER and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))
         before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
-    ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)
-    if not theirs:
+
+    def modulation(of: Analysis, read: Line) -> float:
+        if not scaled or of.recording.channel is None:
+            return read.depth or 0.0
+        return (read.depth or 0.0) * float(np.mean(of.processed.squared)) * of.processed.scale**2
+
+    ours, theirs = modulation(analysis, line), modulation(baseline, before)
+    if not theirs or (before.covered and ours / theirs < RISEN_RATIO):  # the covering line is only an upper bound
         return None
-    noise = NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
-    ratio = ours / theirs
-    if before.covered and ratio < RISEN_RATIO:  # the covering line is only an upper bound
-        return None
+    ratio, noise = ours / theirs, NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
     return ratio, (ratio * math.exp(-noise), ratio * math.exp(noise))
-
-
-def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:
-    """Amplitude of a line in the squared envelope: in (m/s2) squared if `scaled`, otherwise as a share of its mean."""
-    depth = line.depth or 0.0
-    if not scaled or analysis.recording.channel is None:
-        return depth
-    mean = float(np.mean(analysis.processed.squared))
-    return depth * mean * analysis.processed.scale**2

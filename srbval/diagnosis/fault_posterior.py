@@ -15,10 +15,10 @@ import numpy as np
 from srbval.bearing import DEFECTS, Fault
 from srbval.reading.families import (
     HARMONICS,
-    ONSET,
+    LOG_RATIO_ONSET,
+    LOG_RATIO_SLOPE,
     OWN_SIDEBANDS,
     SLIP_SPREAD,
-    SLOPE,
     families_of,
     is_placebo_order,
 )
@@ -29,21 +29,21 @@ from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART
 
 OTHER_CAUSE = "other"
-LOWEST_ORDER = 0.25  # of the shaft, from which combs are scored: those of a quarter of a line are among them
-# Depth at which a first line is as probable with a fault as without. In the 77 records at hand those of faults that are
-# named are from 0.21 deep, race lines of healthy bearings and of sound races beside a fault up to 0.15 (UESTC's).
+LOWEST_ORDER = 0.25  # shaft order from which combs are scored
+# Depth at which a first line is as probable with a fault as without. In the 77 records at hand, lines of named faults
+# are at least 0.21 deep, race lines of healthy bearings and of sound races beside a fault up to 0.15 (UESTC's).
 EVEN_ODDS_DEPTH = 0.125
 MAINS_HZ = (50.0, 60.0)
 UNDECIDED, OPEN = "undecided", "open"
-PAIRS = {frozenset(pair): "+".join(pair) for pair in itertools.combinations((one.value for one in DEFECTS), 2)}
+FAULT_PAIRS = {frozenset(pair): "+".join(pair) for pair in itertools.combinations((one.value for one in DEFECTS), 2)}
 SINGLE_CAUSES = (*(fault.value for fault in DEFECTS), OTHER_CAUSE)
-CLASSES = (Fault.HEALTHY.value, *SINGLE_CAUSES, OPEN, *PAIRS.values())
+CLASSES = (Fault.HEALTHY.value, *SINGLE_CAUSES, OPEN, *FAULT_PAIRS.values())
 # Share of the records in which a second cause of strong lines is present, such as a neighbouring bearing. A line that
 # stands out in the table is as much more probable with a fault than without as this share is below one: 43 of the 47
 # faulty records at hand have such a line, 4 of the 30 healthy ones. A line risen over a healthy record's counts twice.
 SECOND_CAUSE_SHARE = 0.1
-# Healthy is as probable beforehand as single faults, something else and a fault that hides together, which 9 of 47 do:
-# 0.83 if nothing stands out; of 30 such records at hand 26 are. Two faults at once are as probable as either. Stated.
+# Healthy is as probable beforehand as single faults, something else and a hidden fault (9 of 47) together: 0.83 if
+# nothing stands out; of 30 such records at hand 26 are healthy. Two faults are as probable as either. Stated.
 CLASS_PRIOR = {name: SECOND_CAUSE_SHARE * (1 if name != Fault.HEALTHY else 1 + len(SINGLE_CAUSES)) for name in CLASSES}
 MIN_NAMED_PROBABILITY = 1 - 1 / 3.0  # naming a wrong fault costs three times as much as naming no fault
 MAX_PROBABILITY = 0.97  # (n + 1/2) / (n + 1) after n = 15 of 15 bearings of a class, the most at hand (Jeffreys' prior)
@@ -54,9 +54,9 @@ RECORD_CORRELATION = 0.5  # of two records of one bearing: 0.36 in 84 healthy re
 class Comb:
     """Comb of lines at multiples of `found_hz`, which is None if no comb is within the record's reach.
 
-    `excess` is its score minus the score of a typical comb of the record, `depth` the modulation depth of its first
-    line. `explained_by` names a source of which the comb is a multiple: the mains, the shaft, or a comb at least as
-    high and half as deep.
+    `excess` is its score minus the score of a typical comb, `depth` the modulation depth of its first line.
+    `explained_by` names a source of which the comb is a multiple: the mains, the shaft, or a comb at least as high and
+    half as deep.
     """
 
     excess: float = 0.0
@@ -66,15 +66,14 @@ class Comb:
 
     @property
     def log_ratio(self) -> float:
-        """Log likelihood ratio of a fault to no fault; minus `ONSET` if the comb is explained by another source.
+        """Log likelihood ratio of a fault to no fault: the lower of the ratios from excess and from depth.
 
-        The comb must be higher than chance combs and deeper than combs of healthy bearings. Lines twice as deep raise
-        the excess by 2 log 2 each, so both limits have one slope.
+        Lines twice as deep raise the excess by 2 log 2 each, so both limits have one slope.
         """
         if self.explained_by or not self.depth:
-            return -ONSET
-        by_depth = SLOPE * 2 * HARMONICS * math.log(self.depth / EVEN_ODDS_DEPTH)
-        return -float(np.logaddexp(ONSET - SLOPE * self.excess, -by_depth))
+            return -LOG_RATIO_ONSET
+        by_depth = LOG_RATIO_SLOPE * 2 * HARMONICS * math.log(self.depth / EVEN_ODDS_DEPTH)
+        return -float(np.logaddexp(LOG_RATIO_ONSET - LOG_RATIO_SLOPE * self.excess, -by_depth))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,10 +98,7 @@ class FaultScores:
 
 
 def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> FaultScores:
-    """Score the combs of a record at the shaft speed of its analysis.
-
-    The spectra of `more` records of the machine are averaged with the record's spectrum at equal shaft orders.
-    """
+    """Score the combs of a record in its spectrum, averaged over shaft orders with `more` records of the machine."""
     speed, bearing = analysis.speed, analysis.bearing
     every = [analysis.processed]
     for one in more:
@@ -147,10 +143,7 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
-    """Name the source of which a fault's comb is a multiple: mains, shaft or a lower comb; empty if there is none.
-
-    A comb at half of a roller's line is no such source, since a damaged roller strikes both races in one revolution.
-    """
+    """Name the source of which a fault's comb is a multiple (mains, shaft, a lower comb); empty if there is none."""
     found_hz = float(spectrum.frequency_hz[at])
     near_hz = max(spectrum.bin_hz / 2, SLIP_SPREAD * found_hz)
     for mains_hz in MAINS_HZ:
@@ -158,7 +151,7 @@ def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed)
         if 1 <= number <= HARMONICS and abs(found_hz - number * mains_hz) <= near_hz:
             return f"{number} times the mains frequency of {mains_hz:g} Hz"
     turns = max(2, round(found_hz / speed.value_hz))
-    for number in sorted({2, 3, 4, turns} - ({2} if fault is Fault.ROLLER else set())):
+    for number in sorted({2, 3, 4, turns} - ({2} if fault is Fault.ROLLER else set())):  # a roller strikes both races
         lower = spectrum.highest(found_hz / number, near_hz)
         if lower is None or spectrum.score[lower] < spectrum.score[at]:
             continue
@@ -192,24 +185,24 @@ def log_likelihood(
 
 
 def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
-    """Log likelihood ratio of each class from the combs of one view.
+    """Log likelihood ratio of each class from the combs of one view, with or without a second cause.
 
-    The strongest comb may have a second cause beside it. A comb of another machine part is no evidence against a fault,
-    and a missing comb is no evidence against a part whose line has risen.
+    A comb of another machine part is no evidence against a fault, and a missing comb none against a part whose line has
+    risen.
     """
 
     def ratio(name: str, comb: Comb) -> float:
         return max(comb.log_ratio, 0.0) if lines.get(name, 0) > 1 else comb.log_ratio
 
     ratios = {name: ratio(name, view.first[name]) for name in SINGLE_CAUSES} | {Fault.HEALTHY.value: 0.0, OPEN: 0.0}
-    ratios |= dict.fromkeys(PAIRS.values(), 2 * Comb().log_ratio)
+    ratios |= dict.fromkeys(FAULT_PAIRS.values(), 2 * Comb().log_ratio)
     for name, second in view.second.items():
         both = ratios[view.strongest] + ratio(name, second)
         if OTHER_CAUSE in (name, view.strongest):
             part = name if view.strongest == OTHER_CAUSE else view.strongest
             ratios[part] = float(np.logaddexp(ratios[part], math.log(SECOND_CAUSE_SHARE) + both))
         else:
-            ratios[PAIRS[frozenset((name, view.strongest))]] = both
+            ratios[FAULT_PAIRS[frozenset((name, view.strongest))]] = both
     return ratios
 
 
@@ -226,10 +219,9 @@ def probabilities(log_likelihood: Mapping[str, float]) -> dict[str, float]:
 
 
 def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Combine the log likelihood ratios of n records of one bearing: their sum over 1 + (n - 1) `RECORD_CORRELATION`.
+    """Sum of the log likelihood ratios of n records of one bearing, over 1 + (n - 1) `RECORD_CORRELATION`.
 
-    The divisor is the design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4). The class of an unknown
-    part has the largest ratio of all records.
+    The divisor is the design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4).
     """
     count = len(log_likelihoods)
     effect = 1 + (count - 1) * RECORD_CORRELATION
@@ -249,10 +241,7 @@ def share_of(state: str, probabilities: Mapping[str, float]) -> float:
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """Select the most probable class, or `UNDECIDED` if its probability (`share_of`) is too low.
-
-    Healthy needs one half, every other class `MIN_NAMED_PROBABILITY`.
-    """
+    """Select the most probable class: healthy from one half, others from `MIN_NAMED_PROBABILITY`; else `UNDECIDED`."""
     best = most_probable(probabilities)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED
@@ -260,7 +249,7 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 def stands_out(excess: float) -> bool:
     """True if a comb of this excess is 1 / `SECOND_CAUSE_SHARE` times as probable with a cause as without."""
-    return SLOPE * excess - ONSET >= -math.log(SECOND_CAUSE_SHARE)
+    return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
 def faults_of(name: str) -> tuple[Fault, ...]:
@@ -268,6 +257,5 @@ def faults_of(name: str) -> tuple[Fault, ...]:
     return tuple(fault for fault in DEFECTS if fault.value in name.split("+"))
 
 
-LABELS = {name: " and ".join(fault.label for fault in faults_of(name)) for name in CLASSES}
+LABELS = {name: " and ".join(fault.label for fault in faults_of(name)) for name in CLASSES}  # of the classes in words
 LABELS |= {Fault.HEALTHY.value: Fault.HEALTHY.label, OTHER_CAUSE: "something else", OPEN: "faulty, part open"}
-"""Names of the classes in words."""

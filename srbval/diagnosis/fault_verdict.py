@@ -1,9 +1,8 @@
 """Verdict on a record: a fault is named, nothing is found, or the state is undecided.
 
-`diagnose` combines the combs, the table of lines and the comparison with a healthy record to one posterior probability
-per class. `fault_verdict` derives headline, reasons and JSON from these probabilities alone. *Named*: a fault has two
-thirds or more. *Nothing found*: healthy has one half or more and both race lines were searched. *Undecided*: all other
-records. The declared state of a record is not used.
+`diagnose` combines the combs, the table of lines and the comparison with a healthy record to one probability per class,
+from which headline, reasons and JSON are derived. *Named*: a fault has two thirds. *Nothing found*: healthy has one
+half and both race lines were searched. *Undecided*: all other records. The declared state is not used.
 """
 
 import enum
@@ -48,7 +47,7 @@ from srbval.recordings.registry import RecordSource, recording_of
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
 
-CALIBRATION_RIGS = 7  # whose records of known state the numbers of the method were set on
+CALIBRATION_RIGS = 7  # the numbers of the method were set on records of known state of these rigs
 # A defect struck once a period modulates the squared envelope by about its mean; healthy bearings by less than half.
 SHALLOW_DEPTH = 0.5
 STRUCK_DEPTH = 1.0  # modulation of the squared envelope by a defect that is struck once a period
@@ -59,12 +58,11 @@ DETECTABLE_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis(NotebookObject):
-    """Most probable state of a record and the evidence for it.
+    """Most probable state of a record ("undecided" if no class is probable enough) and the evidence for it.
 
-    `state` is a class, or "undecided" if no class is probable enough; `probabilities` contains all classes.
-    `log_likelihood` contains the log likelihood ratio of each class to healthy, for use with other priors. `standing`
-    describes the unexplained lines of the table. `scores` are the comb scores of the clearest channel, `channel`, None
-    if there is only one.
+    `probabilities` contains all classes, `log_likelihood` their log likelihood ratios to healthy, for use with other
+    priors. `standing` describes the unexplained lines of the table. `scores` belong to the clearest `channel`, None if
+    there is only one.
     """
 
     state: str
@@ -98,11 +96,11 @@ class Diagnosis(NotebookObject):
             excess = self.scores.first[OTHER_CAUSE].excess
             said.append(f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}.")
         if self.channel is not None:
-            said.append(f"Channel {self.channel} shows it best.")
+            said.append(f"The evidence is strongest in channel {self.channel}.")
         if stands_out(self.scores.cage.excess):
             said.append(
-                f"The cage's comb stands out (evidence {self.scores.cage.excess:.1f}), as of one rolling element or "
-                "one pocket that strikes once a turn of the cage; it names no fault."
+                f"The cage's comb is strong (evidence {self.scores.cage.excess:.1f}): a roller or a pocket may "
+                "strike once per turn of the cage. This does not identify a fault."
             )
         return " ".join(said)
 
@@ -147,10 +145,7 @@ def weigh_evidence(
 
 
 def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Score the combs of each channel, and of each speed if the speed is estimated; see `diagnose`.
-
-    Channels that are constant or differ in length are left out.
-    """
+    """Score the combs of each usable channel, and at each speed if the speed is estimated (see `diagnose`)."""
     if isinstance(analysis, LongAnalysis):
         return list(analysis.views)
     recording, done = analysis.recording, analysis.processed
@@ -165,7 +160,7 @@ def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | N
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True if a first harmonic exceeds the noise and is deep or has risen; a cage line must be deep."""
+    """True if a first harmonic exceeds the noise and is deep or has risen over a healthy record's."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -185,7 +180,7 @@ def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> It
             and line.noise_false_alarm is not None
             and max(line.noise_false_alarm, line.placebo_false_alarm or 0.0) < FALSE_ALARM
         ):
-            yield f"multiples of {line.name}, which the shaft covers itself"
+            yield f"multiples of {line.name}, which is hidden by a shaft line"
     if analysis.outside is not None:
         yield f"a comb at {analysis.outside.found_hz:.2f} Hz, outside the search windows"
     if analysis.outside_speed is not None:
@@ -235,7 +230,7 @@ class FaultVerdict:
         """Headline and reasons in one text."""
         return " ".join((f"{self.headline}.", *self.reasons))
 
-    def beside(self, declared: Fault | None) -> str:
+    def describe_declared(self, declared: Fault | None) -> str:
         """Compare the declared state with the verdict, in one sentence; empty if no state is declared."""
         if declared is None:
             return ""
@@ -266,10 +261,7 @@ class FaultVerdict:
 def fault_verdict(
     analysis: Analysis, baseline: Baseline | Analysis | RecordSource | None = None, *, all_channels: bool = False
 ) -> FaultVerdict:
-    """Compute the verdict on an analysed record, compared with a healthy record if given.
-
-    For `all_channels` see `diagnose`. Raises the errors of `compare_with_baseline` and `baseline_of`.
-    """
+    """Verdict on an analysed record, compared with a healthy record if given; raises `baseline_of`'s errors."""
     if isinstance(baseline, RecordSource):
         baseline = baseline_of(analysis, recording_of(baseline))
     if analysis.recording.origin is not Origin.MEASURED:
@@ -289,23 +281,27 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     limits = advice = ""
     if parts:
         finding, line = Finding.NAMED, analysis.line_of(parts[0])
-        shown = "the record alone shows the comb of its lines in the whole band"
+        shown = "the comb of its lines is detected in the whole band of this record"
         if comparison.risen is parts[0]:
             ratio = short_ratio(comparison.ratio or 0.0)
-            shown = f"the {line.name} line stands {ratio} {comparison.times} as in the healthy record"
+            shown = f"the {line.name} line is {ratio} {comparison.times} as in the healthy record"
         elif line.detected:
-            shown = f"the {line.name} line stands {line.snr:,.0f} times above the noise"
+            shown = f"the {line.name} line is {line.snr:,.0f} times the noise"
         headline = f"{parts[0].label.capitalize()} fault: {shown}"
         if len(parts) > 1:
             headline = f"{LABELS[diagnosis.state].capitalize()} faults: {shown}, and both combs are strong"
     elif diagnosis.state != Fault.HEALTHY:
         finding = Finding.UNDECIDED
-        strong = [*diagnosis.standing, *_strong_combs(diagnosis)]
+        strong = [*diagnosis.standing]
+        for name, comb in sorted(first.items(), key=lambda named: -named[1].log_ratio):
+            if comb.log_ratio > 0 and comb.found_hz:
+                order = f"a comb at {comb.found_hz / diagnosis.scores.shaft_hz:.3f} times the shaft speed"
+                strong.append(order if name == OTHER_CAUSE else f"the {LABELS[name]}'s comb in the whole band")
         headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:3])}"
         # Why no part is named although a deep line is detected, and what would decide.
         advice = " ".join(
             f"The comb at {Fault(name).line}, {comb.found_hz:.2f} Hz, is {comb.explained_by}: "
-            "it names no fault by itself."
+            "it does not identify a fault."
             for name, comb in first.items()
             if comb.explained_by and stands_out(comb.excess)
         )
@@ -313,10 +309,10 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         part = next((Fault.of_line(x.name) for x in deep), None)
         if not advice and part is not None:
             advice = (
-                f"Not named: once tones and all that repeats exactly are taken out, {part.label} has "
-                f"{100 * share_of(part, shares):.0f} %; {100 * MIN_NAMED_PROBABILITY:.0f} % is needed. Impacts of "
-                "rolling elements scatter by slip, those of a gear or a synthetic signal do not. A healthy record of "
-                "the machine can decide: --healthy FILE."
+                f"Not named: without tones and exact repetitions, {part.label} has "
+                f"{100 * share_of(part, shares):.0f} %; {100 * MIN_NAMED_PROBABILITY:.0f} % is needed. The spacing of "
+                "impacts of rolling elements scatters by slip; impacts of a gear or a synthetic signal repeat exactly. "
+                "A healthy record of the machine can decide: --healthy FILE."
             )
     elif unseen:
         finding = Finding.UNDECIDED
@@ -328,13 +324,13 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         least = max(limit for limit in seen.values() if limit < STRUCK_DEPTH)
         steady = "" if analysis.processed.tracking.used else " at a steady speed"
         headline = (
-            "Nothing found: no fault is named and no strong line is unexplained; a fault would have been seen from a "
-            f"modulation of about {100 * least:.2g} % up{steady}"
+            "Nothing found: no fault is named and no strong line is unexplained; a fault would have been detected from "
+            f"a modulation of about {100 * least:.2g} % up{steady}"
         )
         each = (f"{f.line} {f'from {100 * x:.2g} % up' if x < STRUCK_DEPTH else 'not at all'}" for f, x in seen.items())
         limits = (
-            "Lines would have been seen by how much they modulate the squared envelope in this band: "
-            f"{', '.join(each)}. A blow at every passage modulates it by 100 % and more, less under other vibration."
+            "Modulation of the squared envelope in this band from which a line would have been detected: "
+            f"{', '.join(each)}. An impact at every passage modulates it by 100 % or more, less under other vibration."
         )
     reasons = (advice, limits, comparison.sentence, analysis.summary, diagnosis.sentence)
     return FaultVerdict(
@@ -349,20 +345,11 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
 
 
 def smallest_detectable_depth(line: Line, comparison: BaselineComparison) -> float:
-    """Modulation depth from which the line is detected in 95 of 100 records; infinite if it cannot be detected.
+    """Modulation depth from which a line is detected in 95 of 100 records; infinite if it cannot be detected.
 
-    The power of such a line is `DETECTABLE_SNR` times the noise. If the healthy bearing has the line too, the depth is
-    `RISEN_RATIO` times the depth in this record. The line is assumed to have the harmonics of impacts.
+    Such a line has `DETECTABLE_SNR` times the power of the noise or, if the healthy bearing has the line too,
+    `RISEN_RATIO` times the depth of `line`.
     """
     if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
         return math.inf
     return line.depth * (RISEN_RATIO if line.name in comparison.ratios else math.sqrt(DETECTABLE_SNR / line.snr))
-
-
-def _strong_combs(diagnosis: Diagnosis) -> Iterator[str]:
-    """Combs that are evidence of a cause, the strongest first, in a few words each."""
-    for name, comb in sorted(diagnosis.scores.first.items(), key=lambda named: -named[1].log_ratio):
-        if comb.log_ratio > 0 and comb.found_hz:
-            order = comb.found_hz / diagnosis.scores.shaft_hz
-            other = f"a comb at {order:.3f} times the shaft speed"
-            yield other if name == OTHER_CAUSE else f"the {LABELS[name]}'s comb in the whole band"

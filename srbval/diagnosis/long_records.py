@@ -1,14 +1,13 @@
-"""Analysis of long records in parts as short as the records on which the method was calibrated.
+"""Analysis of long records in parts as short as the records on which the method was calibrated (1 to 13 s).
 
-The fifth harmonic of a line stays within a bin only while the shaft turns evenly. If the speed changes by 1 % in half
+The fifth harmonic of a line stays within a bin only while the shaft turns evenly: if the speed changes by 1 % in half
 an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in 20 s, and are
-lost in 60 s. All numbers of the verdict were set on records of 1 to 13 s. Short parts are sensitive enough: a
-modulation of `fault_posterior.EVEN_ODDS_DEPTH` is 80 times the noise in 10 s of a band of 2 kHz.
+lost in 60 s. A modulation of `fault_posterior.EVEN_ODDS_DEPTH` is still 80 times the noise in 10 s of a band of 2 kHz.
 
-The combs of every part are scored at its own speed, and the mean likelihood of all parts decides. The table of lines
-comes from one part. The parts are sorted by their strongest fault comb. The part at one half of this order is tried
-first, then at one quarter, and so on to the clearest, each with as many trials as there are parts for one as clear. The
-first part with a fault line is used, otherwise the part at one half.
+The mean likelihood of all parts decides. The table of lines comes from one part: the parts are sorted by their
+strongest fault comb, and the part at one half of this order is tried first, then at one quarter, and so on to the
+clearest, each with as many trials as there are parts for one as clear. The first with a fault line is used, otherwise
+the first.
 """
 
 import itertools
@@ -34,10 +33,9 @@ LEAST_PARTS = 3  # shorter records are read as a whole
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LongAnalysis(Analysis):
-    """Analysis of the part of a long record that begins at `first_s` [s] and represents all its `parts`.
+    """Analysis of the part of a long record that begins at `first_s` [s] and represents all `parts`.
 
-    The fault comb of `as_clear` parts is at least as strong. `views` contains channel and scores of every part with
-    vibration.
+    The fault comb of `as_clear` parts is at least as strong; `views` are channel and scores of every usable part.
     """
 
     parts: int
@@ -50,8 +48,8 @@ class LongAnalysis(Analysis):
         """Number and length of the parts, and the part whose lines are used, in words."""
         part_s = self.recording.seconds / self.parts
         return (
-            f"read in {self.parts} parts of {part_s:.3g} s: probabilities from the combs of all; lines, band and "
-            f"figures are those of the part from {self.first_s:.5g} s on, one of the {self.as_clear} clearest"
+            f"read in {self.parts} parts of {part_s:.3g} s: probabilities from the combs of all parts; lines, band and "
+            f"figures from the part that begins at {self.first_s:.5g} s, one of the {self.as_clear} clearest"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -62,10 +60,9 @@ class LongAnalysis(Analysis):
 
 @one_thread()
 def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
-    """Analyse a record as `analyse` does with the same `options`, and a long record in parts.
+    """Analyse a record as `analyse` does, and a long record in parts; `all_channels` scores its other channels too.
 
-    With `all_channels` the other channels of a long record are scored too. Parts without vibration, or in which the
-    shaft stops, are left out; raises the `DataError` of the first part if all are left out.
+    Parts without vibration, or in which the shaft stops, are left out; raises the first `DataError` if all are.
     """
     shaft_hz = recording.known_speed.value_hz
     count = math.floor(recording.seconds / max(PART_S, PART_TURNS / shaft_hz))

@@ -1,7 +1,4 @@
-"""Analysis of records from file to verdict: one file, many files in parallel, or a table of features.
-
-The result of a file is stored under everything on which it depends, so an interrupted batch continues.
-"""
+"""Analysis of records from file to verdict: one file, many in parallel with stored results, a table of features."""
 
 import json
 import re
@@ -11,26 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFECTS, Bearing, load_bearing
-from srbval.diagnosis.baseline import (
-    Baseline,
-    baseline_of,
-    load_healthy,
-    registered_baseline,
-    require_one_unit,
-)
-from srbval.diagnosis.fault_posterior import (
-    LABELS,
-    UNDECIDED,
-    decide,
-    fault_scores,
-    faults_of,
-    log_likelihood,
-    most_probable,
-    of_one_machine,
-    probabilities,
-    share_of,
-    stands_out,
-)
+from srbval.diagnosis import fault_posterior as posterior
+from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, registered_baseline, require_one_unit
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.diagnosis.long_records import analyse_by_parts
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
@@ -69,11 +48,10 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """Request to analyse a file, or a `recording` in its place.
+    """Request to analyse a file, or a `recording` in its place; see `analyse`, `bearing_of`, `load_healthy`.
 
-    The options are explained in `analyse`, `bearing_of` and `load_healthy`. A band is chosen from the record with
-    `auto_band`, and if neither the request nor a data set states a band; with `one_band` the whole band is used
-    instead, so that the levels of all records can be compared.
+    A band is chosen from the record with `auto_band`, and if neither the request nor a data set states a band; with
+    `one_band` the whole band is used instead, so that the levels of all records can be compared.
     """
 
     file: str = ""
@@ -142,11 +120,10 @@ def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> lis
 
 
 def read_record(request: RecordRequest) -> RecordReading:
-    """Load and analyse a record, compare it with a healthy record, and compute the verdict.
+    """Load and analyse a record, compare it with the given or registered healthy record, and compute the verdict.
 
-    The healthy record is the given or the registered one. If several statements about the file are missing, one error
-    names them all (see `left_open`). If no channel is stated, all channels contribute to the verdict. Raises the errors
-    of all steps.
+    One error names all missing statements about the file. If no channel is stated, all channels
+    contribute to the verdict. Raises the errors of all steps.
     """
     stored, all_channels = registered_settings(request.file), request.settings.channel is None
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
@@ -163,28 +140,20 @@ def read_record(request: RecordRequest) -> RecordReading:
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     if overload := bearing.overload(recording.radial_n, recording.axial_n):
         recording = replace(recording, cautions=(*recording.cautions, overload))
-    analysis = analyse_by_parts(
-        recording,
-        bearing,
-        all_channels=all_channels,
-        band_hz=request.band_hz,
-        healthy=healthy,
-        auto_band=request.auto_band,
-        whole_band=request.one_band,
-    )
+    band = {"band_hz": request.band_hz, "auto_band": request.auto_band, "whole_band": request.one_band}
+    analysis = analyse_by_parts(recording, bearing, all_channels=all_channels, healthy=healthy, **band)
     baseline, cautions = None, tuple[str, ...]()
     try:
         own = healthy if healthy is not None else registered_baseline(analysis)
-    except DataError as unreadable:  # an unreadable register must not hide what the file itself shows
+    except DataError as unreadable:  # an unreadable register must not hide the file's own verdict
         own, cautions = None, (f"no healthy baseline: {unreadable}",)
     if own is not None:
         if healthy is not None:
             require_one_unit(recording, healthy)
         baseline = baseline_of(analysis, own)
-        judged = fault_verdict(baseline.analysis) if healthy is not None else None
-        if judged is not None and judged.finding is Finding.NAMED:
+        if healthy is not None and (judged := fault_verdict(baseline.analysis)).finding is Finding.NAMED:
             baseline = replace(baseline, fault=judged.headline)
-        faulty = (f"the baseline itself shows a fault ({baseline.fault}): give another",) if baseline.fault else ()
+        faulty = (f"the baseline has a fault ({baseline.fault}): give another",) if baseline.fault else ()
         said = (*faulty, *own.cautions, *(baseline.remarks if healthy is not None else ()))
         cautions = tuple(f"caution: healthy baseline {own.file}: {caution}" for caution in said)
     verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
@@ -195,10 +164,15 @@ def read_records(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> tuple[list[dict[str, Any]], list[FailedFile]]:
     """Analyse many files; returns their documents, the most serious first, and the failed files. See `answers_of`."""
+
+    def seriousness(document: dict[str, Any]) -> tuple[float, ...]:
+        shares, line = document["fault"]["probabilities"], _highest_line(document)
+        share = max((shares.get(part.value) or 0.0 for part in DEFECTS), default=0.0)
+        verdict = list(ALARMS).index(document["fault"]["verdict"])
+        return verdict, -round(100 * share), -line["snr"] if line else 0.0
+
     answers = answers_of(requests, jobs=jobs, progress=progress).values()
-    read = [document for answer in answers if isinstance(answer, list) for document in answer]
-    order = list(ALARMS)
-    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), *_seriousness(one)))
+    read = sorted((one for answer in answers if isinstance(answer, list) for one in answer), key=seriousness)
     return read, [answer for answer in answers if isinstance(answer, FailedFile)]
 
 
@@ -207,8 +181,7 @@ def answers_of(
 ) -> dict[RecordRequest, list[dict[str, Any]] | FailedFile]:
     """Analyse many files, `jobs` at a time (default: one per core); returns the documents of each file, or its failure.
 
-    A file without a stated channel has one document per channel. Stored results are reused. Raises the error of the
-    files if all fail.
+    A file without a stated channel has one document per channel. Raises the error of the files if all fail.
     """
     register = repr(listing(or_none=True).recordings)
     contents = {request: _dependencies(request, register) for request in requests}
@@ -226,13 +199,6 @@ def answers_of(
     if failed and len(failed) == len(answers):
         raise common_error(failed)
     return answers
-
-
-def _seriousness(document: dict[str, Any]) -> tuple[float, float]:
-    """Sort key of documents with one verdict: the most probable fault first (in per cent), then the highest line."""
-    shares, line = document["fault"]["probabilities"], _highest_line(document)
-    share = max((shares.get(part.value) or 0.0 for part in DEFECTS), default=0.0)
-    return -round(100 * share), -line["snr"] if line else 0.0
 
 
 def _highest_line(document: dict[str, Any]) -> dict[str, Any] | None:
@@ -253,10 +219,7 @@ def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
 def separate_other_files(
     failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
 ) -> tuple[list[FailedFile], list[str]]:
-    """Separate the failed files from files in a folder that are no recordings, such as a licence.
-
-    A file is no recording if it was not `named` itself and no file that was `read` has its suffix.
-    """
+    """Separate failed files from files that are no recordings: not `named`, with a suffix that no `read` file has."""
     endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
         one.file
@@ -278,10 +241,7 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """Summarise a document in one row: verdict, most probable fault and its probability, its line, alarm, features.
-
-    `snr` is the power of the line over the noise. The fault is None if nothing is found.
-    """
+    """Summarise a document in one row: verdict, most probable fault (None if nothing is found), its line, features."""
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
     part = max(shares, key=lambda one: shares[one] or 0.0)
@@ -302,59 +262,50 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Judge all measured records of one bearing together (`of_one_machine`); returns the entry of JSON documents.
-
-    Records whose lines fit a speed outside the stated tolerance are left out. Raises `ConfigurationError` for records
-    of several bearings.
-    """
+    """Judge all records of one bearing together, without records whose lines fit a speed outside the tolerance."""
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
-            f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give those of one, or "
-            "state it with --bearing."
+            f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give records of one "
+            "bearing, or state it with --bearing."
         )
     faults = [one["fault"] for one in documents if one["fault"]["log_likelihood"] and not one["shaft_hz"]["outside"]]
     entry: dict[str, Any] = {"records": len(faults), "state": None, "called": None, "probabilities": {}}
     if not faults:
         return entry | {"sentence": "One machine: no measured record can be used."}
-    together = of_one_machine([fault["log_likelihood"] for fault in faults])
+    together = posterior.of_one_machine([fault["log_likelihood"] for fault in faults])
     return entry | _of_machine(together, [fault["cage_excess"] for fault in faults], f"{len(faults)} records together")
 
 
 def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
-    """Judge short records of one bearing together by their mean spectrum; returns the entry of JSON documents.
-
-    Raises the errors of loading, and `DataError` if a record has fewer than `MIN_POOLED_TURNS` turns or all records
-    together fewer than `LEAST_REVOLUTIONS`.
-    """
+    """Judge short records of one bearing together by their mean spectrum; `DataError` for too few turns."""
     found = [read_short(*_loaded(request)) for request in requests]
     own = [one.processed.seconds * one.speed.value_hz for one in found]
     if (few := min(own)) < MIN_POOLED_TURNS:
         name = found[own.index(few)].recording.name
-        raise DataError(f"{name}: {few:.2g} turns of the shaft; {MIN_POOLED_TURNS:g} are needed to pool it.")
+        raise DataError(f"{name}: {few:.2g} turns of the shaft; at least {MIN_POOLED_TURNS:g} are needed to pool it.")
     if len({one.bearing.name for one in found}) > 1 or len({one.processed.fs_hz for one in found}) > 1:
         raise ConfigurationError(
-            "--one-machine: the records are of several bearings or sampling rates; give those of one."
+            "--one-machine: the records are of several bearings or sampling rates; give records of one."
         )
     if (turns := sum(own)) < LEAST_REVOLUTIONS:
         raise DataError(f"{len(found)} records of {turns:.3g} turns together; {LEAST_REVOLUTIONS} are needed.")
-    scores = fault_scores(found[0], found[1:])
-    together = log_likelihood([scores], {}, stands=False)
+    scores = posterior.fault_scores(found[0], found[1:])
+    together = posterior.log_likelihood([scores], {}, stands=False)
     how = f"{len(found)} short records, {turns:.0f} turns in all, by their mean spectrum"
     return {"records": len(found)} | _of_machine(together, [scores.cage.excess], how)
 
 
 def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how: str) -> dict[str, Any]:
     """State, probabilities and sentence of a machine from its log likelihood ratios."""
-    shares = probabilities(together)
-    state = decide(shares)
-    parts, best = faults_of(state), most_probable(shares)
-    answer = state
-    if state != UNDECIDED:
-        answer = f"{LABELS[state]} fault" if parts else f"{LABELS[state]}, no fault named"
-    shown = sum(excess is not None and stands_out(excess) for excess in cage)
-    share = f"{LABELS[best]} {100 * share_of(best, shares):.0f} %"
+    shares = posterior.probabilities(together)
+    state = posterior.decide(shares)
+    parts, best = posterior.faults_of(state), posterior.most_probable(shares)
+    answer = state if state == posterior.UNDECIDED else posterior.LABELS[state]
+    answer += " fault" if parts else ", no fault named" if state != posterior.UNDECIDED else ""
+    shown = sum(excess is not None and posterior.stands_out(excess) for excess in cage)
+    share = f"{posterior.LABELS[best]} {100 * posterior.share_of(best, shares):.0f} %"
     said = f"One machine: {answer} ({share} by {how})."
-    said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
+    said += f" The cage's comb is also strong in {shown} records. This does not identify a fault." if shown else ""
     return {
         "state": state,
         "called": parts[0] if parts else None,
@@ -379,7 +330,7 @@ def record_features(
     `sources` are files, folders, recordings or runs. `stated` are fields of `RecordRequest` or `RecordingSettings`,
     such as `bearing`, `rpm`, `channel` or `band_hz`; a `request` replaces them. All records use the stated band, the
     band of their data set, or the whole band; with `auto_band` each record has its own band. A record that cannot be
-    read has a row with the `reason` alone. Raises the error of the records if all fail.
+    read has a row with the `reason` alone; raises the error of the records if all fail.
     """
     import pandas
 
@@ -403,8 +354,7 @@ def record_features(
 def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
     """Convert a document of `answers_of` to a row of the table; a missing value is None, and `reason` explains it.
 
-    Each harmonic of a line has `snr`, its power over the local noise, and `depth`, its modulation of the squared
-    envelope, even if the line is not detected.
+    Each harmonic has `snr`, its power over the local noise, and `depth`, its modulation of the squared envelope.
     """
     found, (low_hz, high_hz) = document["features"], document["band_hz"]
     unit, missing = found["unit"], [found["velocity_missing"]]

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import pandas
 
 ALPHA = 0.05
-LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: fewer do not show the scatter
+LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: the scatter of fewer is unknown
 MIN_POOLED_GROUPS = 12  # groups of snapshots: a baseline, and as many more to compare
 RMS = "RMS"
 DATE = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)(?:\D?(\d\d)\D?(\d\d)(?:\D?(\d\d))?)?(?!\d)")
@@ -45,13 +45,12 @@ DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelTrend:
-    """Records of one channel in the order of time.
+    """Records of one channel in the order of time, as `points` with file, time, rpm, velocity and zone.
 
-    Each of the `points` contains file, time, rpm, velocity and zone; `levels` of the lines and the RMS in the
-    recording's unit; `ci95_db`, 95 % half widths [dB]; `risen`, the names of the levels above their limits; and
-    `comparable`, false if the speed differs from the baseline's. `reference` contains the geometric means of the
-    baseline's levels, `limits` the levels above which they have risen, `zones` the smallest velocities of zones B, C
-    and D [mm/s]. `velocity_missing` is the reason for a missing velocity or zone.
+    Each also contains the `levels` of the lines and the RMS in the recording's unit, their 95 % half widths `ci95_db`
+    [dB], the `risen` levels, and `comparable`, false if the speed differs from the baseline's. `reference` contains the
+    geometric means of the baseline's levels, `limits` the levels above which they have risen, `zones` the smallest
+    velocities of zones B, C and D [mm/s]. `velocity_missing` is the reason for a missing velocity or zone.
     """
 
     channel: str | None
@@ -81,11 +80,7 @@ class ChannelTrend:
 
 @dataclass(frozen=True, kw_only=True)
 class Trend:
-    """Trends of all channels of a machine.
-
-    `baseline` is the number of records in the baseline, `comparisons` is K and `false_alarm` is alpha of the module's
-    formula. `time_from` names the source of the times.
-    """
+    """Trends of all channels, with the numbers of baseline records and of comparisons, and the false-alarm chance."""
 
     JSON_PROPERTIES: ClassVar = ("answer", "alarm")
 
@@ -124,12 +119,12 @@ class Trend:
         first = self.alarm
         if not self.comparisons:
             return (
-                f"No alarm can be judged from {count} records: a baseline takes {LEAST_BASELINE} of the same speed, "
-                "and one more to compare."
+                f"No alarm can be computed from {count} records: a baseline needs {LEAST_BASELINE} records of the same "
+                "speed, and one more to compare."
             )
         chance = f"the chance of any false alarm in the whole history is at most {100 * self.false_alarm:.0f} %"
         if first is None or first.first_alarm is None:
-            return f"No alarm in {count} records: no level rose above those of the first {self.baseline}; {chance}."
+            return f"No alarm in {count} records: no level rose above the first {self.baseline} records; {chance}."
         risen = [
             (name != RMS, one.rise_db(point["levels"], name) or 0.0, n, name, one)
             for one in self.channels
@@ -173,9 +168,8 @@ def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | N
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
     """Time of each file, and the source of the times in words.
 
-    The source is a `table` with the columns `file` and `time`, otherwise dates in the file names, otherwise the last
-    number in each name, otherwise the dates of change of the files. Raises `ConfigurationError` if the table cannot be
-    used.
+    The source is a `table` with the columns `file` and `time`, else dates in the names, else the last number in each
+    name, else the dates of change. Raises `ConfigurationError` if the table cannot be used.
     """
     names = {file: Path(file).name for file in files}
     if table is not None:
@@ -223,9 +217,8 @@ def trend_of(
 ) -> Trend:
     """Compute the trend of the `documents` of `read_records`, by channel; `times` contains the time of each file.
 
-    `baseline` is the number of first records from which the scatter is computed (default: a third, from
-    `LEAST_BASELINE` to `MOST_BASELINE`). `zones_mm_s` are the velocities at which zones B, C and D begin; the default
-    is the `machine_class`'s.
+    The scatter is computed from the first `baseline` records (default: a third, from `LEAST_BASELINE` to
+    `MOST_BASELINE`). `zones_mm_s` are the velocities at which zones B, C and D begin (default: of the `machine_class`).
     """
     import pandas as pd
 
@@ -238,7 +231,7 @@ def trend_of(
     share = round(BASELINE_SHARE * max(map(len, by_channel.values())))
     count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))
     if count < LEAST_BASELINE:
-        raise ConfigurationError(f"a baseline of {count} records: at least {LEAST_BASELINE} show their scatter.")
+        raise ConfigurationError(f"a baseline of {count} records: at least {LEAST_BASELINE} are needed.")
     boundaries = zones_mm_s or zone_boundaries(machine_class)
 
     def point_of(one: Mapping[str, Any], usual_hz: float) -> dict[str, Any]:

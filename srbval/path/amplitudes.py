@@ -1,14 +1,11 @@
-"""Amplitudes [m/s2] and patterns of a record; see the page "Amplitudes at the sensor" of the theory.
-
-Third octaves follow IEC 61260-1 from 400 to 3150 Hz: outside this range the rig's records contain tones of the drive.
-"""
+"""Amplitudes and patterns of a record, in third octaves of 400 to 3150 Hz: the rig's drive has tones outside them."""
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft  # scipy.signal takes half a second: scipy loads it where it is used
+import scipy.fft  # scipy.signal takes half a second: scipy loads it at its first use
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
@@ -72,10 +69,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Level of the increment over `healthy` in all bands [dB re 1 m/s2]; without `healthy`, level of the record.
-
-    The increment D - H has the variance (D^2 + H^2) / (B T); below two standard deviations it is not present.
-    """
+    """Level of the increment over `healthy` in all bands [dB re 1 m/s2]; without `healthy`, level of the record."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():
@@ -111,17 +105,9 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 
 
 def pattern(
-    recording: Recording,
-    bearing: Bearing,
-    fault: Fault,
-    line_order: float,
-    band_hz: tuple[float, float] = ENVELOPE_HZ,
+    recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands relative to the first harmonic [dB], depth of modulation [%], kurtosis in two bands.
-
-    `line_order` is the order at which the fault's line was found. The squared envelope is computed at even shaft angles
-    if the speed signal allows order tracking.
-    """
+    """Harmonics and sidebands relative to the first harmonic [dB], depth of modulation [%], kurtosis in two bands."""
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
@@ -174,9 +160,8 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
     """Standard deviation of the level between mountings [dB]: posterior mean and 95 % interval, from pairs of records.
 
-    Only third octaves in which the faulty record is quieter than the healthy record count, since a fault adds power.
-    These differences are half-normal with variance 2 tau^2 + u^2, where u is the uncertainty of both readings. The
-    prior of tau is half-normal with the scale `prior_db`.
+    Only third octaves count in which the faulty record is quieter than the healthy one, since a fault adds power. These
+    differences are half-normal with variance 2 tau^2 + u^2 (u: both readings); the prior of tau is half-normal too.
     """
     off, u = [], []
     for faulty, healthy in pairs:

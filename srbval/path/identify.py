@@ -1,9 +1,7 @@
-"""Identification of the path to the sensor, from records of a known fault.
+"""Identification of the path to the sensor from records of a known fault; equations: theory, "The path to the sensor".
 
-The equations are on the page "The path to the sensor" of the theory. Gains are identified from the lowest to the
-highest third octave in which the record's power locked to the fault exceeds its standard deviation; bands between them
-without such power get gains interpolated from their neighbours. Sidebands are compared in the band in which the
-record's data set is demodulated, otherwise in the band of the path.
+Gains are identified from the lowest to the highest third octave with significant power locked to the fault, and
+interpolated in between. Sidebands are compared in the band of the record's data set, otherwise of the path.
 """
 
 import json
@@ -33,15 +31,15 @@ from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
 from srbval.signal import NORMAL_95
 from srbval.signal.locked import LockedMean
 
-BAND_HZ = WHOLE_HZ  # the drives of the paper's rig have tones near 4 and 8 kHz; below 400 Hz its frame answers
+DEFAULT_BAND_HZ = WHOLE_HZ  # the drives of the paper's rig have tones near 4 and 8 kHz; below 400 Hz its frame answers
 CROSS_RATIO_RANGE = (0.1, 30.0)  # range of cross over load in which the ratio is searched
 # Standard deviation of a ratio that may be anywhere in the range.
 WIDEST_DB = 20 * math.log10(CROSS_RATIO_RANGE[1] / CROSS_RATIO_RANGE[0]) / math.sqrt(12)
 RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sidebands
-BAND_REASON = "chosen, where the models were compared with measurements"
+BAND_REASON = "default: the band in which the models were compared with measurements"
 NO_POWER_CHANCE = 0.025  # that noise alone is taken for power in any of the bands
 ROUNDS = 3  # corrections of the gains for the edges of bands and filters
-HELD_SHARE = 0.999  # of the highest middle of a third octave that records hold
+HELD_SHARE = 0.999  # of the highest middle of a third octave within the records' range
 Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowest middle [Hz]
 
 
@@ -83,7 +81,7 @@ def identify(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> Identified:
-    """Identify the path behind which the run of `pair` has the powers of its record; the default band is `BAND_HZ`.
+    """Identify the path behind which the run of `pair` has the powers of its record; see `DEFAULT_BAND_HZ`.
 
     The ratio of the directions is fitted to the sidebands of `cross`, or of `pair` if its fault is on the inner race.
     The power of a `healthy` record at the same passage is subtracted. Raises `DataError` for unusable records,
@@ -96,7 +94,7 @@ def identify(
     value, u, blocks = np.array([(one.value, one.u, one.blocks) for one in powers.values()]).reshape(-1, 3).T
     if not np.any(value > u * stdtrit(blocks - 1, 1 - NO_POWER_CHANCE / max(value.size, 1))):
         raise DataError(
-            f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz shows power that is "
+            f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz has significant power "
             "locked to the fault. Widen --band, or use a longer record."
         )
     shown = np.flatnonzero(value > u)
@@ -140,15 +138,16 @@ def identify(
 
 def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
     """Band in which a path is identified by default, limited to the range of all records, and the reason."""
-    low, high = BAND_HZ
+    low, high = DEFAULT_BAND_HZ
     held_hz = HELD_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
-    return (low, min(high, held_hz)), BAND_REASON + (", as far as record and run hold it" if held_hz < high else "")
+    limited = ", limited to the range of record and run" if held_hz < high else ""
+    return (low, min(high, held_hz)), BAND_REASON + limited
 
 
 def line_order(run: Run, bearing: Bearing) -> float:
     """Order of the line of a run's fault: computed from its cage speed, or found if a rolling element is faulty."""
     by_cage = run.scene.defect.kind.passing_order(bearing.rolling_elements, run.cage_ratio)
-    return by_cage or found_order(recording_from_run(run), bearing, BAND_HZ)
+    return by_cage or found_order(recording_from_run(run), bearing, DEFAULT_BAND_HZ)
 
 
 def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
@@ -194,7 +193,7 @@ def record_powers(
     limit_hz, bands = 0.5 * record.fs_hz / HALF_THIRD_OCTAVE, third_octaves(band_hz)
     if not bands or max(bands) >= limit_hz:
         raise ConfigurationError(
-            f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise, hold the middle of a third octave and end below "
+            f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise, contain the middle of a third octave and end below "
             f"{limit_hz:.0f} Hz, for the rate of {record.name}."
         )
     order = found_order(record, bearing, band_hz)
@@ -208,13 +207,10 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Power of a run locked to its fault's line [dB re 1 m/s2] in each band of at least two spacings, [n].
-
-    Raises `ConfigurationError` if the scene's output rate does not reach the bands.
-    """
+    """Power of a run locked to its fault's line [dB re 1 m/s2] in each band of at least two spacings, [n]."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
-            f"output_rate_hz = {run.fs_hz:g} of the scene shows nothing above half of it, the bands go up to "
+            f"output_rate_hz = {run.fs_hz:g} of the scene: signals end at half of it, the bands go up to "
             f"{max(bands):.0f} Hz: raise output_rate, or end --band lower."
         )
     return np.array([decibels(one.value) for one in locked_powers(run, bearing, order, bands).values()])
@@ -244,7 +240,7 @@ def _fit_cross_ratio(
     if pair.record.state is not Fault.INNER or not present.all():
         raise DataError(
             f"{pair.record.name}: the ratio of the path's directions follows from the sidebands of an inner-race "
-            "fault, which do not stand out here. Use another record for --cross-from."
+            "fault, which are not detected here. Use another record for --cross-from."
         )
     run_order = line_order(pair.run, bearing)
 

@@ -38,21 +38,16 @@ class ShortRecordError(DataError):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysis(SpeedSearch, NotebookObject):
-    """Lines of one recording; false-alarm probabilities are corrected for all trials.
-
-    `processed` contains the arrays for figures, `search` describes the search, `windows` contains its windows [Hz] by
-    line.
-    """
+    """Lines of one recording, with false-alarm probabilities corrected for all trials, and the search for them."""
 
     recording: Recording
     band: BandChoice
 
     @property
     def closure(self) -> dict[str, Any]:
-        """Sum of both race lines compared with Z f_shaft, with the uncertainty of lines and speed.
+        """Sum of both race lines compared with Z f_shaft; the numbers are None for the reason `why`.
 
-        BPFO + BPFI = Z f_shaft for any slip (Randall 2011, sect. 2.2.3). If the sum differs, a line or the stated speed
-        is wrong. The numbers are None if a line is missing; `why` is the reason.
+        BPFO + BPFI = Z f_shaft for any slip (Randall 2011, sect. 2.2.3); otherwise a line or the stated speed is wrong.
         """
         expected, expected_ci = (self.bearing.rolling_elements * hz for hz in (self.speed.value_hz, self.speed.ci95_hz))
         closure: dict[str, Any] = {"expected_hz": expected, "expected_ci95_hz": expected_ci}
@@ -176,7 +171,7 @@ def analyse(
     bearing = bearing_of(recording, bearing)
     known_speed = recording.known_speed if speed is None else speed
     if auto_band and band_hz is not None:
-        raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
+        raise ConfigurationError("band_hz and auto_band (--band, --auto-band) are both given: leave one of them out.")
     declared = None if auto_band else declared_band(recording, band_hz, bearing)
     if declared is None and not whole_band:
         bands = bands_of_record(recording, bearing, known_speed, healthy.fs_hz if healthy else math.inf)
@@ -216,7 +211,7 @@ def _clearest(
         if revolutions < LEAST_REVOLUTIONS:
             raise ShortRecordError(
                 f"{recording.name} lasts {left_s:.3g} s without its ends, {revolutions:g} revolutions; "
-                f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record at least "
+                f"at least {LEAST_REVOLUTIONS} are needed to separate a fault line from shaft lines. Record at least "
                 f"{LEAST_REVOLUTIONS / known_speed.value_hz + 2 * ends_s:.3g} s."
             )
         processed = replace(process(recording, band_hz=band.band_hz, tracking=tracking), trials=trials)
@@ -229,7 +224,7 @@ def _clearest(
 def bearing_of(
     recording: Recording, given: Bearing | str | Path | None = None, *, largest_slip_pct: float | None = None
 ) -> Bearing:
-    """Bearing `given` as such, by name or by file, else the recording's; `largest_slip_pct` [%] replaces its value."""
+    """Bearing that is `given` (object, name or file), else the recording's, with `largest_slip_pct` [%] if given."""
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:
         raise ConfigurationError(

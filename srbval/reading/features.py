@@ -1,7 +1,4 @@
-"""Scalar features of one channel: RMS, peak, crest factor, kurtosis, and the velocity that rates severity.
-
-A snapshot is a record too short to search for lines; its levels, and its modulation at the lines, can be pooled.
-"""
+"""Features of one channel such as RMS, kurtosis and velocity; a snapshot is too short to search for lines."""
 
 import itertools
 import math
@@ -29,10 +26,9 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 
 
 def features_of(analysis: Analysis) -> dict[str, Any]:
-    """Compute the features of the analysed channel, without its mean.
+    """Compute the features of the analysed channel, without its mean; `velocity_missing` explains a missing velocity.
 
-    `velocity_missing` is the reason for a missing RMS of velocity. The features of a long record describe the whole
-    record, except `band_rms`, which describes the part whose lines are used.
+    The features of a long record describe the whole record, except `band_rms`, which describes the analysed part.
     """
     recording, done = analysis.recording, analysis.processed
     band_hz = (SLOW_HZ if 60 * analysis.speed.value_hz < SLOW_RPM else FAST_HZ, HIGHEST_HZ)
@@ -40,7 +36,7 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
     if recording.unit not in VELOCITIES:
         missing = f"the unit is {recording.unit}: state what the samples are (--unit, --scale, --sensitivity)"
     elif recording.fs_hz <= 2 * HIGHEST_HZ:
-        missing = f"sampled at {recording.fs_hz:g} Hz the record does not hold the band to {HIGHEST_HZ:g} Hz"
+        missing = f"sampled at {recording.fs_hz:g} Hz the record does not contain the band to {HIGHEST_HZ:g} Hz"
     elif done.whole.size < LEAST_PERIODS * recording.fs_hz / band_hz[0]:
         missing = f"the record lasts {recording.seconds:.3g} s, less than {LEAST_PERIODS} periods of {band_hz[0]:g} Hz"
     powers, peak, parts = list[tuple[float, float, float]](), 0.0, round(recording.samples / done.whole.size)
@@ -69,10 +65,7 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
 def velocity_rms(
     samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION_UNIT
 ) -> float:
-    """RMS of the velocity in a band [m/s], from samples [n] in a `unit` of `VELOCITIES`.
-
-    The spectrum A(f) under a Hann window is multiplied by (2 pi f)^p; p is -1 for an acceleration.
-    """
+    """RMS of the velocity in a band [m/s], under a Hann window, from samples [n] in a `unit` of `VELOCITIES`."""
     window, (exponent, factor) = np.hanning(samples.size), VELOCITIES[unit]
     spectrum = np.fft.rfft(window * (samples - samples.mean()))
     frequency = np.fft.rfftfreq(samples.size, 1 / fs_hz)
@@ -82,7 +75,7 @@ def velocity_rms(
 
 
 def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None = None) -> Analysis:
-    """Process a record that is too short to search for lines, in a band or else in the whole band; `lines` is empty."""
+    """Process a record that is too short to search for lines, in a `band` (default: the whole); `lines` is empty."""
     band = band or whole_band_of(recording.fs_hz)
     done = process(recording, band_hz=band.band_hz, ends_s=END_PERIODS / (band.band_hz[1] - band.band_hz[0]))
     speed = recording.known_speed
@@ -93,8 +86,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
     """Convert the analysis of a snapshot (`read_short`) to a document with the values that a trend needs.
 
     `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over the
-    power nearby. A line is as wide as two over the duration; a shaft harmonic within this width cannot be separated
-    from it.
+    power nearby. A shaft harmonic closer to it than two over the duration cannot be separated.
     """
     done, shaft_hz = read.processed, read.speed.value_hz
     time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
@@ -119,10 +111,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
 
 
 def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
-    """Pool snapshots, in their order, to `groups` or more groups of `POOLED_REVOLUTIONS`; returns a document per group.
-
-    Powers are averaged; a group has the file and the time of its last snapshot.
-    """
+    """Average the powers of successive snapshots in at least `groups` groups; returns a document per group."""
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
     found = []

@@ -20,7 +20,6 @@ from srbval.reading.families import (
     SIMPLE_RATIOS,
     Family,
     families_of,
-    half_window_hz,
     identity_probability,
     placebo_fundamentals,
     window_share,
@@ -28,12 +27,12 @@ from srbval.reading.families import (
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
 from srbval.signal.comb import FALSE_ALARM, SIDE_LOBE_BINS
-from srbval.signal.false_alarm import COMBS, joint_false_alarm, rank_among_placebos
+from srbval.signal.false_alarm import MIN_PLACEBOS, joint_false_alarm, rank_among_placebos
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak that is the line with a smaller probability than this is taken for another line, and is no baseline.
 LEAST_IDENTITY = 0.5
-HALF_SHARE = 0.5  # least power over noise of a comb's first harmonic, as a share of that of its second
+SUBHARMONIC_SHARE = 0.5  # least power of a comb's first harmonic, as a share of the second harmonic's
 _AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"} | {"detected"}  # copied to a line
 
 
@@ -57,9 +56,9 @@ class Line:
     """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
 
     Only the interval of the deviation includes the uncertainty of the speed. The first harmonic comes from the joint
-    fit of all harmonics and is ranked among placebos; the other harmonics are read one by one. `explained_by` names a
-    stronger line of which this line is a simple multiple, or another explanation of the peak. `identity_probability` is
-    the probability that the peak of a first harmonic is the line.
+    fit of all harmonics and is ranked among placebos; the others are read one by one. `explained_by` names a stronger
+    line of which this line is a simple multiple, or another explanation of the peak. `identity_probability` is the
+    probability that a first harmonic's peak is the line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -154,13 +153,14 @@ def read_lines(
     *,
     scale: float = 1.0,
     brief: bool = False,
-    combs: int = COMBS,
+    combs: int = MIN_PLACEBOS,
 ) -> tuple[Line, ...]:
-    """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
+    """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, at a shaft speed.
 
-    With a nominal speed the first detected line also sets the scale of the remaining lines. The cage line is read by
-    itself, since its harmonics coincide with harmonics of every other line. With `brief` only first harmonics are read,
-    and are ranked among `combs` placebos only if noise does not explain them; the same lines are detected.
+    All lines are searched near `scale` times their kinematic frequencies; with a nominal speed the first detected line
+    also sets the scale of the others. The cage line is read by itself, since its harmonics coincide with other lines.
+    With `brief` only first harmonics are read, and are ranked among `combs` placebos only if noise does not explain
+    them; the same lines are detected.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -217,11 +217,11 @@ def read_lines(
 def _readings(
     record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
 ) -> dict[Family, LineReading]:
-    """Read each family in the record's reach about `scale` times kinematic, within the relative half width `share`."""
+    """Read each family near `scale` times its kinematic frequency, in a window of the relative half width `share`."""
     found = {}
     for family in families:
         centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz
-        half_hz, period_s = half_window_hz(centre, record, share), 1 / speed.value_hz
+        half_hz, period_s = max(share * centre, record.bin_hz), 1 / speed.value_hz
         reading = read_comb(record, centre, half_hz, harmonics=HARMONICS, sideband_hz=sideband_hz, period_s=period_s)
         if reading is not None:
             found[family] = reading
@@ -243,9 +243,8 @@ def _with_cover(
     height = float(record.power_at(top)[0]) / record.noise_near(centre, reach).mean_power
     others = [other.name for other in stronger if not line.name.startswith(other.name)]
     if height > LEAST_SNR and bare.masked(top)[0]:
-        return replace(
-            line, covered=True, explained_by=NotDetected.HIDDEN, snr=height, depth=record.depth_at(float(top[0]))
-        )
+        depth = record.depth_at(float(top[0]))
+        return replace(line, covered=True, explained_by=NotDetected.HIDDEN, snr=height, depth=depth)
     if height > LEAST_SNR and others and record.masked(top)[0]:
         return replace(line, explained_by=f"lines of {', '.join(others)}")
     return replace(line, explained_by=NotDetected.FLANK) if unread or flank else line
@@ -278,7 +277,7 @@ def _lines_of(
     # races per revolution, so its rate is half its line.
     if shows and first.name in RACE_LINES:
         half = peak_snr(record, 0.5 * reading.found_hz, record.bin_hz + 2 * reading.ci95_hz)
-        if half is not None and half > max(LEAST_SNR, HALF_SHARE * reading.snr[0]):
+        if half is not None and half > max(LEAST_SNR, SUBHARMONIC_SHARE * reading.snr[0]):
             first = replace(first, detected=False, explained_by="2/1 a line at half its frequency")
     if brief:
         return [first]
@@ -291,7 +290,7 @@ def _lines_of(
             within = record.bin_hz + slip_hz + (speed.ci95_hz if offset_hz else 0.0)
         else:
             centre = scale * line.kinematic_hz
-            within = half_window_hz(centre, record, reading.half_window_hz / (scale * family.kinematic_hz))
+            within = max(reading.half_window_hz / (scale * family.kinematic_hz) * centre, record.bin_hz)
         if shows and not offset_hz:  # no farther from kinematic than its line may be
             own, off = number * scale * family.kinematic_hz, number * reading.half_window_hz
             low, high = max(centre - within, own - off), min(centre + within, own + off)
@@ -335,10 +334,10 @@ def clearness(lines: Iterable[Line]) -> tuple[float, float]:
 
 
 def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | None = None) -> tuple[Line, ...]:
-    """Correct the false-alarm probabilities of the lines for the number of trials, and detect the lines again.
+    """Correct the false-alarm probabilities for the trials, 1 - (1 - p)^trials, and detect the lines again.
 
-    Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials and
-    too high for bands that overlap. `trials_of_rank` is the number of trials for the ranks, if it differs.
+    The correction (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials and too high for bands that
+    overlap. `trials_of_rank` is the number of trials for the ranks, if it differs.
     """
     if trials == 1:
         return lines

@@ -2,9 +2,6 @@
 
 The squared envelope in the band is averaged over the phase of the passage. Its mean minus its quiet level
 (`srbval.signal.locked`) is the power that the fault adds; background and tones are not included.
-
-The rig's records contain high and narrow lines of unknown cause at whole multiples of BPFO, at other multiples in
-faulty than in healthy bearings (`PASSAGE_LINES`).
 """
 
 import math
@@ -22,8 +19,9 @@ from srbval.signal import analytic_signal, drop_ends, end_s
 from srbval.signal.locked import LockedMean, locked_mean, steady_tone
 
 Band = TypeVar("Band", str, float)  # name of a band
-SPACINGS = 2  # least width of a band in spacings of the line: a modulation shows between two lines
-PASSAGE_LINES = {False: (15, 30), True: (12, 24)}  # multiples of BPFO, by whether the bearing is healthy
+SPACINGS = 2  # least width of a band, in spacings of the line: a modulation needs two lines
+# Multiples of BPFO with high and narrow lines of unknown cause in the rig's records, by whether the bearing is healthy.
+PASSAGE_LINES = {False: (15, 30), True: (12, 24)}
 SLIP = 0.004  # largest relative distance of a line from pure rolling
 HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passages stay short in it
 

@@ -34,7 +34,7 @@ from srbval.signal.envelope import END_PERIODS, FILTER_IN_WORDS
 
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]  # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5, as for the rig
 RIG_BEARING = "skf-22240"
-LEAST_REVOLUTIONS = 8  # of 60 records of noise at 12 kHz 11 show a BPFO line in four, 7 in six, 3 in seven
+LEAST_REVOLUTIONS = 8  # false BPFO lines in 60 records of noise at 12 kHz: 11 in 4 revolutions, 7 in 6, 3 in 7
 HARMONICS_HELD = 3  # harmonics of the higher race line that the envelope of a band must contain
 WHOLE_BAND = (0.01, 0.47)  # the whole band, as shares of the sampling rate
 SQUARED_UNIT = "squared standard deviations"  # of the whole record, by which signals are normalised
@@ -47,9 +47,9 @@ CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """Order tracking: the shaft's `course` if it is followed, and the reason `why`, or why not.
+    """Order tracking of a record: the shaft angle `course`, None if the record is not tracked, and the reason `why`.
 
-    The tracked spectra have the constant speed `mean_hz`. `drift_bins` is the shift of the higher race line within the
+    Tracked spectra have the constant speed `mean_hz`. `drift_bins` is the shift of the higher race line within the
     record, None without a speed signal.
     """
 
@@ -68,7 +68,7 @@ class Tracking:
         return samples if self.course is None else self.course.resample(samples, fs_hz, start_s, self.mean_hz)
 
 
-NOT_TRACKED = Tracking(why="no order tracking: not asked for")
+NOT_TRACKED = Tracking(why="no order tracking: not requested")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -192,10 +192,7 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice | None:
-    """Band that is given [Hz], stated for the record, or used in the paper for its model and rig; otherwise None.
-
-    For a model of a larger `bearing`, the paper's band is divided by the size: it rings at lower frequencies.
-    """
+    """Band given [Hz], stated for the record, or used in the paper (scaled by a model's size); None if none applies."""
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:
@@ -220,18 +217,15 @@ def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all rec
 def bands_of_record(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> tuple[BandChoice, ...]:
-    """Whole band of a record and, if any band fits, its most impulsive band; the lines decide (`clearness`).
-
-    Every band tried counts as a trial. A record sampled at `within_fs_hz` [Hz] also contains both bands.
-    """
+    """Whole band of a record and, if any fits, its most impulsive band; both below half of the rate `within_fs_hz`."""
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
     count, whole = picture.kurtosis.size, "the whole band"
     if count == 0:
-        why = f"{whole}: no narrower one holds {HARMONICS_HELD} harmonics of the race lines and enough of the record"
+        why = f"{whole}: narrower bands have fewer than {HARMONICS_HELD} harmonics of the race lines or too long ends"
         return (whole_band_of(fs_hz, why),)
-    impulsive = f"the most impulsive of {count} bands of this very record (kurtogram)"
-    said = "{}, where a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
+    impulsive = f"the most impulsive of {count} bands of this record (kurtogram)"
+    said = "{}: a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
     return (
         replace(whole_band_of(fs_hz, said.format(whole, impulsive, 2)), trials=2),
         BandChoice(band_hz=picture.best_hz, why=said.format(impulsive, whole, 2 * count), trials=2 * count),
@@ -241,10 +235,7 @@ def bands_of_record(
 def band_kurtogram(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> Kurtogram:
-    """Kurtogram of the bands that a record sampled at `within_fs_hz` [Hz] also contains.
-
-    The bands are wide enough for `HARMONICS_HELD` of the race lines, and for ends that leave `LEAST_REVOLUTIONS`.
-    """
+    """Kurtogram of the bands below half of the rate `within_fs_hz` that contain enough harmonics of the race lines."""
     lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
     for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
     ends_hz = 2 * END_PERIODS / for_ends_s if for_ends_s > 0 else math.inf
@@ -273,8 +264,7 @@ def whitened_bands(
 ) -> tuple[Periodogram, ...]:
     """Periodograms of at most `most` equal parts of the whole band, each wide enough for the bearing's lines.
 
-    The record is prewhitened by its cepstrum, and the squared envelopes are clipped so that a few loud knocks form no
-    combs.
+    The record is prewhitened by its cepstrum; squared envelopes are clipped so that a few knocks form no combs.
     """
     low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

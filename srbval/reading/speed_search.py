@@ -1,8 +1,7 @@
 """Search for the lines and the shaft speed of a processed record, in windows as wide as slip and speed require.
 
-A nominal speed may be wrong by more than a window. Then the shaft speed is searched first; otherwise lines are read at
-several speeds within the tolerance, and each speed counts as a trial. A speed outside the tolerance, or a line outside
-all windows, is only reported.
+A nominal speed may be wrong by more than a window. Then the speed is searched first, else lines are read at several
+speeds, each a trial. A speed outside the tolerance, or a line outside all windows, is only reported.
 """
 
 import math
@@ -12,19 +11,19 @@ from typing import TypeGuard
 import numpy as np
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.reading.families import HARMONICS, ONSET, SLOPE, families_of, window_share
+from srbval.reading.families import HARMONICS, LOG_RATIO_ONSET, LOG_RATIO_SLOPE, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, Tracking, periodogram_of, whitened_bands
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, ShaftAngle, read_comb
 from srbval.signal.comb_spectrum import CombSpectrum
-from srbval.signal.false_alarm import COMBS
+from srbval.signal.false_alarm import MIN_PLACEBOS
 from srbval.signal.order_tracking import DRIFT_PARTS
 from srbval.signal.shaft_lines import RIVAL_SHARE, shaft_by_lines
 
 SEARCH_SHARE = 0.1  # half width of the search, as a share of the nominal speed: set points turn out 6 % wrong
 COMBS_PER_SPEED = 220  # placebos: the least rank, times all speeds and two bands, is below `comb.PLACEBO_FALSE_ALARM`
-# Share of the speed that the fit's scatter does not show: clocks, drift, rounding. With each record of measured speed
+# Error of the speed beyond the fit's scatter, as a share: clocks, drift, rounding. With each record of measured speed
 # left out, the largest excess of the others covers 16 of 17 (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
 # Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
@@ -78,10 +77,9 @@ class OutsideSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SpeedSearch:
-    """Lines of a record, the speed to which their deviations refer, and findings outside the search.
+    """Lines of a record and its shaft speed; probabilities are not yet corrected for the number of speeds `tried`.
 
-    The false-alarm probabilities are not yet `sidak_corrected` for the `tried` speeds. `span` contains the lowest and
-    the highest speed at which lines were read, as shares of the speed.
+    `span` contains the lowest and the highest speed at which lines were read, as shares of the speed.
     """
 
     processed: Processed
@@ -112,7 +110,7 @@ class SpeedSearch:
         window += f", at least {1 / self.processed.seconds:.2g} Hz"
         if self.tried > 1:
             window += (
-                f", at {self.tried} speeds because the nominal one may be off by more than a window; "
+                f", at {self.tried} speeds because the nominal speed may be off by more than a window; "
                 f"false-alarm probabilities count {self.tried} trials"
             )
         return window
@@ -129,7 +127,14 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         return replace(found, outside=_find_outside_family(found)[0])
 
     def estimate(at: ShaftSpeed, lines: tuple[Line, ...]) -> ShaftSpeed | None:
-        return estimate_speed(periodogram_of(processed, bearing, at), lines, stated)
+        line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
+        half_hz = max(SEARCH_SHARE, stated.ci95_hz / stated.value_hz) * stated.value_hz
+        record = periodogram_of(processed, bearing, at).unmasked()
+        found = shaft_by_lines(record, line_hz, stated.value_hz, half_hz, harmonics=HARMONICS)
+        if found is None:
+            return None
+        ci95_hz = math.hypot(found[1], ALLOWANCE * found[0])
+        return ShaftSpeed(value_hz=found[0], ci95_hz=ci95_hz, source=SpeedSource.ESTIMATED)
 
     def is_within(speed: ShaftSpeed | None) -> TypeGuard[ShaftSpeed]:
         if speed is None or speed.ci95_hz >= stated.ci95_hz:  # not more certain than the stated speed
@@ -173,7 +178,7 @@ def _read_lines_at(
 ) -> tuple[Line, ...]:
     """Read the lines at `scale` times the speed `at`; deviations refer to the speed, masks to the scaled speed."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
-    combs = max(COMBS, COMBS_PER_SPEED * tried * processed.trials)
+    combs = max(MIN_PLACEBOS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
 
 
@@ -230,20 +235,6 @@ def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
     return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
 
 
-def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Estimate the shaft speed near a `nominal` speed from a squared envelope (`shaft_by_lines`); None if unclear.
-
-    Sidebands of the deepest detected fault line are used; `ALLOWANCE` widens the interval.
-    """
-    line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
-    half_hz = max(SEARCH_SHARE, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
-    found = shaft_by_lines(record.unmasked(), line_hz, nominal.value_hz, half_hz, harmonics=HARMONICS)
-    if found is None:
-        return None
-    value, ci95_hz = found
-    return ShaftSpeed(value_hz=value, ci95_hz=math.hypot(ci95_hz, ALLOWANCE * value), source=SpeedSource.ESTIMATED)
-
-
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
     """Estimate the shaft speed from the strongest comb of a whitened envelope near a `nominal` speed, or None.
 
@@ -262,10 +253,10 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 
 
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
-    """Follow a drifting shaft of mean `speed` by the comb of a fault that stands out in all parts of a record.
+    """Follow a drifting shaft of mean `speed` by the comb of a fault that is clear in all parts of a record.
 
-    In each part the highest comb within `SEARCH_SHARE` of the line is used, and only its changes. None if the combs are
-    less probable with a fault than without (`ONSET`), or move by less than the search window of a steady shaft.
+    The comb is the highest within `SEARCH_SHARE` of the line. None if the combs are less probable with a fault than
+    without (`LOG_RATIO_ONSET`), or move by less than the search window of a steady shaft.
     """
     size = processed.squared.size // DRIFT_PARTS
     part_s = size / processed.squared_fs_hz
@@ -275,7 +266,7 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     families = families_of(bearing, speed.value_hz)
     lowest_hz = min(family.kinematic_hz for family in families) / 2
     combs = [CombSpectrum.of([[periodogram_of(one, bearing, speed)]], lowest_hz, HARMONICS) for one in parts]
-    hz, best, course = combs[0].frequency_hz, ONSET / SLOPE, np.ones(DRIFT_PARTS)
+    hz, best, course = combs[0].frequency_hz, LOG_RATIO_ONSET / LOG_RATIO_SLOPE, np.ones(DRIFT_PARTS)
     for family in families[: len(DEFECTS)]:
         inside = np.abs(hz / family.kinematic_hz - 1) <= SEARCH_SHARE
         if inside.any():
@@ -293,8 +284,8 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     angle = ShaftAngle.from_speed(speed.value_hz * share, DRIFT_STEPS / part_s)
     return Tracking(
         why=f"the shaft drifts by {100 * (share.min() - 1):+.2g} to {100 * (share.max() - 1):+.2g} % about its mean "
-        "speed within the record, as a comb that stands out in every part shows: lines are read at even shaft angles "
-        "about the speed stated",
+        "speed within the record, by a comb that is clear in every part: lines are read at even shaft angles about "
+        "the stated speed",
         drift_bins=angle.drift_bins(bearing.orders.bpfi),
         course=angle,
         mean_hz=speed.value_hz,

@@ -1,7 +1,4 @@
-"""Signal processing with arrays as input and arrays or frozen results as output, without files or bearings.
-
-Other rooms import the names below from here, and all other names from their modules.
-"""
+"""Signal processing: arrays as input, arrays or frozen results as output, without files or bearings."""
 
 from srbval.signal.comb import LEAST_SNR, LineReading, is_improbable, peak_snr, read_comb
 from srbval.signal.envelope import (

@@ -14,24 +14,24 @@ from srbval.signal.periodogram import Noise, Periodogram, Phasors
 from srbval.signal.slip import NORMAL_95, frequency_error_hz, track_slip
 
 FITTED_HARMONICS = 5  # harmonics fitted together, if they are below the limit of the record
-# A line is detected if noise shows it less often than this, at most this share of the record's placebos is as strong,
-# and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates the
-# records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the others.
+# Limits for a detected line: its probability on noise alone, the share of the record's placebos that are as strong, and
+# its first harmonic over the local noise in the squared envelope spectrum, which separates the records that Smith &
+# Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the others.
 FALSE_ALARM, PLACEBO_FALSE_ALARM, LEAST_SNR = 1e-3, 1e-2, 10.0
 SIDE_LOBE_BINS, SIDE_LOBE_SHARE = 4.0, 0.1  # a peak below this share of a line within so many bins is its side lobe
 _OVERSAMPLING = 8  # candidates per bin of the highest harmonic
 SIDEBAND_SNR = 12.0  # least power over noise of a sideband
-SIDEBAND_HARMONICS = 3  # those of higher ones overlap with other lines
+SIDEBAND_HARMONICS = 3  # sidebands of higher harmonics overlap with other lines
 
 
 @dataclass(frozen=True, kw_only=True)
 class LineReading:
     """Highest peak of a line, or of a comb of lines, in its window; `detected` is true if the peak is a line.
 
-    `ci95_hz` excludes the uncertainty of the shaft speed. `snr` is the power of each harmonic over the local mean noise
-    power in a bin, `depth` the first harmonic's amplitude over the record's mean. `noise_false_alarm` is the
-    probability that noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of a stronger
-    line or of a line outside the window. `covered` is true in a masked zone. `sideband_hz` is the sidebands' spacing.
+    `ci95_hz` excludes the uncertainty of the shaft speed. `snr` is the power of each harmonic over the mean noise power
+    in a bin, `depth` the first harmonic's amplitude over the record's mean, `noise_false_alarm` the probability that
+    noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of another line, `covered` true
+    in a masked zone. `sideband_hz` is the sidebands' spacing.
     """
 
     found_hz: float
@@ -98,7 +98,7 @@ def read_comb(
     inside = abs(fitted_hz - expected_hz) < half_window_hz
     found_hz = fitted_hz if inside else best  # a fit that leaves the window follows another line
     snr = _snr(record, found_hz, noise)
-    # The probability belongs to the highest value in the window, which may exceed that of the fitted frequency.
+    # The probability belongs to the highest value in the window, which may exceed the value at the fitted frequency.
     visible = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
     share = np.bincount(visible, minlength=used + 1) / candidates.size
     probability = false_alarm(*max(_totals(snr, bins), highest), share, half_window_hz, record.seconds)
@@ -164,10 +164,7 @@ def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray
 def fit(
     record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
 ) -> tuple[float, float, float | None, float | None]:
-    """Fit the line and the spacing of its sidebands, if any; returns each with its 95 % half width [Hz].
-
-    A line too weak to be tracked (`track_slip`), or with `period_s` None, has the Cramer-Rao interval.
-    """
+    """Fit the line, and the spacing of its sidebands if any; returns each with its 95 % half width [Hz]."""
     number, side, noise_power, snr = _present(record, start_hz, noise, sideband_hz)
     directions = np.column_stack((number, side)[: 2 if np.any(side != 0) else 1])
     phasors = Phasors.of(record.samples, record.fs_hz, number * start_hz + side * sideband_hz)
@@ -232,7 +229,7 @@ def _maximise(phasors: Phasors, directions: FloatArray, snr: FloatArray, noise_p
         curvature = 2 * (np.abs(first) ** 2 + (np.conj(total) * second).real)
         gradient = directions.T @ (weight * slope)
         hessian = directions.T @ ((weight * curvature)[:, None] * directions)
-        # Newton's step to the maximum; where the sum is not yet concave, the longest allowed step uphill.
+        # Newton's step to the maximum; if the sum is not yet concave, the longest allowed step uphill.
         concave = np.all(np.linalg.eigvalsh(hessian) < 0)
         step = -np.linalg.solve(hessian, gradient) if concave else np.sign(gradient) * longest
         shift = shift + np.clip(step, -longest, longest)

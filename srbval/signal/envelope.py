@@ -11,9 +11,9 @@ from srbval.errors import ConfigurationError, DataError
 FILTER_ORDER = 4  # of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
 # The record's ends spoil the envelope for this time and this many periods of the bandwidth: the slowest pole decays
 # at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
-END_S, END_PERIODS = 0.05, 12.0
+MIN_END_S, END_PERIODS = 0.05, 12.0
 _CONSTANT = 1e-12  # a standard deviation below this share of the signal's largest value is rounding, not vibration
-_LEAST_GAIN = 1e-5  # the closed-form gain is cut off where it has fallen to this value
+_LEAST_GAIN = 1e-5  # below this value the closed-form gain is set to zero
 FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {FILTER_ORDER}, forward and backward (closed form)"
 
 
@@ -27,7 +27,7 @@ def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> Floa
 def normalise(samples: FloatArray) -> FloatArray:
     """Subtract the mean and divide by the standard deviation, [n]; `DataError` if constant, empty or not finite."""
     if samples.size == 0 or not np.all(np.isfinite(samples)):
-        raise DataError("the signal is empty or holds values that are not finite; check the recording.")
+        raise DataError("the signal is empty or contains values that are not finite; check the recording.")
     centred = samples - samples.mean()
     spread = float(centred.std())
     if spread <= _CONSTANT * float(np.abs(samples).max()) or spread == 0.0:
@@ -44,17 +44,17 @@ def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
         )
     if high >= fs_hz / 2:
         raise ConfigurationError(
-            f"band {low:g} to {high:g} Hz: the upper edge must lie below the Nyquist frequency of "
+            f"band {low:g} to {high:g} Hz: the upper edge must be below the Nyquist frequency of "
             f"{fs_hz / 2:g} Hz (sampling rate {fs_hz:g} Hz); lower it with --band LO HI."
         )
 
 
 def end_s(band_hz: tuple[float, float]) -> float:
     """Time to drop at each end of a record that was filtered to `band_hz` [s]."""
-    return max(END_S, END_PERIODS / (band_hz[1] - band_hz[0]))
+    return max(MIN_END_S, END_PERIODS / (band_hz[1] - band_hz[0]))
 
 
-def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = END_S) -> FloatArray:
+def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = MIN_END_S) -> FloatArray:
     """Remove `seconds` [s] at each end of the record, [n - 2 fs seconds]; `DataError` if nothing is left."""
     end = math.ceil(seconds * fs_hz)
     if samples.size <= 2 * end:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.signal.periodogram import NOISE_BINS, Periodogram
 
-COMBS = 1000  # least number of placebos: their least rank, times nine trials, stays below `comb.PLACEBO_FALSE_ALARM`
+MIN_PLACEBOS = 1000  # their least rank, times nine trials, stays below `comb.PLACEBO_FALSE_ALARM`
 FUNDAMENTALS_PER_PLACEBO = 2  # number of fundamentals of the lines of one placebo
 GRID_PER_HALF_WINDOW = 8  # fundamentals per half window
 LEAST_WINDOWS = 4  # least number of whole windows among the placebos' fundamentals
@@ -42,7 +42,7 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
 
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """Expected ratio to the true noise of a peak of noise that is `snr` [..., h] times its estimate from `bins`.
+    """Expected ratio of a noise peak to the true noise, if it is `snr` [..., h] times the noise estimated from `bins`.
 
     Noise is far above its estimate mostly if the estimate is too low. With `neg_log_p` S the ratio is x dS/dx.
     """
@@ -76,8 +76,7 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 
         N = 2 w T sqrt(pi R / 3) E[sqrt(sum h^2 d_h)] p(S)
 
-    The expectation is sqrt(mean h^2) less a term in the spread of h^2. The result is infinite, a certain false alarm,
-    below the level that is crossed most often.
+    The expectation is sqrt(mean h^2) minus a term in the spread of h^2. N is infinite below its most frequent level.
     """
     if level < harmonics - 0.5:
         return math.inf
@@ -111,10 +110,7 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """Larger of the probability from `noise` and the weighted mean of the ranks among `mixed` and `whole` combs.
-
-    The weight of `whole` is `FOREIGN_COMB`. The study `reading` counts how often the result is below 0.01.
-    """
+    """Larger of `noise` and the mean of the ranks among `mixed` and `whole` combs, weighted by `FOREIGN_COMB`."""
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
@@ -138,13 +134,12 @@ def rank_among_placebos(
     harmonics: int,
     placebo_hz: FloatArray,
     *,
-    combs: int = COMBS,
+    combs: int = MIN_PLACEBOS,
 ) -> PlaceboRank | None:
     """Rank the comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
 
-    `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has the same number of
-    lines, in windows of the same relative width and masked in the same way. None if `placebo_hz` covers fewer than
-    `LEAST_WINDOWS` windows.
+    `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has as many lines, in
+    windows of the same relative width and mask. None if `placebo_hz` covers fewer than `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID_PER_HALF_WINDOW * LEAST_WINDOWS:
@@ -164,7 +159,7 @@ def rank_among_placebos(
 
     at_own = [slice(at := int(first(expected_hz, number)), at + width) for number in range(1, harmonics + 1)]
     seen, own = (np.array([values[at] for at in at_own]) for values in (visible, scores))
-    # Windows of the placebos are cut from the visible part, so that each shows as much as the comb's own.
+    # Windows of the placebos are cut from the visible part, so that all have as many visible points as the comb's.
     place = np.cumsum(visible) - 1
     windows = np.lib.stride_tricks.sliding_window_view(scores[visible], width)
 

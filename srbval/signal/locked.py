@@ -1,19 +1,19 @@
-"""Part of a signal that repeats with a passage: means over the phase, the quietest part, a steady tone beside it.
+"""Part of a signal that repeats with a passage, and a steady tone between the passages.
 
 The quietest quarter of the period is selected in every other passage and its level is read in the passages between, and
-vice versa: the least of many noisy means is biased low, but the mean of other passages in the same quarter is not.
+vice versa: the least of many noisy means is biased low, the mean of other passages is not.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.special  # scipy.signal takes half a second: scipy loads it where it is used
+import scipy.special  # scipy.signal takes half a second: scipy loads it at its first use
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
 
-CELLS, QUIET_CELLS = 48, 12
+PHASE_CELLS, QUARTER_CELLS = 48, 12
 TONE_PADDING = 16  # of a tone's spectrum: between two lines the phase is wrong by at most 0.1
 MIN_JACKKNIFE_BLOCKS = 4
 LEAST_PASSAGES = 4 * MIN_JACKKNIFE_BLOCKS  # two in each block of either half
@@ -39,8 +39,7 @@ class LockedMean:
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
     """Locked mean of non-negative `samples` [n] at the phase `periods` of a passage, in periods [n, rising].
 
-    The `blocks` (at least `MIN_JACKKNIFE_BLOCKS`) are assumed to be independent. Raises `DataError` for fewer than
-    `LEAST_PASSAGES`.
+    The `blocks` (at least `MIN_JACKKNIFE_BLOCKS`) are independent. `DataError` for fewer than `LEAST_PASSAGES`.
     """
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(
@@ -57,15 +56,15 @@ def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> Locked
 def steady_tone(
     analytic: ComplexArray, tone: FloatArray, periods: FloatArray | None, slip: float
 ) -> tuple[complex, float]:
-    """Amplitude A, and slip s, of a tone beside passages in an analytic signal [n]: A exp(2 pi i (`tone` + s k / n)).
+    """Fit a tone A exp(2 pi i (`tone` + s k / n)) to an analytic signal [n] with passages: amplitude A and slip s.
 
     The slip is within +- `slip` periods. With passages, the quarter of their phase that leaves the least power is used.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)
     slips, found = np.linspace(-slip, slip, 2 * math.ceil(TONE_PADDING * slip) + 1), []
-    for start in range(0, CELLS, QUIET_CELLS // 4) if periods is not None else (0,):
-        quarter = (cells - start) % CELLS < QUIET_CELLS
+    for start in range(0, PHASE_CELLS, QUARTER_CELLS // 4) if periods is not None else (0,):
+        quarter = (cells - start) % PHASE_CELLS < QUARTER_CELLS
         inside, count = np.where(quarter, turned, 0.0), np.count_nonzero(quarter)
         near = scipy.signal.zoom_fft(inside, [-slip, slip], slips.size, fs=inside.size, endpoint=True) / count
         place = int(np.argmax(np.abs(near)))
@@ -79,13 +78,13 @@ def _less_quiet(samples: FloatArray, periods: FloatArray) -> float:
     means, even = [], np.floor(periods) % 2 == 0
     for own in (even, ~even):  # means over each quarter of the phase, [CELLS], by the cell in which it begins
         cells = _cells(periods[own])
-        sums, counts = np.bincount(cells, samples[own], CELLS), np.bincount(cells, minlength=CELLS)
+        sums, counts = np.bincount(cells, samples[own], PHASE_CELLS), np.bincount(cells, minlength=PHASE_CELLS)
         both = np.cumsum(np.column_stack((np.zeros((2, 1)), np.tile((sums, counts), 2))), axis=1)
-        inside = both[:, QUIET_CELLS : QUIET_CELLS + CELLS] - both[:, :CELLS]
+        inside = both[:, QUARTER_CELLS : QUARTER_CELLS + PHASE_CELLS] - both[:, :PHASE_CELLS]
         means.append(inside[0] / inside[1])
     one, other = means
     return float(samples.mean() - (one[np.argmin(other)] + other[np.argmin(one)]) / 2)
 
 
 def _cells(periods: FloatArray) -> np.ndarray:
-    return np.floor(periods % 1.0 * CELLS).astype(int) % CELLS
+    return np.floor(periods % 1.0 * PHASE_CELLS).astype(int) % PHASE_CELLS

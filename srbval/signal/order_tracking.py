@@ -11,7 +11,7 @@ import scipy.linalg
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 
-DRIFT_PARTS = 8  # parts of the record whose mean speeds give its drift; shorter parts would show the tachometer's noise
+DRIFT_PARTS = 8  # parts of the record whose mean speeds give its drift; shorter parts contain the tachometer's noise
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,11 +78,8 @@ def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: flo
 
 
 def spline(knots: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Cubic spline through `values` over rising `knots` (both [n], four or more), without end knots, at points [m].
-
-    It equals `scipy.interpolate.CubicSpline` but does not load that package, which takes a quarter of a second.
-    """
-    step = np.diff(knots)
+    """Cubic spline through `values` over rising `knots` (both [n], four or more), without end knots, at points [m]."""
+    step = np.diff(knots)  # as scipy.interpolate.CubicSpline, which takes a quarter of a second to load
     rise, end = np.diff(values) / step, (knots[2] - knots[0], knots[-1] - knots[-3])
     bands, right = np.zeros((3, knots.size)), np.empty(knots.size)  # of the equations for the slopes at the knots
     bands[0, 1], bands[0, 2:] = end[0], step[:-1]

@@ -119,7 +119,7 @@ class Periodogram:
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
         zones = zones[np.argsort(zones[:, 0])]
-        zones[:, 1] = np.maximum.accumulate(zones[:, 1])  # so that the last zone to begin tells whether any covers
+        zones[:, 1] = np.maximum.accumulate(zones[:, 1])  # so that the last zone to begin ends last
         return replace(self, masks_hz=zones)
 
     def unmasked(self) -> Periodogram:

@@ -1,8 +1,7 @@
 """Posterior of the mean frequency of a weak line that may slip, over all possible paths of its phase.
 
-The phase is a hidden random walk on the circle. The likelihood of the record for a mean frequency and slip is summed
-over all paths by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: see
-`slip`.
+The phase is a hidden random walk on the circle. The likelihood for a mean frequency and slip is summed over all paths
+by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: see `slip`.
 """
 
 import math
@@ -107,7 +106,7 @@ def _stepped(density: FloatArray, steps: ComplexArray) -> FloatArray:
 
 
 def _rotations(number: FloatArray, circle: int) -> ComplexArray:
-    """exp(-i h phi) of harmonics `number` [c] at the points of the circle, [c, circle]."""
+    """Phase factors exp(-i h phi) of harmonics `number` [c] at the points of the circle, [c, circle]."""
     return np.asarray(np.exp(-1j * np.outer(number, np.arange(circle) * (2 * math.pi / circle))))
 
 

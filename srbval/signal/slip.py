@@ -1,11 +1,10 @@
 """Mean frequency of a slipping line from its phase over the record, and its interval from noise and slip.
 
 Random slip makes the phase of a line, whose slope is the frequency, a random walk; noise adds an independent error to
-each block's phase. The walk adds a multiple, the ratio of walk to noise, of the variance of noise; it is estimated from
-the phase's residuals about a straight line. The residuals cannot separate slip as large as the noise from no slip: the
-half width is a tabulated multiple of the estimated spread (`half_width`). The path of the phase is found by dynamic
-programming (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then
-refined.
+each block's phase. The ratio of walk to noise is estimated from the phase's residuals about a straight line. They
+cannot separate slip as large as the noise from no slip, so the half width is a tabulated multiple of the estimated
+spread (`half_width`). The path of the phase is found by dynamic programming (Viterbi 1967, IEEE Trans. Inf. Theory 13,
+260), since a block's phase may be wrong by a turn, and then refined.
 """
 
 from __future__ import annotations
@@ -51,15 +50,14 @@ def slip_interval() -> dict[str, Any]:
 
 
 def walk_share(log_spread: float) -> float:
-    """Clearness, from 0 to 1, of a random walk besides the noise in the residuals."""
+    """Confidence, from 0 to 1, that the residuals contain a random walk besides the noise."""
     return -math.expm1(-(max(log_spread - slip_interval()["start"], 0.0) ** 2))
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
-    """95 % half width in standard errors from noise, for a spread estimated from `blocks` phases of a line.
+    """95 % half width, in standard errors from noise, for a spread estimated from `blocks` phases of a line.
 
-    The table is valid for many blocks of a strong line: the walk's share is widened by Student's t, and for a low
-    `snr`.
+    The table is valid for many blocks of a strong line; Student's t and a low `snr` widen the walk's share.
     """
     table = slip_interval()
     wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table["log_spread"], table["factor"]))
@@ -86,7 +84,10 @@ BLOCK_SNR = 1.0  # least power over noise of the strongest harmonic in a block f
 LARGEST_JITTER = 0.035  # largest relative jitter of the spacing of impacts that is tracked
 WALK_RATIOS = np.geomspace(0.05, 1e10, 93)  # of walk to noise, in the variance of the slope
 WALK_RATIO_PRIOR = (1 + WALK_RATIOS) ** -0.5  # prior weights of the ratios
-STEP_SHARES = (1.0, 0.03)  # variances of the steps at the start of a track, relative to that of the largest jitter
+STEP_SHARES = (
+    1.0,
+    0.03,
+)  # variances of the first steps of a track, relative to the variance of the largest jitter
 # Noise at the line over the noise about it; any but the first must be likelier by this log likelihood.
 EXCESSES, EXCESS_MARGIN = (1.0, 1.6, 2.5, 4.0, 6.3), 8.0
 TEMPER = 0.5  # exponent of the odds, because the log evidence is approximate
@@ -100,9 +101,8 @@ def track_slip(
 ) -> tuple[float, float] | None:
     """Shift of the mean frequency of a line that may slip from `line_hz`, and its 95 % half width [Hz].
 
-    Component c of `phasors` is harmonic `number[c]`, with `noise_power[c]` in a bin. `period_s` is the period of the
-    modulation. Returns None if the line is too weak; the half width is infinite if the record has too few blocks to
-    estimate slip.
+    Component c of `phasors` is harmonic `number[c]`, with `noise_power[c]` in a bin; `period_s` is the period of the
+    modulation. None if the line is too weak; the half width is infinite for too few blocks to estimate slip.
     """
     # A random walk cannot be compared with no noise at all.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))
@@ -162,7 +162,7 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Log evidence over no line, phase per block and its 95 % half width [rad] of the track refined from `path_rad`."""
+    """Log evidence (relative to no line), phase advance per block, and its 95 % half width [rad], from `path_rad`."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share

@@ -12,7 +12,7 @@ import scipy.fft  # scipy.signal takes half a second to load: the report needs n
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.bridges import NotebookObject, require_xarray
 from srbval.errors import ConfigurationError, DataError
-from srbval.signal.envelope import END_S, analytic_signal, drop_ends, end_s
+from srbval.signal.envelope import MIN_END_S, analytic_signal, drop_ends, end_s
 
 if TYPE_CHECKING:
     import pandas
@@ -23,7 +23,7 @@ BANDWIDTH = 1.5  # B of the Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in per
 REACH = 5  # half length of the wavelet in periods, at 6e-8 of its peak
 LARGEST_SHARE = 0.1  # highest row, as a share of the sampling rate: above it the wavelet has too few samples
 SCALOGRAM_ROWS, SCALOGRAM_COLUMNS = 120, 800
-SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
+SCALOGRAM_HZ = (40.0, 1000.0)  # as in Figure 14
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -145,7 +145,7 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
     nyquist, seconds = fs_hz / 2, samples.size / fs_hz
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples - samples.mean(), n=length)
-    narrowest = max(least_width_hz, LEAST_SAMPLES / max(seconds - 2 * END_S, 1 / fs_hz))
+    narrowest = max(least_width_hz, LEAST_SAMPLES / max(seconds - 2 * MIN_END_S, 1 / fs_hz))
     parts = [p for k in range(1, 16) for p in (2**k, 3 * 2 ** (k - 1)) if nyquist / p >= narrowest]
     edges = [(nyquist * n / part, nyquist * min((n + 1) / part, 0.99)) for part in parts for n in range(1, part)]
     bands = [(low, high) for low, high in edges if high - low >= narrowest and high <= highest_hz]
@@ -154,7 +154,7 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
         inside = lines[math.ceil(low / bin_hz) : math.floor(high / bin_hz)]
         # Twice as many samples as are independent, so that the square is sampled without aliases.
         reduced = scipy.fft.next_fast_len(2 * inside.size)
-        end, count = math.ceil(END_S * reduced * bin_hz), math.floor(seconds * reduced * bin_hz)
+        end, count = math.ceil(MIN_END_S * reduced * bin_hz), math.floor(seconds * reduced * bin_hz)
         excess[n] = kurtosis(scipy.fft.ifft(inside, n=reduced)[end : count - end]) - 2  # 2: of Gaussian noise
     return Kurtogram(band_hz=np.array(bands).reshape(-1, 2), kurtosis=np.nan_to_num(excess, nan=-1.0))
 

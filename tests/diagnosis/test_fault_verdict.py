@@ -55,7 +55,7 @@ def assert_no_contradiction(analysis: Analysis, verdict: FaultVerdict) -> None:
     assert (entry["probabilities"]["healthy"] > 0.5) <= (entry["called"] is None and not verdict.diagnosis.standing)
     if tone is Tone.GOOD:
         assert max(entry["probabilities"], key=entry["probabilities"].get) == Fault.HEALTHY
-        assert "would have been seen from a modulation of about" in verdict.headline
+        assert "would have been detected from a modulation of about" in verdict.headline
         for line in (x for x in analysis.lines if Fault.of_line(x.name) and x.is_first and x.stands_out):
             assert line.depth < SHALLOW_DEPTH
             assert verdict.comparison.ratios[line.name][0] < RISEN_RATIO
@@ -188,8 +188,12 @@ def test_a_declared_state_changes_nothing_that_is_found():
     for state in (None, *Fault):
         analysis = analyse(dataclasses.replace(record(shaft_hz=25.0), state=state), bearing=BEARING)
         verdict = fault_verdict(analysis, healthy_analysis())
-        assert (f"Declared: {state.label}" in verdict.beside(state)) if state else not verdict.beside(state)
-        assert ("check the label" in verdict.beside(state)) == (state not in (None, Fault.INNER))
+        assert (
+            (f"Declared: {state.label}" in verdict.describe_declared(state))
+            if state
+            else not verdict.describe_declared(state)
+        )
+        assert ("check the label" in verdict.describe_declared(state)) == (state not in (None, Fault.INNER))
         found.append((to_json(analysis), to_json(verdict)))
     assert all(one == found[0] for one in found)
 
@@ -208,7 +212,7 @@ def test_a_comb_without_scatter_is_not_named_and_the_answer_says_by_which_rule(j
     lines = said.out.splitlines()
     assert lines[0].startswith(start)
     assert len(lines) <= 15
-    assert lines[1].startswith("Not named: once tones and all that repeats exactly") == (jitter == 0)
+    assert lines[1].startswith("Not named: without tones and exact repetitions") == (jitter == 0)
     assert ("--healthy FILE" in " ".join(lines[1:4])) == (jitter == 0)
 
 

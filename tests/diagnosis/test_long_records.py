@@ -52,7 +52,7 @@ def test_headline_lines_and_probabilities_of_a_long_record_agree(state, within):
         return
     assert verdict.parts == (Fault.OUTER,)
     assert line.detected
-    assert f"BPFO line stands {line.snr:,.0f} times" in verdict.headline
+    assert f"BPFO line is {line.snr:,.0f} times" in verdict.headline
     assert verdict.diagnosis.probabilities["outer"] > 0.9
     assert within[0] <= analysis.first_s / 100 < within[1]
     assert to_json(found)["long_record"]["as_clear"] <= (5 if within == (0.0, 1.0) else 2)

@@ -207,7 +207,7 @@ def test_another_speed_is_not_judged_and_few_records_are_not_either():
     (channel,) = found.channels
     assert (channel.points[15]["risen"], channel.points[15]["comparable"]) == ([], False)
     assert found.comparisons == 4 * (RECORDS - BASELINE - 1)
-    assert trend(levels[:4]).answer.startswith("No alarm can be judged from 4 records")
+    assert trend(levels[:4]).answer.startswith("No alarm can be computed from 4 records")
     with pytest.raises(ConfigurationError, match="at least 5"):
         trend(levels, baseline=4)
 

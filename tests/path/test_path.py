@@ -83,7 +83,7 @@ def test_sidebands_of_the_inner_race_alone_determine_the_ratio(rig):
     outer = identify(rig.outer, bearing=BEARING)
     assert outer.path.cross == outer.path.load
     assert outer.sidebands_db is None
-    assert outer.to_dict()["band_choice"]["why"].startswith("chosen, where")
+    assert outer.to_dict()["band_choice"]["why"].startswith("default: the band")
     given = identify(rig.outer, bearing=BEARING, band_hz=BAND_HZ)
     assert (given.path, given.band_why) == (outer.path, "given")
 
@@ -92,7 +92,7 @@ def test_without_a_band_the_path_ends_where_the_slowest_record_does(rig):
     slow = dataclasses.replace(rig.outer.record, fs_hz=4096.0)
     (low, high), why = held_band([rig.outer.record, slow])
     assert (low, max(third_octaves((low, high)))) == (400.0, pytest.approx(1585, rel=0.01))
-    assert "as far as record and run hold it" in why
+    assert "limited to the range of record and run" in why
 
 
 def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig, found):
@@ -137,7 +137,7 @@ def test_records_that_cannot_be_used_are_refused(rig):
         with pytest.raises(error, match=said):
             identify(pair, bearing=BEARING)
     for band_hz in ((400.0, 12_000.0), (3000.0, 400.0), (1050.0, 1100.0)):
-        with pytest.raises(ConfigurationError, match="hold the middle of a third octave"):
+        with pytest.raises(ConfigurationError, match="contain the middle of a third octave"):
             identify(rig.outer, bearing=BEARING, band_hz=band_hz)
     with pytest.raises(DataError, match="inner-race fault"):
         identify(rig.outer, rig.outer, bearing=BEARING)

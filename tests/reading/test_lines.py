@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing
-from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD, half_window_hz, identity_probability, window_share
+from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD, identity_probability, window_share
 from srbval.reading.lines import (
     LEAST_IDENTITY,
     Line,
@@ -79,7 +79,7 @@ def test_no_row_contradicts_itself(trials):
         record, bearing, speed = random_record(seed)
         lines = sidak_corrected(read_lines(record, bearing, speed), trials)
         shown = {line.name for line in lines if line.is_first and line.detected}
-        half = {x.name: half_window_hz(x.kinematic_hz, record, window_share(bearing, speed)) for x in lines}
+        half = {x.name: max(window_share(bearing, speed) * x.kinematic_hz, record.bin_hz) for x in lines}
         for line in lines:
             assert_coherent(line, line.harmonic * half[line.name])
             own = line.name.replace("+", "-").split("-")[0]

@@ -26,7 +26,7 @@ from srbval.report.findings.records import first_lines
 from srbval.report.findings.user_records import OPEN_CAGE, UserRecord, gather_user_records
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import write_report
-from srbval.signal.envelope import END_S
+from srbval.signal.envelope import MIN_END_S
 from tests.reading.test_shaft_speed import BEARING, record
 from tests.report.test_report_files import unpacked
 
@@ -65,7 +65,7 @@ def test_headline_tone_points_and_data_follow_from_the_one_verdict():
     assert own.verdict.finding is Finding.NAMED
     assert report.verdict.tone is Tone.BAD
     assert report.verdict.headline == own.verdict.headline
-    assert report.verdict.headline.startswith("Inner race fault: the BPFI line stands")
+    assert report.verdict.headline.startswith("Inner race fault: the BPFI line is")
     assert own.verdict.comparison.sentence in report.verdict.points
     assert len(report.verdict.points) == 3
     assert report.verdict.figure.id == "spectrum-figure"
@@ -160,7 +160,7 @@ def outer_race(fs_hz: float, seconds: float, rpm: float) -> Recording:
 def test_each_rate_length_and_speed_gives_a_report_or_a_true_reason(fs_hz):
     read = []
     for seconds, rpm in itertools.product(SECONDS, SPEEDS_RPM):
-        if round((seconds - 2 * END_S) * rpm / 60, 1) >= LEAST_REVOLUTIONS:
+        if round((seconds - 2 * MIN_END_S) * rpm / 60, 1) >= LEAST_REVOLUTIONS:
             (own,) = gathered(outer_race(fs_hz, seconds, rpm), model=False)
             read.append([line.name for line in detected_fault_lines(own.analysis.lines)])
             assert read[-1] in ([], ["BPFO"]), (seconds, rpm)

@@ -10,8 +10,8 @@ from srbval.signal import Periodogram
 from srbval.signal.comb import read_comb
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import (
-    COMBS,
     GRID_PER_HALF_WINDOW,
+    MIN_PLACEBOS,
     false_alarm,
     fundamentals,
     joint_false_alarm,
@@ -82,7 +82,7 @@ def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_unde
 FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
 HARMONICS, RELATIVE = 5, 0.01
 TRUE_HZ = 88.7
-LEAST = 1 / (COMBS + 1)
+LEAST = 1 / (MIN_PLACEBOS + 1)
 # 240 combs of 60 records: ranks below a twentieth within three binomial standard errors, and a distance from the
 # uniform distribution that 60 independent ones stay below in 19 of 20 cases (1.36 / sqrt(60)).
 RECORDS, COMBS_EACH, HIGHEST_SHARE, HIGHEST_DISTANCE = 60, 4, 0.13, 0.175

@@ -20,7 +20,7 @@ from srbval.signal import (
     prewhitened,
     squared_envelope_one_pass,
 )
-from srbval.signal.envelope import END_S
+from srbval.signal.envelope import MIN_END_S
 from srbval.signal.spectrum import BANDWIDTH, LEAST_SAMPLES
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ = 12000.0, 4.0, 107.3, 29.9
@@ -71,7 +71,7 @@ def noise(seed=0):
 def test_gaussian_noise_shows_nothing_beyond_its_scatter():
     pictures = [kurtogram(noise(seed), KURTOGRAM_HZ, least_width_hz=LEAST_HZ) for seed in range(20)]
     # Of N independent samples in a band cut sharply the kurtosis scatters by sqrt(8 / 3 / N); N = width x duration.
-    independent = np.diff(pictures[0].band_hz)[:, 0] * (COUNT / KURTOGRAM_HZ - 2 * END_S)
+    independent = np.diff(pictures[0].band_hz)[:, 0] * (COUNT / KURTOGRAM_HZ - 2 * MIN_END_S)
     ratios = np.array([one.kurtosis for one in pictures]) * np.sqrt(3 / 8 * independent)
     assert ratios.std() == pytest.approx(1.0, abs=SPREAD)
     assert ratios.mean() == pytest.approx(0.0, abs=MEAN)
@@ -95,7 +95,7 @@ def test_bands_that_do_not_fit_the_record_are_left_out():
     assert np.diff(picture.band_hz).min() >= LEAST_HZ
     short = kurtogram(noise()[:6144], KURTOGRAM_HZ, least_width_hz=1.0)
     assert short.kurtosis.size > 0
-    assert np.diff(short.band_hz).min() * (6144 / KURTOGRAM_HZ - 2 * END_S) > LEAST_SAMPLES - 1
+    assert np.diff(short.band_hz).min() * (6144 / KURTOGRAM_HZ - 2 * MIN_END_S) > LEAST_SAMPLES - 1
     within = kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=LEAST_HZ, highest_hz=6000.0)
     assert 0 < within.kurtosis.size < picture.kurtosis.size
     assert within.band_hz.max() <= 6000.0

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.diagnosis.fault_posterior import LABELS, PAIRS
+from srbval.diagnosis.fault_posterior import FAULT_PAIRS, LABELS
 from srbval.report.figures import style
 from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelData, legend_above, new_axes, panel
 
@@ -21,7 +21,7 @@ def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Panel
     left = [0.0] * len(rows)
     places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
     for state, colour in STATE_COLOURS.items():
-        own = [state] if state != "two parts" else PAIRS.values()
+        own = [state] if state != "two parts" else FAULT_PAIRS.values()
         shares = [100 * sum(shown.get(name, 0.0) for name in own) for _, shown in rows]
         axes.barh(places, shares, left=left, color=colour, height=0.72, label=LABELS.get(state, state))
         left = [one + more for one, more in zip(left, shares, strict=True)]

@@ -149,7 +149,7 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
     given["channel"] = f", channel {recording.channel}" if recording.channel else ""
     given |= {"rpm": 60 * speed.value_hz, "rpm_ci95": 60 * speed.ci95_hz, "source": SPEED_WORDS[speed.source.value]}
     given |= {"low_hz": low_hz, "high_hz": high_hz, "why": analysis.band.why, "search": analysis.search}
-    reasons = (" ".join(verdict.reasons), verdict.beside(recording.state))
+    reasons = (" ".join(verdict.reasons), verdict.describe_declared(recording.state))
     shown = Listing(tuple(literal(reason) for reason in reasons if reason))
     yield _section("answer", shown, USER_TEXTS.listing("facts", **given))
     yield _section("lines", _lines_table(record, suffix), *_not_detected(record))
