@@ -10,13 +10,13 @@ from srbval.diagnosis.fault_posterior import (
     CLASSES,
     EVEN_ODDS_DEPTH,
     LABELS,
+    LOG_RATIO_ONSET,
+    LOG_RATIO_SLOPE,
     MAX_PROBABILITY,
-    ONSET,
     OPEN,
     OTHER_CAUSE,
     RECORD_CORRELATION,
     SECOND_CAUSE_SHARE,
-    SLOPE,
     UNDECIDED,
     Comb,
     FaultScores,
@@ -69,12 +69,12 @@ def test_clear_records_are_called(given, state):
 
 def test_the_log_ratio_is_the_equation_s():
     """1 / (exp(onset - slope x) + (depth / limit)^-(10 slope)): limited by what is smaller, excess or depth."""
-    high, deep = SLOPE * 8 - ONSET, 10 * SLOPE * math.log(2)
+    high, deep = LOG_RATIO_SLOPE * 8 - LOG_RATIO_ONSET, 10 * LOG_RATIO_SLOPE * math.log(2)
     assert Comb(excess=8, found_hz=1.0, depth=1e6).log_ratio == pytest.approx(high)
     assert Comb(excess=99, found_hz=1.0, depth=2 * EVEN_ODDS_DEPTH).log_ratio == pytest.approx(deep)
     both = Comb(excess=8, found_hz=1.0, depth=2 * EVEN_ODDS_DEPTH).log_ratio
     assert both == pytest.approx(-math.log(math.exp(-high) + math.exp(-deep)))
-    assert Comb(excess=99, found_hz=1.0, depth=1.0, explained_by="the mains").log_ratio == -ONSET
+    assert Comb(excess=99, found_hz=1.0, depth=1.0, explained_by="the mains").log_ratio == -LOG_RATIO_ONSET
 
 
 def test_lines_of_the_table_and_combs_are_one_evidence():
