@@ -225,7 +225,7 @@ def bands_of_record(
         why = f"{whole}: narrower bands have fewer than {HARMONICS_HELD} harmonics of the race lines or too long ends"
         return (whole_band_of(fs_hz, why),)
     impulsive = f"the most impulsive of {count} bands of this record (kurtogram)"
-    said = "{}: a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
+    said = "{}, in which a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
     return (
         replace(whole_band_of(fs_hz, said.format(whole, impulsive, 2)), trials=2),
         BandChoice(band_hz=picture.best_hz, why=said.format(impulsive, whole, 2 * count), trials=2 * count),
