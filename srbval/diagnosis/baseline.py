@@ -239,14 +239,11 @@ def short_ratio(ratio: float) -> str:
 
 
 def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
-    """Modulation of `line` over the baseline's, and the 95 % interval; None if the baseline's cannot be read.
-
-    If the baseline's peak is another line, the highest modulation that is not detected is used instead.
-    """
+    """Modulation of `line` over the baseline's, and the 95 % interval; None if the baseline's cannot be read."""
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
     if before.explained_by is NotDetected.ANOTHER and before.snr and before.depth is not None:
-        not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))
+        not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))  # the highest level that is not detected
         before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
 
     def modulation(of: Analysis, read: Line) -> float:

@@ -187,8 +187,7 @@ def log_likelihood(
 def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
     """Log likelihood ratio of each class from the combs of one view, with or without a second cause.
 
-    A comb of another machine part is no evidence against a fault, and a missing comb none against a part whose line has
-    risen.
+    A missing comb is no evidence against a part whose line has risen.
     """
 
     def ratio(name: str, comb: Comb) -> float:

@@ -60,10 +60,7 @@ class LongAnalysis(Analysis):
 
 @one_thread()
 def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
-    """Analyse a record as `analyse` does, and a long record in parts; `all_channels` scores its other channels too.
-
-    Parts without vibration, or in which the shaft stops, are left out; raises the first `DataError` if all are.
-    """
+    """Analyse a record as `analyse` does, and a long record in parts; parts that cannot be read are left out."""
     shaft_hz = recording.known_speed.value_hz
     count = math.floor(recording.seconds / max(PART_S, PART_TURNS / shaft_hz))
     if count < LEAST_PARTS:

@@ -352,10 +352,7 @@ def record_features(
 
 
 def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert a document of `answers_of` to a row of the table; a missing value is None, and `reason` explains it.
-
-    Each harmonic has `snr`, its power over the local noise, and `depth`, its modulation of the squared envelope.
-    """
+    """Convert a document of `answers_of` to a row of the feature table; `reason` explains missing values."""
     found, (low_hz, high_hz) = document["features"], document["band_hz"]
     unit, missing = found["unit"], [found["velocity_missing"]]
     if unit != ACCELERATION_UNIT:

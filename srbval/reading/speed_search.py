@@ -199,10 +199,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """Find the strongest family outside its window, and all lines at its scale, if no fault line was detected.
-
-    The family must be detected at the speed that it requires, with at least two harmonics above `LEAST_SNR`.
-    """
+    """Find the strongest family outside its window and all lines at its scale, if no fault line was detected."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
@@ -236,10 +233,7 @@ def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
 
 
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Estimate the shaft speed from the strongest comb of a whitened envelope near a `nominal` speed, or None.
-
-    The interval includes every comb that rises by `RIVAL_SHARE` of the best; None if one differs by more than `SMEAR`.
-    """
+    """Estimate the shaft speed from the strongest comb of a whitened envelope near `nominal`; None if unclear."""
     combs = CombSpectrum.of([[record.unmasked()]], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
     inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
     score, hz = combs.score[inside], combs.frequency_hz[inside]
