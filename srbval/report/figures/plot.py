@@ -21,7 +21,7 @@ from srbval.report.findings.records import (
     spectrum_view,
 )
 from srbval.report.sections.figures import HEAD_ROOM
-from srbval.report.sections.pair_figures import draw_errors
+from srbval.report.sections.pair_figures import draw_error_bars
 from srbval.signal import Spectrum
 from srbval.validation.validate import Validation
 
@@ -95,7 +95,7 @@ def _bearing(of: Bearing, axes: Any) -> None:
 
 @_draw.register
 def _validation(of: Validation, axes: Any) -> None:
-    draw_errors(axes, of.errors_pct)
+    draw_error_bars(axes, of.errors_pct)
 
 
 def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:

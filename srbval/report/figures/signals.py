@@ -11,7 +11,7 @@ from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, PanelDa
 from srbval.report.findings.records import NORMALISED, Cursor, RecordView, SpectrumView
 
 SIGNAL_BINS = 700
-HEALTHY_LOOK = {"color": style.HEALTHY, "ls": (0, (3, 1.2))}
+HEALTHY_LOOK = {"color": style.HEALTHY_COLOUR, "ls": (0, (3, 1.2))}
 FOUND_LOOK = {"ls": "none", "marker": "v", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 0.9, "zorder": 7}
 UPRIGHT = {"rotation": 90, "va": "bottom", "ha": "center"}
 ON_WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.7}

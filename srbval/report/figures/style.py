@@ -27,7 +27,7 @@ TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 
 # Okabe & Ito's palette (2008), distinguishable with the common colour-vision deficiencies.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
-INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#39424d"
+INK, SOFT, HEALTHY_COLOUR = "#1a2028", "#4e5a68", "#39424d"
 # Marker and colour of each of up to seven series.
 SERIES = tuple(zip("osD^vPX", (SOFT, ORANGE, PURPLE, INK, GREEN, BLUE, VERMILION), strict=True))
 BINS_SHOWN = 1500  # stretches of a long spectrum of which the smallest and largest value are drawn

@@ -28,7 +28,7 @@ from srbval.validation.validate import PairReading, validate
 
 CAGE_STORE = ContentStore(kind="cage", computed_by="srbval.comparison.cage_readings")
 
-MIN_RUN_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
+MIN_SIMULATED_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 
 
 def gather(
@@ -39,9 +39,9 @@ def gather(
     Raises the errors of simulating and loading, `NumericsError` with the name of a failed run, and `DataError` if no
     recording of a state can be read.
     """
-    if seconds < MIN_RUN_S:
+    if seconds < MIN_SIMULATED_S:
         raise ConfigurationError(
-            f"{seconds:g} s are too short to separate fault lines from shaft harmonics; use {MIN_RUN_S:g} s or more."
+            f"{seconds:g} s are too short to separate lines from shaft harmonics; use {MIN_SIMULATED_S:g} s or more."
         )
     bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), load_newest_results(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
@@ -137,7 +137,7 @@ def choose_rig_recordings(
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):
         at_load = entry.radial_kn == printed[Fault.OUTER].radial_kn and not entry.axial_kn
-        if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= MIN_RUN_S:
+        if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= MIN_SIMULATED_S:
             by_state = by_speed.setdefault(entry.nominal_rpm, {})
             if entry.state in PAPER_STATES and entry.state is not None:
                 by_state.setdefault(entry.state, entry)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CASE_TEXTS = Prose("srbval.report", "texts/case.md")
-MAX_SPEED_DIFFERENCE = 0.05  # relative difference of shaft speeds above which the operating points differ
+FAR_SPEED_SHARE = 0.05  # relative difference of shaft speeds above which the operating points differ
 MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
 
 
@@ -162,8 +162,8 @@ def limits_of(result: Validation) -> Iterator[str]:
     apart = [p["pair"] for p in pairs if p["compared_in"] == "orders"]
     if apart:
         yield CASE_TEXTS.text("orders", pairs=", ".join(map(str, apart)))
-    if far := [p["pair"] for p in pairs if _apart(p) > MAX_SPEED_DIFFERENCE]:
-        yield CASE_TEXTS.text("far-apart", pairs=", ".join(map(str, far)), share_pct=100 * MAX_SPEED_DIFFERENCE)
+    if far := [p["pair"] for p in pairs if _apart(p) > FAR_SPEED_SHARE]:
+        yield CASE_TEXTS.text("far-apart", pairs=", ".join(map(str, far)), share_pct=100 * FAR_SPEED_SHARE)
     for one in result.failed:
         yield CASE_TEXTS.text("failed", pair=one["pair"], reason=one["reason"])
     cautions = [c for p in pairs for side in SIDES for c in (p[f"{side}_facts"] or {}).get("cautions", ())]

@@ -92,11 +92,11 @@ def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
 def errors_figure(rows: Sequence[Mapping[str, Any]]) -> PanelData:
     """Draw the error and uncertainty of each row [%], at most `MAX_ERROR_BARS`; the verdict sets mark and colour."""
     figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:MAX_ERROR_BARS])))
-    shown = draw_errors(axes, rows)
+    shown = draw_error_bars(axes, rows)
     return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
 
 
-def draw_errors(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
+def draw_error_bars(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
     """Draw errors with their uncertainties [%] onto given axes, as `errors_figure` does; return the rows drawn."""
     shown = rows[:MAX_ERROR_BARS]
     axes.axvline(0.0, color=style.INK, lw=0.8)
