@@ -23,7 +23,7 @@ from srbval.storage.installation import MissingLibraryError
 LOCAL, DASK = "local", "dask"
 LOCAL_CLUSTER = "distributed.LocalCluster"
 MAX_SUBMITTED_CASES = 1000  # enough for any cluster, and few enough to keep the scenes in memory
-CHECK_S = 2.0  # time without a result after which `check` is called
+WORKER_CHECK_S = 2.0  # time without a result after which `check` is called
 MEMORY = "memory"  # Dask resource [bytes] that limits the number of cases per worker
 JOB_MEMORY = "2 GB"
 CONNECT_S = "20 s"
@@ -54,12 +54,12 @@ def run_tasks(
         if not running:
             return
         try:
-            future = ended.get(timeout=CHECK_S)
+            future = ended.get(timeout=WORKER_CHECK_S)
         except Empty:
             check()
             continue
         try:
-            result = future.result(timeout=CHECK_S)
+            result = future.result(timeout=WORKER_CHECK_S)
         except lost:
             result = write_crash(running[future], "worker was lost each time it was tried")
         except TimeoutError:  # Dask lost the worker before the result arrived, and repeats the case
@@ -165,7 +165,7 @@ Engine = LocalProcesses | DaskEngine
 
 
 @contextlib.contextmanager
-def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
+def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
     """Start a Dask cluster of class `kind` with `workers` workers, and end it on exit.
 
     If the class submits batch jobs, each worker is a job with one core; the option `cores` gives it more cores and as
@@ -247,7 +247,7 @@ def choose_engine(
     if scheduler:
         where = f" at {scheduler}" if isinstance(scheduler, str) else ""
         return DaskEngine(scheduler, f"{DASK}{where}", wait_s or WAIT_S)
-    made = functools.partial(made_cluster, kind, workers, cluster_options or {}, adapt=adapt)
+    made = functools.partial(start_cluster, kind, workers, cluster_options or {}, adapt=adapt)
     return DaskEngine(made, f"{DASK} {kind.__name__}", wait_s or (QUEUE_WAIT_S if cluster_class else WAIT_S))
 
 

@@ -70,15 +70,15 @@ COMPUTED_BY = "srbval.campaign.worker"
 REFUSED = "refused"  # the run could not be started
 CRASHED = "crashed"  # the process died, or the program has a bug
 TIMED_OUT = "timed-out"  # the case exceeded its time limit, so its process was ended
-SIGNALS = frozenset((Output.ACCELERATION, Output.SIGNALS))
+SIGNAL_OUTPUTS = frozenset((Output.ACCELERATION, Output.SIGNALS))
 
 
 @dataclass(frozen=True, kw_only=True)
 class CaseTask:
     """Everything that a worker needs to run a case.
 
-    `version` is the hash of the code that must run it, see `version()`. `limit_s` limits the wall time [s], None for no
-    limit. `memory_bytes` is the memory that its process is expected to need.
+    `version` is the `code_version` that must run it. `limit_s` limits the wall time [s], None for no limit.
+    `memory_bytes` is the memory that its process is expected to need.
     """
 
     key: str
@@ -110,7 +110,7 @@ class CaseResult:
         return self.status not in (CRASHED, TIMED_OUT)
 
 
-def version() -> str:
+def code_version() -> str:
     """Hash of all source code that runs and measures a case."""
     return content_version(COMPUTED_BY)
 
@@ -118,7 +118,7 @@ def version() -> str:
 def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs: Collection[Output] = ()) -> None:
     """Write a result, with signals of its `run` if `outputs` request them; raises `DataError` if that fails."""
     with new_hdf5(path) as file:
-        if run is None or not SIGNALS.intersection(outputs):
+        if run is None or not SIGNAL_OUTPUTS.intersection(outputs):
             file.attrs["srbval_kind"] = "campaign-case"
         else:
             one = Output.SIGNALS not in outputs

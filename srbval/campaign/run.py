@@ -23,7 +23,7 @@ from srbval.bearing import Fault
 from srbval.bridges import require_xarray
 from srbval.campaign.cases import PROCESS_BYTES, SAMPLE_BYTES, CampaignCase, plan_cases, scene_of_point
 from srbval.campaign.engines import Engine, choose_engine
-from srbval.campaign.results import REFUSED, CaseResult, CaseTask, read_case_result, read_intact_result, version
+from srbval.campaign.results import REFUSED, CaseResult, CaseTask, code_version, read_case_result, read_intact_result
 from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import xarray
 
 NO_RESULT = "missing"  # status of a case without an intact result
-CAMPAIGN_JSON, RESULTS_CSV, CASES_FOLDER, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
+CAMPAIGN_JSON, RESULTS_CSV, RESULTS_FOLDER, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +125,7 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
 
 def result_path(folder: Path, key: str) -> Path:
     """Path of the result file of the case `key`."""
-    return folder / CASES_FOLDER / f"{key}.h5"
+    return folder / RESULTS_FOLDER / f"{key}.h5"
 
 
 def write_campaign_table(folder: Path, table: CampaignTable) -> None:
@@ -150,7 +150,7 @@ def write_campaign_table(folder: Path, table: CampaignTable) -> None:
 def remove_incomplete(folder: Path) -> None:
     """Remove the half-written files of killed processes; call it with the folder locked."""
     remove_unfinished(folder, {CAMPAIGN_JSON, RESULTS_CSV}.__contains__)
-    remove_unfinished(folder / CASES_FOLDER, lambda name: name.endswith(".h5"))
+    remove_unfinished(folder / RESULTS_FOLDER, lambda name: name.endswith(".h5"))
 
 
 def read_campaign_table(folder: Path) -> CampaignTable:
@@ -281,7 +281,7 @@ def verify_campaign(path: str | Path) -> dict[str, Any]:
     `results` that were read. Raises `DataError` if there is no campaign.
     """
     path = Path(path)
-    results, damaged = sorted((path / CASES_FOLDER).glob("*.h5")), []
+    results, damaged = sorted((path / RESULTS_FOLDER).glob("*.h5")), []
     for file in (path / CAMPAIGN_JSON, *results):
         try:
             read_campaign_table(path) if file.name == CAMPAIGN_JSON else read_case_result(file)
@@ -317,7 +317,7 @@ def run_campaign(
     started, folder = time.perf_counter(), Path(path).resolve()
     campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign
     engine = choose_engine(engine) if engine is None or isinstance(engine, str) else engine
-    table = CampaignTable(campaign=campaign, version=version(), cases=tuple(plan_cases(campaign)))
+    table = CampaignTable(campaign=campaign, version=code_version(), cases=tuple(plan_cases(campaign)))
     with folder_lock(folder):
         write_campaign_table(folder, table)
         results = {key: result for key, result in read_results(folder, table).items() if result.final}

@@ -17,9 +17,9 @@ from srbval.campaign.results import (
     TIMED_OUT,
     CaseResult,
     CaseTask,
+    code_version,
     quantities_of,
     read_intact_result,
-    version,
     write_result,
 )
 from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
@@ -30,7 +30,7 @@ from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, se
 from srbval.scene import Scene
 from srbval.sweep.pool import attempt
 
-SHORTEST_S = 0.001  # simulated time that suffices to compile all kernels of a case
+COMPILE_RUN_S = 0.001  # simulated time that suffices to compile all kernels of a case
 IDLE_S = 60.0  # idle time after which the process ends, because a Dask worker outlives campaigns
 ATTEMPTS = 3  # per case: the system may kill a process because another one needs memory
 PREPARE_LIMIT_S = 1800.0  # limit for loading and compiling, which takes a minute or two
@@ -42,10 +42,10 @@ _prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()
 def prepare(scene: Scene) -> str:
     """Compile or load the kernels of `scene`; returns the version of this process's code."""
     if not level_of(scene.model).outside:
-        shortest_s = max(SHORTEST_S, 1 / scene.output_rate_hz)
+        shortest_s = max(COMPILE_RUN_S, 1 / scene.output_rate_hz)
         with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case itself reports the error
             simulate(replace(scene, duration_s=shortest_s, settle_s=0.0), step=Step.UNCHECKED)
-    return version()
+    return code_version()
 
 
 def run_case(task: CaseTask) -> CaseResult:

@@ -259,13 +259,13 @@ def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progr
 
 def shipped_results() -> Sequence[StoredResult]:
     """Load the stored results shipped with srbval, in the order of their file names."""
-    files = sorted(shipped_folder(stored_result.REPORTS).glob("*.json"))
-    return [one for path in files if path.name != stored_result.REFERENCE and (one := read_result(path)) is not None]
+    files = sorted(set(shipped_folder(stored_result.REPORTS).glob("*.json")) - {reference_path()})
+    return [one for path in files if (one := read_result(path)) is not None]
 
 
 def reference_path() -> Path:
     """Path of the reference fingerprint, in the repository or in the installed package."""
-    return shipped_folder(stored_result.REPORTS) / stored_result.REFERENCE
+    return shipped_folder(stored_result.REPORTS) / stored_result.REFERENCE_FILE
 
 
 def write_reference(now: Fingerprint) -> None:
@@ -279,7 +279,7 @@ def write_reference(now: Fingerprint) -> None:
     reference_fingerprint.cache_clear()
 
 
-def differences(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
+def list_changes(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
     """List the quantities that differ between two fingerprints: name, old and new value."""
     return [
         {"name": f"{part}{SEPARATOR}{one.name}", "old": old.get(part, {}).get(one.name), "new": values.get(one.name)}

@@ -58,21 +58,21 @@ def run_command_line(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: list[str]) -> int:
-    from srbval.cli.arguments import parser, take_machine
+    from srbval.cli.arguments import apply_machine_file, build_parser
 
-    options = parser().parse_args(given)
+    options = build_parser().parse_args(given)
     if options.command is None:
-        parser().print_help(sys.stderr)
+        build_parser().print_help(sys.stderr)
         raise ConfigurationError("name a command, for example: srbval report")
     # The module of a command is imported only when it runs: `srbval --help` answers at once.
     from srbval.storage.content_store import stored_results
 
     if getattr(options, "machine", None):
-        take_machine(options)
+        apply_machine_file(options)
     module, _, function = options.run.partition(":")
     command = getattr(importlib.import_module(f"srbval.cli.{module}"), function)
     # From here on a signal raises an exception, so that files are cleaned up; before, there are none.
-    with _ended_by_signals(), stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
+    with _signals_as_exceptions(), stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
         code: int = command(options)
         if read_utc:
             dates = min(read_utc) if len(read_utc) == 1 else f"{min(read_utc)} to {max(read_utc)}"
@@ -105,7 +105,7 @@ def internal_error(error: BaseException) -> str:
 
 
 @contextlib.contextmanager
-def _ended_by_signals() -> Iterator[None]:
+def _signals_as_exceptions() -> Iterator[None]:
     """Context in which Ctrl-C, SIGTERM and SIGHUP raise `Interrupted` once; ignored signals (`nohup`) stay ignored."""
     main_thread = threading.current_thread() is threading.main_thread()
     usual = (signal.SIG_DFL, signal.default_int_handler)

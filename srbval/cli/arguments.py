@@ -36,7 +36,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raise `ConfigurationError` with the `message`, a suggestion and a reference to ``--help``."""
         choice = INVALID_CHOICE.search(message)
-        hint = _resembling(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
+        hint = _suggest(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
         raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
@@ -46,7 +46,7 @@ class Parser(argparse.ArgumentParser):
             found.rest, unknown = unknown, []
         if unknown:
             options = list(self._option_string_actions)
-            hints = dict.fromkeys(_resembling(w.split("=")[0], options) for w in unknown if w.startswith("-"))
+            hints = dict.fromkeys(_suggest(w.split("=")[0], options) for w in unknown if w.startswith("-"))
             raise ConfigurationError(f"unknown argument: {' '.join(unknown)}.{''.join(hints)} See: {self.prog} --help")
         return found, unknown
 
@@ -84,7 +84,7 @@ def command_tables() -> dict[str, Any]:
     return tomllib.loads((files("srbval.cli") / "commands.toml").read_text(encoding="utf-8"))
 
 
-def parser() -> Parser:
+def build_parser() -> Parser:
     """Build the parser of the whole program."""
     purpose = "Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings."
     top = Parser(prog="srbval", description=purpose)
@@ -96,7 +96,7 @@ def parser() -> Parser:
     return top
 
 
-def take_machine(options: argparse.Namespace) -> None:
+def apply_machine_file(options: argparse.Namespace) -> None:
     """Set the options that the machine file contains and the command line does not."""
     from srbval.cli.machine_file import BELONGS_TO, machine_options  # imports slow modules
 
@@ -108,12 +108,12 @@ def take_machine(options: argparse.Namespace) -> None:
             setattr(options, name, value)
 
 
-def _resembling(word: str, known: Sequence[str]) -> str:
+def _suggest(word: str, known: Sequence[str]) -> str:
     close = closest_word(word, known)
     return f" Did you mean {close}?" if close else ""
 
 
-def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
+def _number_between(kind: type, low: float, high: float) -> Callable[[str], float]:
     """Argument type for a number of type `kind` from `low` to `high`."""
 
     def number_from(text: str) -> float:
@@ -137,7 +137,7 @@ def _step(text: str) -> float | str:
     if text == AUTO_STEP:
         return AUTO_STEP
     step_s = parse_quantity(text if text[-1:].isalpha() else f"{text} s", "time", "--dt")
-    return _between(float, SMALLEST, LARGEST)(repr(step_s))
+    return _number_between(float, SMALLEST, LARGEST)(repr(step_s))
 
 
 AUTO_STEP = "auto"
@@ -172,10 +172,10 @@ def _setting(text: str) -> tuple[str, Any]:
 def _tolerance(text: str) -> float:
     """Read a tolerance in per cent, or in dB, which is converted to per cent."""
     if not text.endswith("dB"):
-        return _between(float, -LARGEST, LARGEST)(text)
+        return _number_between(float, -LARGEST, LARGEST)(text)
     from srbval.plan.questions import pct_of  # slow import
 
-    return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
+    return pct_of(_number_between(float, 0, MOST_DB)(text.removesuffix("dB")))
 
 
 def _record(name: str) -> str:
@@ -192,11 +192,11 @@ ARGUMENT_TYPES = {
     "table": export_file,
     "elements": _inline("elements"),
     "orders": _inline("orders"),
-    "finite": _between(float, -LARGEST, LARGEST),
-    "positive": _between(float, SMALLEST, LARGEST),
-    "count": _between(int, 1, 10**9),
-    "jobs": _between(int, 1, 1024),
-    "seed": _between(int, 0, 2**62),
+    "finite": _number_between(float, -LARGEST, LARGEST),
+    "positive": _number_between(float, SMALLEST, LARGEST),
+    "count": _number_between(int, 1, 10**9),
+    "jobs": _number_between(int, 1, 1024),
+    "seed": _number_between(int, 0, 2**62),
     "step": _step,
     "command": COMMAND.__add__,
     "record": _record,

@@ -26,7 +26,7 @@ DATA_HEADER = ("file", "data set", "bearing", "state", "radial kN", "axial kN", 
 
 def run_data_command(options: argparse.Namespace) -> int:
     """Run one action of ``srbval data``; `verify` returns exit code 1 if a file is changed, missing or truncated."""
-    result = _act(options)
+    result = _run_action(options)
     coverage = list(_coverage(result.recordings))
     document = {
         "status": "problems" if result.problems else "ok",
@@ -50,7 +50,7 @@ def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     return settings_of({name: value for name, value in given.items() if name in known})
 
 
-def _act(options: argparse.Namespace) -> RegisterListing:
+def _run_action(options: argparse.Namespace) -> RegisterListing:
     if options.action == "list":
         return registry.listing()
     if options.action == "remove":

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval import __version__
-from srbval.cli.arguments import parser
+from srbval.cli.arguments import build_parser
 from srbval.cli.output import print_result, print_table, write_text
 from srbval.errors import DataError
 from srbval.processes.machine import usable_cores
@@ -30,7 +30,7 @@ PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING") 
 def run_doctor_command(options: argparse.Namespace) -> int:
     """Check the installation; on request compile all kernels or clear the cache. Exit code 1 for problems."""
     cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
-    warmed = warm() if options.warm else {}
+    warmed = compile_all_kernels() if options.warm else {}
     found = doctor()
     problems = found["problems"]
     written = {Path(options.schemas) / f"{name}.json": of for name, of in schemas().items()} if options.schemas else {}
@@ -75,7 +75,7 @@ def schemas() -> dict[str, dict[str, Any]]:
     return {name: json_schema(kind, hints) for name, kind in kinds.items()}
 
 
-def warm() -> dict[str, Any]:
+def compile_all_kernels() -> dict[str, Any]:
     """Compile all kernels that the cache lacks; returns their names (`compiled`) and the time taken (`seconds`)."""
     from srbval.models.jit import missing_kernels
     from srbval.models.precompile import scenes_of_all_kernels
@@ -153,7 +153,7 @@ def run_completion_command(options: argparse.Namespace) -> int:
         import shtab
     except ImportError:
         raise MissingLibraryError("completion", "shtab") from None
-    whole = parser()
+    whole = build_parser()
     for action in actions_of(whole):
         if action.choices is None and any(path in str(action.metavar) for path in PATHS):
             action.complete = shtab.FILE  # type: ignore[attr-defined]

@@ -21,7 +21,7 @@ from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import ProgressDisplay
-from srbval.progress.tables import text_rows, uncertain
+from srbval.progress.tables import format_uncertain, text_rows
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
@@ -66,14 +66,14 @@ def run_analyse_command(options: argparse.Namespace) -> int:
 
 def run_features_command(options: argparse.Namespace) -> int:
     """Write a table of features, one row per record; exit code 3 if some records could not be read."""
-    from srbval.campaign.run import CAMPAIGN_JSON, CASES_FOLDER  # slow import
+    from srbval.campaign.run import CAMPAIGN_JSON, RESULTS_FOLDER  # slow import
 
     path = Path(options.output)
     check_suffix(path, "CSV, Parquet or Feather", (".csv", ".parquet", ".feather"))
     kind = path.suffix.lower().removeprefix(".") or "csv"
     if kind != "csv" and find_spec("pyarrow") is None:
         raise MissingLibraryError(f"{path}, unlike a .csv file,", "pyarrow")
-    sources = [Path(one) / CASES_FOLDER if (Path(one) / CAMPAIGN_JSON).is_file() else one for one in options.files]
+    sources = [Path(one) / RESULTS_FOLDER if (Path(one) / CAMPAIGN_JSON).is_file() else one for one in options.files]
     with ProgressDisplay() as progress:
         table = records.record_features(sources, request_from_options(options), jobs=options.jobs, progress=progress)
     with atomic_write(path) as part:
@@ -186,7 +186,7 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     file = printable(recording.file or recording.name, LONGEST_LINE)
     print(verdict.answer)
     print_wrapped(*filter(None, (verdict.advice,)))
-    rpm = uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)
+    rpm = format_uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)
     print(
         f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
         f"({speed.source.value})"
@@ -206,7 +206,7 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     found = []
     for x in (line for line in firsts if line.detected):
         family, part = [y.detected for y in result.lines if y.name == x.name], Fault.of_line(x.name)
-        where, depth = uncertain(x.found_hz, x.ci95_hz), f"{100 * (x.depth or 0.0):.0f}"
+        where, depth = format_uncertain(x.found_hz, x.ci95_hz), f"{100 * (x.depth or 0.0):.0f}"
         harmonics = f"{sum(family)} of {len(family)}"
         found.append((x.name, part.label if part else CAGE_PART, where, f"{x.snr:,.0f}", depth, harmonics))
     if found:
@@ -241,7 +241,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
     rows = []
     for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
         p = x.false_alarm if x.detected else None  # meaningless for a peak that is not the line
-        name, found = x.name if x.is_first else f"{x.harmonic} x {x.name}", uncertain(x.found_hz, x.ci95_hz)
+        name, found = x.name if x.is_first else f"{x.harmonic} x {x.name}", format_uncertain(x.found_hz, x.ci95_hz)
         deviation = None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}"
         odds = None if x.snr is None else float(f"{x.snr:.3g}"), None if p is None else float(f"{p:.2g}")
         identity = None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}"

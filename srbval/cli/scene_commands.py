@@ -80,7 +80,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
     scene, planned = _choose_model(scene_from_options(options), options)
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
-    scene, step = _with_step(scene, options)
+    scene, step = _choose_step(scene, options)
     with ProgressDisplay() as progress:
         result = stored_summary(scene, output, step=step, progress=progress)
     if not result.status.usable:
@@ -149,7 +149,7 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
     return replace(scene, model=plan.chosen), {"plan": to_json(plan)}
 
 
-def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
+def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
     """Scene to run, and whether its time step is chosen (`AUTO`) or only its error is estimated (`CHECKED`).
 
     A step in the options or the scene file is kept. Explicit solvers use the paper's step, or the scene's if it is

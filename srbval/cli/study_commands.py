@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.check.check import CheckResult, differences, fingerprint, reference_path, run_check, write_reference
+from srbval.check.check import CheckResult, fingerprint, list_changes, reference_path, run_check, write_reference
 from srbval.cli.arguments import Parser, command_tables
 from srbval.cli.output import own_command, print_result, print_table
 from srbval.errors import ConfigurationError
-from srbval.progress import Progress, ProgressDisplay, prefixed, stage
+from srbval.progress import Progress, ProgressDisplay, prefix_tasks, stage
 from srbval.progress.tables import text_rows
 from srbval.report.figures.style import panel
 from srbval.storage.content_store import stored_results
@@ -34,10 +34,10 @@ def run_check_command(options: argparse.Namespace) -> int:
     """Compare the program with its reference, or update it; exit code 1 for differences or stale evidence."""
     old = reference_fingerprint()
     with ProgressDisplay() as progress:
-        result = run_check(progress=prefixed(progress, "Check"))
+        result = run_check(progress=prefix_tasks(progress, "Check"))
     document = to_json(result)
     if options.update:
-        changed = differences(old, result.now)
+        changed = list_changes(old, result.now)
         replaced = bool(changed) and options.yes
         if replaced:
             write_reference(result.now)
@@ -125,7 +125,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     plot = Path(getattr(given, "plot", None) or picture)
     check_suffix(plot, "SVG", (".svg",))
     with ProgressDisplay() as shown, stored_results(fresh=given.fresh):
-        progress = prefixed(shown, name.replace("_", " ").capitalize())
+        progress = prefix_tasks(shown, name.replace("_", " ").capitalize())
         scale = getattr(given, "scale", False)
         if scale or getattr(given, "model", None) or (name == STUDY_BY_COMMAND["bench"] and given.quick):
             found, stored = _run_outside(name, given, progress, shown.message)

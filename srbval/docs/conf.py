@@ -170,9 +170,9 @@ def notebook(name: str) -> str:
 
 def commands() -> str:
     """List every command with a table of its options, from the parser."""
-    from srbval.cli.arguments import parser
+    from srbval.cli.arguments import build_parser
 
-    return "\n\n".join(_commands_below(parser()))
+    return "\n\n".join(_commands_below(build_parser()))
 
 
 def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:

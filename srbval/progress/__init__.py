@@ -36,7 +36,7 @@ def stage(progress: Progress, task: str) -> Iterator[None]:
     progress(task, 1.0)
 
 
-def prefixed(progress: Progress, title: str) -> Progress:
+def prefix_tasks(progress: Progress, title: str) -> Progress:
     """Return a callback that puts `title` and a colon before the name of every task."""
     return lambda task, fraction: progress(f"{title}: {task}", fraction)
 

@@ -18,7 +18,7 @@ def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "\n".join(lines)
 
 
-def uncertain(value: float | None, ci95: float | None) -> str | None:
+def format_uncertain(value: float | None, ci95: float | None) -> str | None:
     """Text of a value and its 95 % half width, both to the second digit of the half width; None if either is None."""
     if value is None or ci95 is None:
         return None

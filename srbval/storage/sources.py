@@ -17,7 +17,7 @@ from typing import Any
 
 from srbval.storage.installation import package_folder
 
-PACKAGE = package_folder()
+PACKAGE_FOLDER = package_folder()
 
 # Import statements are found by their first word and parsed alone: parsing whole files would take ten times as long.
 STATEMENT = re.compile(r"^[ \t]*(?:from|import)[ \t][^\n(]*(?:\([^)]*\))?", re.MULTILINE)
@@ -31,7 +31,7 @@ DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
 @cache
-def content_version(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> str:
+def content_version(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> str:
     """Hash of all sources on which `modules` depend, 16 hexadecimal digits; "module:name" counts if `lazy`."""
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
@@ -40,7 +40,7 @@ def content_version(*modules: str, package: Path = PACKAGE, lazy: bool = True) -
 
 
 @cache
-def code_sha256(folder: Path, package: Path = PACKAGE) -> str:
+def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
     """Hash of the statements in the modules and TOML files of a `folder`, 64 hexadecimal digits.
 
     These do not count: docstrings, comments, formatting, the order of statements, names that begin with an underscore,
@@ -55,7 +55,7 @@ def code_sha256(folder: Path, package: Path = PACKAGE) -> str:
     return hashlib.sha256(b"".join(sorted(statements))).hexdigest()
 
 
-def sources_of(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> set[Path]:
+def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> set[Path]:
     """Find the source files of `modules` and of everything they import within `package`, directly or not.
 
     Data files beside a module count if the module names them in quotes. The ``__init__`` of the package itself does not

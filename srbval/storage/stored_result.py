@@ -30,7 +30,7 @@ Fingerprint = Mapping[str, PartFingerprint]
 RESULT_SCHEMA_VERSION = 3
 MAX_RESULT_BYTES = 2**26  # the largest results have some megabytes
 REPORTS = "reports"  # folder of the results that come with the program
-REFERENCE, REFERENCE_ORIGIN = "fingerprint.json", {"schema_version": 1, "kind": "fingerprint"}
+REFERENCE_FILE, REFERENCE_ORIGIN = "fingerprint.json", {"schema_version": 1, "kind": "fingerprint"}
 DIRTY = "-dirty"  # suffix of the revision of a changed working tree
 # Rounding that differs between processors and versions of libraries reaches 1e-8 in the probes; a change of 1e-6 is a
 # thousandth of what any published number states.
@@ -92,7 +92,7 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
 def reference_fingerprint() -> Fingerprint:
     """Load the reference fingerprint shipped with srbval, used by `srbval check`; empty if there is none."""
     try:
-        content = read_json(shipped_folder(REPORTS) / REFERENCE, MAX_RESULT_BYTES)
+        content = read_json(shipped_folder(REPORTS) / REFERENCE_FILE, MAX_RESULT_BYTES)
         known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())
         return fingerprint_of(content["parts"]) if known else {}
     except (DataError, LookupError, TypeError, ValueError):

@@ -28,7 +28,7 @@ NumberReader = Callable[[object, str], float]  # converts the value at a place o
 _UNITS = tomllib.loads((files("srbval.storage") / "units.toml").read_text(encoding="utf-8"))
 UNIT_FACTORS: dict[str, dict[str, float]] = {name: table["units"] for name, table in _UNITS.items()}
 SI_SUFFIX: dict[str, str] = {name: table["suffix"] for name, table in _UNITS.items() if "suffix" in table}
-RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _UNITS.items() if "range" in table}
+PHYSICAL_RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _UNITS.items() if "range" in table}
 LONGEST_TEXT = 200  # characters of a number with its unit
 
 _DIGITS = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -110,7 +110,7 @@ class Limited:
 
 def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -> None:
     if "dimension" in field.metadata:
-        low, high = RANGES[field.metadata["dimension"]]
+        low, high = PHYSICAL_RANGES[field.metadata["dimension"]]
         if number and not low <= abs(number) <= high:  # also false for NaN
             said = f"its absolute value must be between {low:g} and {high:g}, or zero."
             raise ConfigurationError(f"{field.name} = {number:.6g}: {said}")

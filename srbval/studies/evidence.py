@@ -14,7 +14,7 @@ from unittest.mock import patch
 
 from srbval.check.check import fingerprint
 from srbval.errors import ConfigurationError
-from srbval.progress import Progress, prefixed, silent
+from srbval.progress import Progress, prefix_tasks, silent
 from srbval.recordings.manifest import HOME_VARIABLE
 from srbval.recordings.registry import RECORDINGS_VARIABLE
 from srbval.storage.installation import git_revision, is_source_tree, shipped_folder
@@ -85,6 +85,6 @@ def recompute(
             tempfile.TemporaryDirectory(prefix="srbval-") as home,
             patch.dict(os.environ, {HOME_VARIABLE: home, RECORDINGS_VARIABLE: ""}),
         ):
-            found, stored = make_result(study.name, options, prefixed(progress, study.name), **origin)
+            found, stored = make_result(study.name, options, prefix_tasks(progress, study.name), **origin)
         message(f"{study.name}: stored after {(time.perf_counter() - started) / 60:.1f} minutes")
         yield _state(study.name, read_result(stored["file"]), now) | {"sound": found.sound}

@@ -16,7 +16,7 @@ from srbval.storage.tables import read_toml
 OUTPUT_RATE_HZ = 20480.0  # sampling rate of the rig, section 3.2
 DURATION_GRID_HZ = 256.0  # durations are multiples of 1/256 s, which contains whole output intervals
 FITS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}, "rig": {}}
-BENCH_SCENES = tuple(f"{fit}-{state}" for fit in FITS for state in (Fault.HEALTHY, *RACE_DEFECTS))
+SOLVER_SCENES = tuple(f"{fit}-{state}" for fit in FITS for state in (Fault.HEALTHY, *RACE_DEFECTS))
 # Solver, step, cost and limits stated in the paper; `simulated_s` of time need `wall_s` of computing.
 PAPER = SimpleNamespace(**read_toml(Path(__file__).with_name("paper_integration.toml")))
 
@@ -62,6 +62,6 @@ def output_rate_hz(step_s: float) -> float:
 
 def check_names(scenes: Iterable[str], solvers: Iterable[str]) -> None:
     """Raise `ConfigurationError` for a name that is not in `BENCH_SCENES` or not a solver."""
-    for what, names, known in (("scene", scenes, BENCH_SCENES), ("solver", solvers, SOLVERS)):
+    for what, names, known in (("scene", scenes, SOLVER_SCENES), ("solver", solvers, SOLVERS)):
         for name in names:
             check_known(what, name, known)

@@ -16,7 +16,7 @@ from typing import Any, cast
 import pytest
 
 from srbval.campaign import worker
-from srbval.campaign.engines import CHECK_S, DaskEngine, choose_engine, run_tasks
+from srbval.campaign.engines import WORKER_CHECK_S, DaskEngine, choose_engine, run_tasks
 from srbval.campaign.results import CaseResult
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
@@ -86,7 +86,7 @@ def test_a_result_that_is_lost_with_its_worker_comes_from_another() -> None:
     checks: list[int] = []
     found = run_tasks(submit, cast(Any, ["first", "second"]), check=lambda: checks.append(len(asked)))
     assert sorted(map(str, found)) == ["first", "second"]
-    assert (checks, asked) == ([1], [CHECK_S] * 3)
+    assert (checks, asked) == ([1], [WORKER_CHECK_S] * 3)
 
 
 LONG_CASES = """\

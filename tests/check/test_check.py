@@ -10,7 +10,7 @@ import pytest
 
 from srbval import ConfigurationError, Scene, load_scene
 from srbval.check import check
-from srbval.check.check import differences, run_check, write_reference
+from srbval.check.check import list_changes, run_check, write_reference
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
 from srbval.storage.json_files import write_json
@@ -74,7 +74,7 @@ def test_numbers_words_and_missing_quantities(monkeypatch):
     assert found["full: outer: status"].words == ("skidding", "ok")
     assert math.isnan(found["reading: gone: hz"].value)
     assert math.isnan(found["reading: H: hz"].low)
-    assert [one["name"] for one in differences(other, NOW)][:2] == ["full: outer: cage_ratio", "full: outer: status"]
+    assert [one["name"] for one in list_changes(other, NOW)][:2] == ["full: outer: cage_ratio", "full: outer: status"]
 
 
 def test_no_reference_is_made_of_a_failure(tmp_path, monkeypatch):
@@ -84,7 +84,7 @@ def test_no_reference_is_made_of_a_failure(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
     write_reference(NOW)
     monkeypatch.setattr("srbval.storage.stored_result.shipped_folder", lambda _: tmp_path)
-    assert differences(reference_fingerprint(), NOW) == []
+    assert list_changes(reference_fingerprint(), NOW) == []
 
 
 @pytest.fixture

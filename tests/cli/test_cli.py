@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import srbval
-from srbval.cli.arguments import parser
+from srbval.cli.arguments import build_parser
 from srbval.comparison.comparison import Verdict
 from srbval.comparison.verdicts import none_missed
 from srbval.errors import ConfigurationError
@@ -136,7 +136,7 @@ def two_channels(tmp_path):
 
 @pytest.mark.parametrize("text", ["1/61440", "1/61440 s", "1 / 61.44 ms", "1.627604166667e-5", "16.27604166667us"])
 def test_a_step_as_scene_files_have_it(text):
-    assert parser().parse_args(["simulate", "--dt", text]).dt == pytest.approx(1 / 61440, rel=DIGITS)
+    assert build_parser().parse_args(["simulate", "--dt", text]).dt == pytest.approx(1 / 61440, rel=DIGITS)
     if text[-1] == "s":
         assert srbval.paper_scene(solver={"step": text}).solver.step_s == pytest.approx(1 / 61440, rel=DIGITS)
 

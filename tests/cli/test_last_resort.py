@@ -243,7 +243,7 @@ def test_the_exit_code_is_its_own_wherever_the_signal_comes(number, tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number):
     """A compiler that is interrupted may find in its own clean-up that its object is not there."""
-    from srbval.cli import Interrupted, _ended_by_signals
+    from srbval.cli import Interrupted, _signals_as_exceptions
 
     def compiled() -> None:
         try:
@@ -253,10 +253,10 @@ def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number):
 
     before = signal.signal(number, signal.default_int_handler)
     try:
-        with pytest.raises(Interrupted) as ended, _ended_by_signals():
+        with pytest.raises(Interrupted) as ended, _signals_as_exceptions():
             compiled()
         assert ended.value.args == (number,)
-        with pytest.raises(RuntimeError, match="of its own"), _ended_by_signals():
+        with pytest.raises(RuntimeError, match="of its own"), _signals_as_exceptions():
             raise RuntimeError("of its own")
     finally:
         signal.signal(number, before)
@@ -264,12 +264,12 @@ def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number):
 
 def test_a_signal_while_hdf5_writes_comes_a_moment_later():
     """An exception in what HDF5 calls crashes the process, now and then: a test of chance would not do."""
-    from srbval.cli import _ended_by_signals
+    from srbval.cli import _signals_as_exceptions
     from srbval.storage.hdf5_files import CALLED_BY_HDF5
 
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        with _ended_by_signals():
+        with _signals_as_exceptions():
             handler: Any = signal.getsignal(signal.SIGTERM)
             for code in CALLED_BY_HDF5:
                 handler(signal.SIGTERM, SimpleNamespace(f_code=code))

@@ -129,7 +129,7 @@ def leaves(of: argparse.ArgumentParser, words: tuple[str, ...] = ()) -> Iterator
         yield " ".join(words), of
 
 
-COMMANDS = dict(leaves(arguments.parser()))
+COMMANDS = dict(leaves(arguments.build_parser()))
 
 
 def options_of(command: str) -> list[argparse.Action]:
@@ -188,7 +188,7 @@ def said(tmp_path_factory):
         text.home = str(Path("home").absolute())
         patch.setenv("SRBVAL_HOME", text.home)
         write_files()
-        patch.setattr(arguments, "parser", functools.cache(arguments.parser))
+        patch.setattr(arguments, "build_parser", functools.cache(arguments.build_parser))
 
         def guarded(*_: Any, **__: Any) -> None:
             raise NumericsError("this would take long")

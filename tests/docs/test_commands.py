@@ -15,7 +15,7 @@ import srbval
 from srbval import fault_frequencies, load_bearing, load_campaign, load_scene
 from srbval.campaign.cases import plan_cases
 from srbval.cli import run_command_line
-from srbval.cli.arguments import parser
+from srbval.cli.arguments import build_parser
 from srbval.storage.installation import shipped_folder
 from tests.campaign.campaigns import cluster
 
@@ -127,7 +127,7 @@ def test_every_command_has_the_options_it_is_given(page):
     within = re.findall(r"`(srbval [a-z][^`]*)`", re.sub(r"```.*?```", "", TEXTS[page], flags=re.DOTALL))
     for line in [c for c in commands(page) if c.startswith("srbval ")] + [c for c in within if " -" in c]:
         words = shlex.split(line.replace("...", ""))
-        assert parser().parse_args(words[1:]).command == words[1], line
+        assert build_parser().parse_args(words[1:]).command == words[1], line
 
 
 def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path):

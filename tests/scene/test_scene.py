@@ -11,7 +11,7 @@ import pytest
 
 from srbval import load_bearing
 from srbval.arrays import FloatArray
-from srbval.cli.arguments import parser
+from srbval.cli.arguments import build_parser
 from srbval.cli.scene_commands import scene_from_options
 from srbval.errors import ConfigurationError
 from srbval.models.run import not_validated
@@ -334,6 +334,8 @@ def test_a_surface_is_stored_and_named_as_not_validated():
 
 
 def test_options_give_a_class_or_one_height_to_all():
-    made = [scene_from_options(parser().parse_args(["simulate", "rig", *more.split()])).surface for more in OPTIONS]
+    made = [
+        scene_from_options(build_parser().parse_args(["simulate", "rig", *more.split()])).surface for more in OPTIONS
+    ]
     assert (made[0], made[1]) == (None, Surface(roughness_class=RoughnessClass("N2")))
     assert made[2].given_m == pytest.approx((28e-9,) * 3)
