@@ -120,7 +120,7 @@ def test_drift_is_named_and_replaced_only_when_agreed(reports, srbval_json, srbv
     before = path.read_bytes()
     said = srbval_text("check", code=1).out
     assert "full: outer: cage_ratio: 0.43 is not within 0.4999995 to 0.5000005" in said
-    assert "give --yes to replace it; 2 quantities differ" in srbval_text("check", "--update", code=1).out
+    assert "unchanged; --yes replaces it; 2 quantities differ" in srbval_text("check", "--update", code=1).out
     assert path.read_bytes() == before
     assert "replaced" in srbval_text("check", "--update", "--yes").out
     assert srbval_json("check")["status"] == "ok"
