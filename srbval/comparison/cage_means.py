@@ -61,7 +61,9 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
     """Compute the mean cage ratio of each nominal speed; raises `DataError` if no speed has two records."""
     rpm, place = np.unique([one.nominal_rpm for one in readings], return_inverse=True)
     if len(readings) <= rpm.size:
-        raise DataError(f"{len(readings)} records at {rpm.size} speeds show a cage ratio; two at one speed are needed.")
+        raise DataError(
+            f"{len(readings)} records at {rpm.size} speeds have a cage ratio; a mean needs two records at one speed."
+        )
     ratios, own = np.array([one.ratio for one in readings]), covariance(readings)
     found, apart = random_effects(ratios, own, np.eye(rpm.size)[place]), None
     design = race_design(readings)
@@ -80,10 +82,9 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
-    """Design matrix, shape [records, effects], that separates the effects of speed and of the damaged race.
+    """Design matrix [records, effects]: nominal speeds in rising order, fault on either race, outer minus inner race.
 
-    Columns: each nominal speed in rising order; fault on either race (left out if all records have one); outer minus
-    inner race.
+    The column for a fault on either race is left out if every record has such a fault.
     """
     rpm = np.array([one.nominal_rpm for one in readings])
     outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)
@@ -101,10 +102,7 @@ class RandomEffects(NamedTuple):
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
-    """Draw from the posterior of the random-effects model of `values`, shape [n], with `covariance`, shape [n, n].
-
-    `design`, shape [n, effects], must have full rank and fewer effects than values.
-    """
+    """Draw from the posterior of `values` [n] with `covariance` [n, n] and a `design` [n, effects] of full rank."""
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))
@@ -115,7 +113,7 @@ def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArra
     fit = (residual * (inverse @ residual[..., None])[..., 0]).sum(axis=1)
     log_det = np.linalg.slogdet(information)[1] - np.linalg.slogdet(inverse)[1]
     free = inverse - weighed @ np.linalg.solve(information, np.swapaxes(weighed, 1, 2))
-    # Twice the logarithm of tau: once of the prior, once for the grid's steps.
+    # Twice the logarithm of tau: from the prior, and from the logarithmic steps of the grid.
     log_p = 2 * np.log(tau) + np.log((free**2).sum(axis=(1, 2))) / 2 - (fit + log_det) / 2
     rng, covariances = np.random.default_rng(SEED), np.linalg.inv(information)
     p = np.exp(log_p - log_p.max())

@@ -30,7 +30,7 @@ from srbval.recordings.speed import RPM_PER_HZ
 from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, read_comb
 from srbval.signal.false_alarm import rank_among_placebos
 
-# The paper's bands for the rig's signals and for the model's, and the one that spans both [Hz].
+# Bands of the paper for signals of the rig and of the model, and a band that spans both [Hz].
 BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 
 
@@ -70,8 +70,8 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
     tracking = choose_tracking(recording, bearing, speed)
     if not tracking.used or recording.seconds * speed.value_hz < LEAST_REVOLUTIONS:
         return None
-    of_fault = _read_fault_comb(recording, bearing, speed, tracking) if state in RACE_DEFECTS else None
-    passages = _read_passage_comb(recording, bearing, speed, tracking)
+    of_fault = _read_fault(recording, bearing, speed, tracking) if state in RACE_DEFECTS else None
+    passages = _read_passages(recording, bearing, speed, tracking)
     if of_fault is None or passages is None:
         return of_fault or passages
     apart = abs(of_fault.ratio - passages.ratio)
@@ -81,15 +81,13 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
     return replace(of_fault, check=passages)
 
 
-def _read_fault_comb(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking
-) -> CageReading | None:
+def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
     """Read the cage ratio from the fault comb of the damaged race in the squared envelope."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
-        reading = _read_comb_in_window(record, family, bearing, speed, sideband_hz=family.sideband_hz)
+        reading = _read_comb(record, family, bearing, speed, sideband_hz=family.sideband_hz)
         if reading is not None and reading.detected:
             found.append((reading, band_hz))
     if not found:
@@ -98,18 +96,14 @@ def _read_fault_comb(
     return _convert_comb(recording, bearing, speed, reading, (f"{family.name} comb, envelope", band_hz))
 
 
-def _read_passage_comb(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking
-) -> CageReading | None:
+def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
     """Read the cage ratio from the multiples of BPFO that roller passages cause in the vibration itself."""
     band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)
     vibration = tracking.resample(signal - signal.mean(), recording.fs_hz, 0.0)
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
-    reading = _read_comb_in_window(
-        record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz)
-    )
+    reading = _read_comb(record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz))
     if reading is None:
         return None
     placebo_hz = placebo_fundamentals(family, reading, record, families, speed)
@@ -119,7 +113,7 @@ def _read_passage_comb(
     return _convert_comb(recording, bearing, speed, reading, (f"{family.name} multiples, vibration", band_hz))
 
 
-def _read_comb_in_window(
+def _read_comb(
     record: Periodogram, family: Family, bearing: Bearing, speed: ShaftSpeed, **how: Any
 ) -> LineReading | None:
     half_hz = window_share(bearing, speed) * family.kinematic_hz

@@ -24,10 +24,10 @@ from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
 
 _DB = 20 / math.log(10)
-MIN_RECORDS_FOR_BIAS = 5  # for a bias
+MIN_RECORDS_FOR_BIAS = 5
 
 QuantityReader = Callable[[Analysis, Fault], Value | None]
-ValueOfOrder = Callable[[Fault, float, int], float]  # of a fault's line, its order of the shaft, rolling elements
+ValueOfOrder = Callable[[Fault, float, int], float]  # of fault, order of its line, rolling elements
 # Effects of inputs and numerics on one quantity of one defect, by (defect, quantity): rows of the stored result
 # ``inputs``, in the quantity's unit.
 Effects = Mapping[tuple[str, str], Mapping[str, Any]]
@@ -59,7 +59,7 @@ class ComparedQuantity:
 def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> float:
     """Cage ratio c from the order of a race line and the rollers Z: order / Z for BPFO, 1 - order / Z for BPFI.
 
-    Slip lowers BPFO and raises BPFI, so their errors must not be averaged. Errors of the cage ratio may be averaged.
+    Slip lowers BPFO and raises BPFI, so errors may be averaged over both races for the cage ratio only.
     """
     return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
 
@@ -134,7 +134,7 @@ ROLLER_LINE = ComparedQuantity(
     faults=(Fault.ROLLER,),
     margin=TOLERANCE.limit_pct,
 )
-# Not in `COMPARED`, since the cage ratio is the same information in a form whose errors may be averaged over races.
+# Not in `COMPARED`: the cage ratio contains the same information, and its errors may be averaged over races.
 RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
 HARMONIC = {
     number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", read=harmonic_level(number))

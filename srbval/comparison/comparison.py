@@ -29,7 +29,7 @@ PRIOR, TOLERANCE, VERDICT, STUDY = (
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
 RIG_READING, RIG_SPEED, MOUNTING = "rig reading", "rig speed", "rig mounting"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
-SIMULATION_READING = "simulation reading"  # of a simulated signal; no uncertainty of the simulation itself
+SIMULATION_READING = "simulation reading"  # no uncertainty of the simulation itself
 TEXT_COLUMNS = ("record", "kind", "quantity", "unit", "error_unit", "scene", "used_for")
 Row = dict[str, Any]  # one row of a table, by the names of its columns
 

@@ -1,7 +1,4 @@
-"""Runs of the bundled model for comparison.
-
-A counterpart of a recording is a run at the recording's own speed and load, with enough points on a circle.
-"""
+"""Runs of the bundled model, and the counterpart of each recording: a run at the recording's own speed and load."""
 
 import dataclasses
 import math
@@ -21,12 +18,12 @@ from srbval.scene import Scene, load_scene, paper_scene
 from srbval.sweep.pool import side_by_side
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
-# Length of a run [shaft turns], and the most of it [s]: that of the rig's records, which last 2 s at any speed.
+# Length of a run in shaft turns, and its upper limit [s]; the rig's records last 2 s at any speed.
 TURNS, MAX_COUNTERPART_S = 30.0, 2.1
-# Rate at which the rollers' speeds are recorded, by fault: only the line of a roller's defect needs them.
+# Rate at which the rollers' speeds are recorded, by fault: only a roller defect needs them.
 DETAIL_HZ = {Fault.ROLLER: 1024.0}
-# Points on a circle from which on levels change by less than 0.1 dB and runs do not depend on their start. At the
-# paper's 500 they do: levels scatter by 0.1 to 1.7 dB from start to start.
+# With this many points on a circle levels change by less than 0.1 dB with more points, and runs do not depend on their
+# start. With the paper's 500 points levels scatter by 0.1 to 1.7 dB with the start.
 CONVERGED_POINTS = 2000
 
 
@@ -42,10 +39,7 @@ class SimulationCase:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnalysedRun:
-    """Run with its analysis and the compared quantities by name in `values`.
-
-    `line_order` is the order of the defect's line, from the run's own cage or roller speed; None without a defect.
-    """
+    """Run, its analysis, and `values` of the compared quantities; `line_order` by its speeds, None without a defect."""
 
     case: SimulationCase
     run: Run
@@ -119,9 +113,8 @@ def run_counterpart(
 ) -> AnalysedRun:
     """Simulate the counterpart of a recording: scene `base` at the recording's speed and load, with the defect `state`.
 
-    `model` replaces the scene's model. `bearing_name` is the name or file of the recording's bearing. If the recording
-    states no load, the scene's load applies. The speed is rounded, since its last digits differ between machines and
-    would make another scene. Raises the errors of simulation and analysis.
+    `model` replaces the scene's model; `bearing_name` is the name or file of the recording's bearing. If the recording
+    states no load, the scene's load applies. The speed is rounded, since its last digits differ between machines.
     """
     recording, bearing = rig.recording, rig.bearing
     shaft_hz = round(rig.speed.value_hz, 6)

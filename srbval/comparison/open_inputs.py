@@ -14,7 +14,7 @@ from srbval.scene import Scene
 from srbval.storage.tables import build, read_toml
 
 BAND_KEYS = ("band.low_hz", "band.high_hz")
-POINTS, LOG_POINTS = 3, 9  # values of one input tried alone
+POINTS, LOG_POINTS = 3, 9  # values of an input that is varied alone: uniform, log-uniform
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ def _replace_value(owner: Any, key: str, value: float | str, relative: bool) -> 
     """Copy of `owner` with a new value at a dotted name; if `relative`, its present value times `value`."""
     name, _, rest = key.partition(".")
     if not hasattr(owner, name):
-        raise ConfigurationError(f"input {key}: a scene has no {name}.")
+        raise ConfigurationError(f"input {key}: the scene has no {name}; correct the key in budget.toml.")
     own = getattr(owner, name)
     if rest:
         return replace(owner, **{name: _replace_value(own, rest, value, relative)})

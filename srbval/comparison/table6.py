@@ -18,8 +18,8 @@ from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import build, read_toml
 
-CASES_FOLDER, PAPER_CASE = "data_manifest/cases", "torino-22240"  # the folder of the shipped cases; the paper's
-PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # columns of the paper that rows repeat
+CASES_FOLDER, PAPER_CASE = "data_manifest/cases", "torino-22240"  # folder of the bundled cases; case of the paper
+PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # the paper's columns, repeated in rows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +90,7 @@ def published_rows(
 def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: pd.DataFrame) -> Iterator[Row]:
     """Compare our model with each recording at its measured speed; a state without a detected line gets no row.
 
-    The error of the cage ratio c is converted to an error of the line: 1 % of c is 1 % of BPFO and c / (1 - c) % of
-    BPFI.
+    An error of 1 % of the cage ratio c is an error of 1 % of BPFO and of c / (1 - c) % of BPFI.
     """
     of_cage = comparisons[comparisons["kind"] == CAGE_RATIO.kind].drop_duplicates("state").set_index("state")
     for fault in (fault for fault in RACE_DEFECTS if fault in rig and fault in of_cage.index):
@@ -166,11 +165,7 @@ def check_table6_sums(
     runs: Mapping[str, Run],
     rig: Mapping[Fault, Analysis],
 ) -> Iterator[dict[str, Any]]:
-    """Check the sum rule for each source: printed kinematic, paper's model, paper's rig, our model, our recordings.
-
-    The mean cage speeds of our model's two runs are known, so their slip is corrected; the cage speeds of the rig are
-    not.
-    """
+    """Check the sum rule for each source; the known slip between the two runs of our model is corrected."""
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
         shaft_hz, rollers = printed[Fault.OUTER].rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
         bpfo, bpfi = (getattr(printed[fault], f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))

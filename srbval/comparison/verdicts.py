@@ -25,8 +25,8 @@ from srbval.comparison.cage_means import CageMeans, cage_means, race_design
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.comparison import TOLERANCE, Row, Verdict, verdict_on_tolerance
 
-QUANTILES = 128  # that represent the rig's distribution
-HALF_WIDTH = 0.95  # of an error's distribution, for U
+QUANTILES = 128  # number of values that represent the rig's distribution
+HALF_WIDTH = 0.95  # share of the error's distribution within +-U
 Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the stored result ``inputs``
 
 
@@ -70,8 +70,8 @@ def none_missed(rows: Iterable[Row]) -> bool:
 def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
     """Verdict on one endpoint of one model variant, in per cent of `scale`, the rig's cage ratio.
 
-    `reversed_by` names inputs that alone, varied over their range, give both met and missed. `changed_by` names inputs
-    whose nominal value, if it were known to be true, would change the verdict.
+    `reversed_by` names inputs that alone, varied over their range, give both met and missed; `changed_by` names inputs
+    that change the verdict if they are fixed at their nominal value.
     """
     weights = of_model(variant, readings, of.weights)
 

@@ -18,8 +18,8 @@ from srbval.storage.tables import walk_leaves
 
 ERRORS_RESULT = "model_levels"
 REMEDY = f"srbval evidence {ERRORS_RESULT} measures them"
-MIN_SCENES_FOR_BOUND = 9  # for a bound: it then holds on nine scenes in ten
-MIN_DURATION_SHARE = 0.6  # of the measured duration, for a run whose errors are no larger
+MIN_SCENES_FOR_BOUND = 9  # a bound from nine scenes is kept on nine of ten further scenes
+MIN_DURATION_SHARE = 0.6  # shortest run, as a share of the measured duration, whose errors are not larger
 # Axes of the table, and settings that change an answer only through the length of the record.
 AXIS_KEYS = {"model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed"}
 AXIS_KEYS |= {"solver.step_s", "load.radial_n", "contact.roller_fit", "defect.kind", "defect.height_m"}
@@ -27,7 +27,7 @@ UNMEASURED = {
     "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
 }
 
-OF_TABLE = ("reference", "seconds", "ranges", "values", "pace")  # of what is stored about a scene
+STORED_KEYS = ("reference", "seconds", "ranges", "values", "pace")  # of the stored table of a scene
 BoundKey = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
 
@@ -118,11 +118,11 @@ class MeasuredErrors:
             low, high = self.ranges[axis]
             if not (low <= value <= high or _nearly_equal(value, low) or _nearly_equal(value, high)):
                 span = " to ".join(f"{end:g}" for end in dict.fromkeys((low, high)))
-                yield f"{axis.replace('_', ' in ')} = {value:.6g} lies beyond the measured {span}"
+                yield f"{axis.replace('_', ' in ')} = {value:.6g} is outside the measured range, {span}"
         if scene.duration_s < MIN_DURATION_SHARE * self.seconds:
-            yield f"{scene.duration_s:g} s are short compared with the measured {self.seconds:g} s"
+            yield f"{scene.duration_s:g} s is too short: errors were measured in runs of {self.seconds:g} s"
         if scene.solver.step_s > step_s * (1 + 1e-6):
-            yield f"its models were measured at {step_s:.4g} s, not at the coarser {scene.solver.step_s:.4g} s"
+            yield f"the step, {scene.solver.step_s:.4g} s, is coarser than in the measurements, {step_s:.4g} s"
 
 
 def scene_values(scene: Scene) -> dict[str, Any]:
@@ -163,7 +163,7 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
                 base=base,
                 models=tuple(level_of(model).name for model in about["models"]),
                 bounds=bounds[base],
-                **{name: about[name] for name in OF_TABLE},
+                **{name: about[name] for name in STORED_KEYS},
             )
             for base, about in content["bases"].items()
         }

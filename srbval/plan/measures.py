@@ -1,4 +1,4 @@
-"""Quantities by which runs are compared: cage ratio, noise floor of the envelope, vibration in the band."""
+"""Quantities by which runs are compared: cage ratio, noise floor of the envelope, band vibration."""
 
 import math
 from dataclasses import dataclass
@@ -12,17 +12,14 @@ from srbval.models.sensor import hann
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
 from srbval.recordings import recording_from_run
 
-FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI, above nothing but multiples of the shaft speed
-BAND_NAME = "{:g}-{:g}".format(*SIMULATED_BAND_HZ)  # name of the band among those of a run
-MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record of which the pipeline finds a noise floor
+FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI; contains multiples of the shaft speed only
+BAND_NAME = "{:g}-{:g}".format(*SIMULATED_BAND_HZ)  # name of the band in `Run.band_rms_m_s2`
+MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record with a noise floor
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunMeasures:
-    """Quantities of a run: cage over shaft speed, noise floor and band vibration along the sensor's axis.
-
-    `noise_floor` is None if the record is too short.
-    """
+    """Cage over shaft speed, noise floor (None for a short record) and band vibration along the sensor's axis."""
 
     cage_ratio: float
     noise_floor: float | None
@@ -42,8 +39,7 @@ def measure(run: Run) -> RunMeasures:
 def smooth_mean(values: FloatArray) -> float:
     """Mean of `values`, shape [n], weighted by a Hann window.
 
-    Roller passages modulate the cage speed. Over n periods, their effect on the mean falls with 1/n^3, without the
-    window with 1/n.
+    The window reduces the effect of roller passages on the mean over n periods from 1/n to 1/n^3.
     """
     return float(np.average(values, weights=hann(values.size)))
 

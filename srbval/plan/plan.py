@@ -35,10 +35,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Chosen model and all candidates; `met` is true if a model is accurate enough.
-
-    `outside` contains the reasons why the measured errors do not apply to the scene.
-    """
+    """Chosen model and candidates; `outside` are reasons why errors are unknown, `met` is true if a model is enough."""
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 

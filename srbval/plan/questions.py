@@ -1,7 +1,7 @@
-"""Questions about a scene, their answers from a run, and the error of an answer.
+"""Questions about a scene, their answers from a run, and the error of an answer [%].
 
-Every answer is read from a run by the pipeline of recordings; errors are in per cent. Amplitudes are read as in the
-rig's records, at the ring and without background. If two levels differ by 3 dB, the error is 41 %.
+Amplitudes are read as in the rig's records, at the ring and without background. A difference of two levels by 3 dB is
+an error of 41 %.
 """
 
 import enum
@@ -20,7 +20,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.storage.tables import read_toml
 
-AnswerValues = tuple[float | None, ...]  # None: the quantity does not stand out
+AnswerValues = tuple[float | None, ...]  # None: the quantity does not exceed the noise
 
 
 class Question(enum.StrEnum):
@@ -114,7 +114,7 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
     except DataError:
         return found
     found[Question.AMPLITUDE] = (run.band_rms_m_s2[BAND_NAME],)
-    if run.seconds >= MIN_SECONDS_FOR_FLOOR:  # the envelope is of the normalised signal
+    if run.seconds >= MIN_SECONDS_FOR_FLOOR:  # the envelope belongs to the normalised signal
         envelope, spread_m_s2 = analysis.processed.envelope, float(along_sensor(run.acceleration_m_s2).std())
         floor = noise_floor(envelope, analysis.processed.fs_hz) * float(envelope.mean())
         found[Question.NOISE_FLOOR] = (floor * spread_m_s2,)
@@ -144,7 +144,7 @@ def error_pct(question: Question, own: AnswerValues | None, right: AnswerValues 
     """Error of an answer [%]; None if an answer, or a quantity that is present in the reference, is missing."""
     if own is None or right is None:
         return None
-    # Of each quantity that stands out in the reference; one that does not stand out in `own` is infinitely far away.
+    # Quantities that are present in the reference; the error is infinite if the quantity is missing in `own`.
     shown = [(math.inf if a is None else abs(a - b), abs(b)) for a, b in zip(own, right, strict=True) if b is not None]
     if MEANING[question].error == "apart":
         error = pct_of(max(off for off, _ in shown))

@@ -1,7 +1,6 @@
 """Stored results of the studies: which are stale, and computing the stale results again.
 
-`recompute` stores each result, and each row of a study's sweeps, when it is computed. An interrupted command continues
-if it is given again.
+Each result, and each row of a study's sweeps, is stored when it is computed, so an interrupted command can continue.
 """
 
 import argparse
@@ -21,7 +20,7 @@ from srbval.storage.installation import git_revision, is_source_tree, shipped_fo
 from srbval.storage.stored_result import REPORTS, Fingerprint, ResultKind, StoredResult, newest_result, read_result
 from srbval.studies.harness import load_study, make_result, study_names
 
-State = dict[str, Any]  # of a result: name, kind, fresh, why, made_utc, machine, minutes, sound
+State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minutes, sound
 
 
 def result_states(now: Fingerprint) -> list[State]:
@@ -31,11 +30,7 @@ def result_states(now: Fingerprint) -> list[State]:
 
 
 def _state(name: str, result: StoredResult | None, now: Fingerprint) -> State:
-    """State of a result: kind, `fresh` or the reason `why` not, and origin.
-
-    `minutes` is the wall time of the computation, None if unknown. Empty if neither the result nor a study of this name
-    exists.
-    """
+    """State of a result: kind, `fresh` or the reason `why` not, origin; empty if neither result nor study exists."""
     if result is None and name not in study_names():
         return {}
     kind = load_study(name).kind if result is None else result.kind
@@ -64,7 +59,7 @@ def recompute(
     recorded = [study.name for study in studies if study.kind is not ResultKind.EVIDENCE]
     if names and recorded:
         raise ConfigurationError(
-            f"{recorded[0]} rests on recordings that do not come with srbval; if they are registered: "
+            f"{recorded[0]} needs recordings that are not part of srbval; if they are registered, run "
             f"srbval study run {recorded[0]}"
         )
     revision, now = git_revision(), fingerprint(jobs=jobs, progress=progress)
@@ -80,7 +75,7 @@ def recompute(
         output = shipped_folder(REPORTS) / f"{study.name}.json" if is_source_tree() else None
         options = argparse.Namespace(**study.defaults(), jobs=jobs, output=output)
         origin: dict[str, Any] = {"command": command, "revision": revision, "behaviour": now}
-        # Nobody's recordings are registered: evidence rests on what comes with the program.
+        # The user's recordings are hidden: evidence is based on bundled recordings alone.
         with (
             tempfile.TemporaryDirectory(prefix="srbval-") as home,
             patch.dict(os.environ, {HOME_VARIABLE: home, RECORDINGS_VARIABLE: ""}),

@@ -22,7 +22,7 @@ from srbval.storage.sources import code_sha256
 from srbval.storage.stored_result import DIRTY, REPORTS, RESULT_SCHEMA_VERSION, Fingerprint, ResultKind
 from srbval.storage.tables import build, read_toml
 
-if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
+if TYPE_CHECKING:  # computing a result must not depend on the report
     from srbval.report.pages import Page
 
 STUDIES_FOLDER = Path(__file__).parent
@@ -137,8 +137,8 @@ def make_result(
         shipped = path is not None and path.resolve().parent == shipped_folder(REPORTS).resolve()
         if shipped and (revision or "").endswith(DIRTY):
             raise DataError(
-                f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could "
-                "compute this result again; commit the changes first."
+                f"{path}: the working tree has uncommitted changes ({revision}), so the result could not be "
+                "reproduced; commit the changes first."
             )
     started = time.perf_counter()
     found = study.run(options, progress)

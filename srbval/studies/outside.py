@@ -90,11 +90,10 @@ def bench(
         usual = {**case, "model": DEFAULT_SERIES[0], "solver": DEFAULT_SERIES[1]}
         return (whole(case), *(1 + TIMED_PAIRS) * (_scene(usual, timed_s), _scene(case, timed_s)))
 
-    planned_s, compile_s = _estimate_time(
-        [*map(whole, converged), *(one for row in cases for one in in_turns(row))], first
-    )
+    scenes_to_run = [*map(whole, converged), *(one for row in cases for one in in_turns(row))]
+    planned_s, compile_s = _estimate_time(scenes_to_run, first)
     once = f", {compile_s:.0f} s of it to compile the solvers once" if compile_s else ""
-    message(f"about {planned_s:.0f} s{once}; stop with Ctrl-C, and the same command goes on from there")
+    message(f"about {planned_s:.0f} s{once}; stop with Ctrl-C, and the same command continues from there")
     load, rows, how = load_average(), list[Row](), dict[str, Any](jobs=1, progress=progress)
     right = records(sweep(pd.DataFrame(converged), whole, measures, task="converged runs", **how))
     references = {(row["scene"], row["model"], row["solver"]): row for row in right}
@@ -150,7 +149,7 @@ def stability(
     limits = [row | {"series": _series(row)} for row in limits]
     judged_cells = [judged_cell(cell) for cell in records(cells)]
     content = {"tolerances": STEP_ERROR_LIMITS, "limits": limits, "cells": judged_cells}
-    return StudyResult(content=content, text=f"Largest stable step (-: none that was tried):\n\n{shown}{note}")
+    return StudyResult(content=content, text=f"Largest stable step (-: no tried step is stable):\n\n{shown}{note}")
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
@@ -166,7 +165,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
-    """Measures of a run that works, None if it does not; its cost by `pairs`, the usual run and the row's in turns."""
+    """Quantities of a run, None if it fails; its cost from timed `pairs` of the default solver's run and its own."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
     found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
@@ -181,7 +180,7 @@ def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Errors of the cage speed, also in per cent of BPFO, which follows it, and of the band's RMS; None if unknown."""
+    """Errors of cage speed, BPFO [%] and band RMS [dB] against the run `right`; None if unknown."""
     cage, band = (own[n] / right[n] if own[n] and right[n] else math.nan for n in ("cage_ratio", "band_rms_m_s2"))
     found = {"cage_error": abs(cage - 1), "band_rms_error": abs(band - 1)}
     found |= {"line_error_pct": 100 * found["cage_error"], "band_rms_error_db": 20 * math.log10(band)}
@@ -189,7 +188,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
-    """True if the row is ok, and no other ok row of its scene is as cheap and as near, by the level."""
+    """True if the row is ok, and no other ok row of its scene has at most its CPU time and its level error."""
     keys = ("cpu_per_simulated_s", "band_rms_error")
     good = [tuple(one[key] for key in keys) for one in rows if one["ok"] and one["scene"] == row["scene"]]
     own = tuple(row.get(key) for key in keys)
@@ -206,7 +205,7 @@ def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
     found = {**row, **off, "series": _series(row)}
     if works(row["status"]) and (beyond or not known):
         most = " and ".join(f"{limit} {ERROR_UNITS[name]}" for name, limit in STEP_ERROR_LIMITS.items())
-        why = f"its step is wrong by {beyond}" if beyond else "no converged run tells the step's error"
+        why = f"its step is wrong by {beyond}" if beyond else "the step's error is unknown without a converged run"
         found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are {most}"}
     return found | {"ok": works(found["status"])}
 

@@ -29,7 +29,7 @@ from srbval.storage.stored_result import RESULT_SCHEMA_VERSION
 from srbval.studies.harness import StudyResult
 from srbval.sweep.sweep import records
 
-FS_HZ, IMPACTS_HZ, BLOCK_S = 20480, 97.0, 2.0  # of the records: a block of impacts in noise, again and again
+FS_HZ, IMPACTS_HZ, BLOCK_S = 20480, 97.0, 2.0  # of the records: repeated blocks of impacts in noise
 RECORD = f"--bearing {DEFAULT_BEARING} --rpm 710 --fs {FS_HZ} --unit g"
 RUN = "simulate {} --defect outer --fresh -o run.h5 --seconds "
 BEARING = (FOLDER / "known" / f"{DEFAULT_BEARING}.toml").read_text("utf-8")
@@ -37,7 +37,7 @@ CAMPAIGN = (
     'name = "scale"\noutputs = ["summary"]\n[scene]\nmodel = "kinematic"\nduration = "0.2 s"\nsettle = "0 s"\n'
     '[[axes]]\nkind = "latin-hypercube"\nsamples = SIZE\nranges.shaft_speed = ["200 rpm", "1500 rpm"]\n'
 )
-FILES = {  # that the commands name
+FILES = {  # input files of the commands
     "rollers.toml": 'bearing = "bearing.toml"\n',
     "bearing.toml": BEARING.replace("rollers_per_row = 19", "rollers_per_row = SIZE"),
     "points.toml": "contact.points_per_circle = SIZE\n",
@@ -45,7 +45,7 @@ FILES = {  # that the commands name
     "thousand.toml": CAMPAIGN.replace("SIZE", "1000"),
 }
 RUN_CASES = "campaign run cases.toml -o cases-{0}"
-COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes, of which the first is a first look
+COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes; with `quick` only the first
     "a run of the full model, by simulated seconds": (RUN.format("") + "{}", (1, 2, 4, 8)),
     "a run of 4 s, by rollers in a row": (RUN.format("rollers.toml") + "4", (10, 13, 16, 19)),
     "a run of 4 s, by points of a circle": (RUN.format("points.toml") + "4", (500, 2000, 8000)),
@@ -55,7 +55,7 @@ COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes, 
     "a record, by minutes": ("analyse record-{}.npy " + RECORD, (1 / 30, 1, 10, 60)),
     "a folder of records of 2 s, by files": ("analyse files-{} " + RECORD, (10, 100, 1000)),
 }
-# The system counts what a process was copied from as its memory, so a small process starts the command.
+# A process's memory includes the process from which it was forked, so a small process starts the command.
 ALONE = """import os, sys
 said = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
 _, status, used = os.wait4(os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ, file_actions=said), 0)

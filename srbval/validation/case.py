@@ -155,10 +155,7 @@ def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any]
 def case_of_signals(
     simulated: Any, measured: Any, *, state: str | None = None, bearing: Bearing | str | Path | None = None
 ) -> ValidationCase:
-    """Build a case of one comparison from files, recordings or runs; several on one side are repeats.
-
-    `bearing` and `state` are by default taken from the recordings.
-    """
+    """Build a case of one comparison from files, recordings or runs; recordings give the default bearing and state."""
     pair: dict[str, Any] = {"state": settings_of({"state": state}).state}
     for side, given in (("simulated", simulated), ("measured", measured)):
         listed = [given] if isinstance(given, RecordSource) else given
@@ -189,7 +186,9 @@ def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, pat
                 pair[side] = _source_table(pair[side])
     case = dataclasses.replace(build(ValidationCase, document, where), path=path)
     if not case.pair:
-        raise ConfigurationError(f"{where}: no [[pair]] says what is compared; add one with simulated and measured.")
+        raise ConfigurationError(
+            f"{where}: no [[pair]] states what is compared; add one with the keys simulated and measured."
+        )
     assert case.known_bearing, "an unknown bearing is refused while the case is read"
     return case
 
@@ -202,10 +201,7 @@ def _source_table(raw: Any) -> Any:
 
 
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
-    """Find the files of a side by path, by pattern, or by the beginning of a registered recording's file name.
-
-    Raises `DataError` if a name matches no file, or several registered recordings.
-    """
+    """Find files by path, pattern or start of a registered name; `DataError` if a name is not found or ambiguous."""
     names = (name for name in source.file or () if isinstance(name, str))
     return tuple(path for name in names for path in _files_named(name, folder, side))
 
@@ -220,7 +216,7 @@ def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
             raise DataError(f"{side} side: no file fits the pattern {name!r} in {folder.resolve()}.")
         yield from map(Path, found)
         return
-    registers = (listing(or_none=True).recordings, shipped_recordings())  # the user's own go first
+    registers = (listing(or_none=True).recordings, shipped_recordings())  # the user's own recordings first
     named = ([one.file for one in register if Path(one.file).name.startswith(name)] for register in registers)
     found = list(dict.fromkeys(next(filter(None, named), ())))
     if len(found) != 1:
@@ -250,4 +246,4 @@ def _drop_empty(value: Any) -> Any:
 def _toml_value(value: Any) -> str:
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
-    return json.dumps(value, ensure_ascii=False)  # the same as in TOML
+    return json.dumps(value, ensure_ascii=False)  # valid in TOML too

@@ -16,13 +16,7 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from srbval.bearing import Fault
-from srbval.comparison.compared_quantities import (
-    CAGE_RATIO,
-    RACE_LINE,
-    ROLLER_LINE,
-    ComparedQuantity,
-    Effects,
-)
+from srbval.comparison.compared_quantities import CAGE_RATIO, RACE_LINE, ROLLER_LINE, ComparedQuantity, Effects
 from srbval.comparison.comparison import (
     GRID,
     INPUTS,
@@ -46,9 +40,11 @@ from srbval.validation.sides import QUANTITIES, SideReading
 
 STATED_PART, REPEATS_PART = "simulation: stated", "simulation: repeats"
 LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
-MAX_SPEED_DIFFERENCE = 1e-3  # relative difference of shaft speeds up to which lines are shown in Hz
-MISSING_VALUE = QuantityValue(value=math.nan, ci95=None, present=False)  # a quantity that one side does not show
-PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # of a row, beside those of `comparison_row`
+MAX_SPEED_DIFFERENCE = 1e-3  # relative difference of shaft speeds up to which lines are compared in Hz
+MISSING_VALUE = QuantityValue(
+    value=math.nan, ci95=None, present=False
+)  # value of a quantity that is not found on a side
+PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # keys of a row beyond those of `comparison_row`
 VALIDATION_COLUMNS = ["pair", "state", "quantity", "unit", "kinematic", "simulated", "simulated_ci95"]
 VALIDATION_COLUMNS += ["measured", "measured_ci95", "error", "error_unit", "uncertainty", "parts", "verdict"]
 VALIDATION_COLUMNS += ["used_for", "simulated_hz", "measured_hz", "simulated_deviation_pct", "measured_deviation_pct"]
@@ -74,8 +70,8 @@ def compare_pair(
         if not any(known):
             continue
         scale = 100 / theirs.value if quantity.value_of else 1.0
-        # U of a frequency includes the rig's shaft speed. One mounting of the sensor cannot separate its effect on a
-        # level from the model's error.
+        # U of a frequency includes the rig's shaft speed. U of a level includes the sensor's mounting, whose effect
+        # cannot be separated from the model's error with a single mounting.
         parts = {RIG_READING: scale * (theirs.ci95 or 0.0)}
         speed, mounting = {RIG_SPEED: scale * theirs.speed_ci95}, {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
         parts |= speed if quantity.value_of else mounting

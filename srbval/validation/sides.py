@@ -1,8 +1,4 @@
-"""Simulated and measured sides of a case: loading, reading and pairing their signals.
-
-Files and runs of the bundled model pass the same pipeline. From lists of files, each simulated file is paired with the
-measured file of its state and load at the nearest speed.
-"""
+"""Simulated and measured sides of a case: loading, reading and pairing their signals."""
 
 import dataclasses
 import math
@@ -34,10 +30,7 @@ QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideReading:
-    """Analyses of the signals of one side, and the compared quantities of each signal by name.
-
-    `scene` is the bundled scene that was simulated and `model` its run; both are None for files.
-    """
+    """Analyses and quantities of the signals of a side; `scene` and its run `model` are None for files."""
 
     analyses: tuple[Analysis, ...]
     values: tuple[Mapping[str, QuantityValue], ...]
@@ -56,10 +49,7 @@ class SideReading:
 
 
 def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]:
-    """Load the recordings of one side.
-
-    Raises `ConfigurationError` if a file of the measured side states that it is simulated.
-    """
+    """Load the recordings of a side; `ConfigurationError` if a measured file states that it is simulated."""
     found, held = [], [one for one in source.file or () if isinstance(one, Recording)]
     files: list[Any] = [*held, *files_of_source(source, folder, side)]
     for path in files:
@@ -80,7 +70,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
             ) from None
         if side == "measured" and recording.origin is not Origin.MEASURED:
             raise ConfigurationError(
-                f"{recording.file or recording.name}: states that it is {recording.origin}, and is given as measured. "
+                f"{recording.file or recording.name}: states that it is {recording.origin}, but is given as measured. "
                 "Give it with --simulated, or name a measured file."
             )
         found.append(recording)
@@ -88,10 +78,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse each recording of a side in the stated band, otherwise in the paper's band.
-
-    For a simulation of another bearing the band is chosen on the signal instead of the paper's band.
-    """
+    """Analyse each recording in the stated or the paper's band, or in a chosen band if it simulates another bearing."""
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
@@ -120,7 +107,7 @@ def run_scene(
         progress=progress,
     )
     read: dict[str, Any] = {"analyses": (found.analysis,), "values": (found.values,)}
-    scene = None if source.model else base  # what is known of the scene's inputs is known of its own model alone
+    scene = None if source.model else base  # the effects of its inputs are known for its own model alone
     return SideReading(**read, scene=scene, model=found)
 
 
@@ -133,13 +120,13 @@ def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) ->
     state = pair_state if pair_state is not None else next(iter(stated))
     if others := [one for own, one in stated.items() if own is not state]:
         raise ConfigurationError(
-            f"{Path(others[0].file or others[0].name).name} states the state {others[0].state}, its pair {state}: mend "
-            "the pair's state, or pair the file with another."
+            f"{Path(others[0].file or others[0].name).name} states the state {others[0].state}, its pair {state}: "
+            "change the state of the pair, or pair the file with another one."
         )
     return state
 
 
-# Words of a file's name that state what is damaged; shorter ones occur in too many names.
+# Words of a file name that state what is damaged; shorter words occur in too many names.
 STATE_WORDS = {
     Fault.OUTER: ("outer", "outerrace", "or", "bpfo"),
     Fault.INNER: ("inner", "innerrace", "ir", "bpfi"),
@@ -180,11 +167,10 @@ def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, 
 def pair_files(
     simulated: Sequence[str], measured: Sequence[str], settings: Mapping[str, Source], state: Fault | None = None
 ) -> list[dict[str, Any]]:
-    """Pair simulated with measured files; returns tables of `[[pair]]`.
+    """Pair simulated with measured files of the same state and load at the nearest speed; returns tables of `[[pair]]`.
 
-    Files of one side with the same state, speed and load are repeats. The measured partner has the same state, the same
-    or an unknown load, and the nearest speed. `state` applies to files without a state. Raises `ConfigurationError` for
-    a file without a state or a partner.
+    Files of one side with the same state, speed and load are repeats. `state` applies to files without a state. Raises
+    `ConfigurationError` for a file without a state or a partner.
     """
     groups = {}
     for side, names in (("simulated", simulated), ("measured", measured)):
@@ -225,13 +211,8 @@ def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
         raise ConfigurationError(f"registered = {source.registered!r}: must be {RIG!r}, without a file beside it.")
     chosen: dict[tuple[Any, ...], RegisteredRecording] = {}
     for entry in rig_recordings(listing(or_none=True).recordings):
-        point = (
-            entry.nominal_rpm,
-            entry.radial_kn,
-            entry.axial_kn or 0.0,
-            entry.state is not Fault.HEALTHY,
-            entry.state,
-        )
+        load = entry.radial_kn, entry.axial_kn or 0.0
+        point = (entry.nominal_rpm, *load, entry.state is not Fault.HEALTHY, entry.state)
         if None not in point and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
             chosen[point] = entry
     for _, entry in sorted(chosen.items(), key=lambda one: one[0]):

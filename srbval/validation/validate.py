@@ -29,7 +29,7 @@ from srbval.validation.compare import compare_pair, same_speed, table_of
 from srbval.validation.sides import SideReading, load_files, read_files, registered_pairs, run_scene, stated_state
 
 SIDES = ("simulated", "measured")
-SAME_POINT = 0.01  # relative difference of speeds up to which an outer and an inner race make a sum
+SAME_POINT = 0.01  # relative difference of speeds up to which two race lines are added
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -87,25 +87,21 @@ class Validation(NotebookObject):
     def headline(self) -> str:
         """Summary in one sentence: verdicts and largest error of lines and cage ratios, then of levels."""
         known = self.table[self.table["error"].notna()]
-        kinds = {
-            "lines and cage ratios": known[known["error_unit"] == "%"],
-            "levels": known[known["error_unit"] == "dB"],
-        }
-        found = {what: rows for what, rows in kinds.items() if len(rows)}
+        kinds = {"lines and cage ratios": "%", "levels": "dB"}
+        found = {what: rows for what, unit in kinds.items() if len(rows := known[known["error_unit"] == unit])}
         if not found:
             return "No quantity was found on both sides."
         errors = {what: _describe_largest_error(rows) for what, rows in found.items()}
         if set(known["verdict"]) == {Verdict.INSUFFICIENT.value}:
             listed = " and ".join(f"{error} of {what}" for what, error in errors.items())
-            return (
-                f"No verdict: the uncertainty of the simulation or of a reading is not known. Largest errors: {listed}."
-            )
-        counts = {what: rows["verdict"].value_counts() for what, rows in found.items()}
-        words = {
-            w: ", ".join(f"{of[one.value]} {one.value}" for one in Verdict if one.value in of)
-            for w, of in counts.items()
-        }
-        return "; ".join(f"{len(found[w])} {w}: {words[w]}, largest error {errors[w]}" for w in found) + "."
+            reason = "the uncertainty of the simulation or of a reading is not known"
+            return f"No verdict: {reason}. Largest errors: {listed}."
+        parts = []
+        for what, rows in found.items():
+            counts = rows["verdict"].value_counts()
+            words = ", ".join(f"{counts[one.value]} {one.value}" for one in Verdict if one.value in counts)
+            parts.append(f"{len(rows)} {what}: {words}, largest error {errors[what]}")
+        return "; ".join(parts) + "."
 
     def to_dict(self) -> dict[str, Any]:
         """JSON document of `srbval validate`, without the report's files."""
@@ -163,7 +159,7 @@ def validate(
     elif not isinstance(case, ValidationCase):
         case = load_case(case, changes)
     elif changes:
-        raise ConfigurationError("changes apply to a case's file, not to a Case.")
+        raise ConfigurationError("changes apply to the file of a case, not to a ValidationCase object.")
     case = dataclasses.replace(case, pair=tuple(one for pair in case.pair for one in registered_pairs(pair)))
     stored = newest_result("inputs")
     effects = effects_of(stored.content) if stored is not None else {}
@@ -216,16 +212,16 @@ def _read_and_compare(
     sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
     scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None
     if (scene is not None and scene.file) or any(source.scene for source in sources.values()):
-        raise ConfigurationError("a scene takes the place of the simulated side's files; the pair names both.")
+        raise ConfigurationError("a scene takes the place of simulated files; the pair names both, remove one.")
     loaded = {side: load_files(source, case.folder, side) for side, source in sources.items()}
     if empty := next((side for side, files in loaded.items() if not files), None):
-        raise ConfigurationError(f"{empty} side: names no file.")
+        raise ConfigurationError(f"{empty} side: no file is named; give at least one.")
     state = stated_state(pair.state, tuple(recording for side in loaded.values() for recording in side))
     sides = {side: read_files(found, sources[side], case.known_bearing, state) for side, found in loaded.items()}
     problem = ""
     if scene is not None:
         if "measured" not in sides:
-            raise ConfigurationError("a scene runs at the speed of a measured record; the pair names none.")
+            raise ConfigurationError("a scene runs at the speed of a measured record; name one in the pair.")
         try:
             sides = {"simulated": run_scene(scene, case, sides["measured"], state, progress=progress), **sides}
         except NumericsError as error:
@@ -273,7 +269,7 @@ def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]
             shaft_hz = outer["speeds_hz"][place]
             inner = min(of[Fault.INNER], key=lambda row: abs(row["speeds_hz"][place] - shaft_hz), default=None)
             if inner is None or not (outer[f"{name}_ci95"] and inner[f"{name}_ci95"]):
-                continue  # a line made of the cage's own speed says nothing about the shaft's
+                continue  # a line computed from the cage speed is no test of the shaft speed
             if abs(inner["speeds_hz"][place] / shaft_hz - 1) > SAME_POINT:
                 continue
             pair = {"source": f"{side}, {60 * shaft_hz:.5g} rpm", "origin": side, "rolling_elements": rolling_elements}

@@ -155,4 +155,4 @@ def test_stale_evidence_fails_the_check_and_is_computed_again(reports, monkeypat
 def test_a_result_on_recordings_that_do_not_ship_is_not_computed(monkeypatch, srbval_text):
     study = Study(name="naming", question="?", minutes=1, kind=evidence.ResultKind.RECORDED)
     monkeypatch.setattr(evidence, "load_study", lambda _: study)
-    assert "rests on recordings that do not come with srbval" in srbval_text("evidence", "naming", code=2).err
+    assert "needs recordings that are not part of srbval" in srbval_text("evidence", "naming", code=2).err

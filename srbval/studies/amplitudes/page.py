@@ -13,7 +13,7 @@ from srbval.report.pages import StoredResults, study_page
 from srbval.report.prose import Prose
 
 LOCKED, OUTCOME = "locked level", "prediction_outcome"
-CHANCE = 0.05  # over all records, that the level of a right model is called unexplained
+CHANCE = 0.05  # probability, over all records, that a level error of a correct model counts as unexplained
 Rows = Sequence[Mapping[str, Any]]
 
 

@@ -40,14 +40,14 @@ from srbval.sweep.sweep import sweep
 
 BEARING = load_bearing(DEFAULT_BEARING)
 RPM, FAULTS = (877.0, 353.0), (Fault.OUTER, Fault.INNER, Fault.ROLLER)
-GAINS, RATIO = 0, 1  # places of the records that the path is identified from
-SECONDS, STEP_S = 2.0, 1 / 61_440  # with the longest contacts that are drawn the scene's own step is too long
+GAINS, RATIO = 0, 1  # positions of the records from which the path is identified
+SECONDS, STEP_S = 2.0, 1 / 61_440  # for the longest contacts drawn the scene's own step is too long
 NOMINAL, FINER = "nominal", "finer"
 CHANGES = {NOMINAL: {}, FINER: {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}}
 POWER, PATH_DRAWS, SEED = 4, 24, 23  # 2^POWER draws of the inputs
 KINDS = {"locked": "locked level", "harmonic": "harmonic pattern", "total": "total level"}  # by first words
 OWN_PARTS = ["reading", "mounting", "numerics", "path"]  # of the uncertainty of each band, independent of other bands
-SHIFTS_DB = np.arange(-400, 401) / 10  # of a third octave's gain, among which the best is looked for
+SHIFTS_DB = np.arange(-400, 401) / 10  # trial gains of a band, of which the best is chosen
 
 
 class RigRecord(NamedTuple):
@@ -156,7 +156,7 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
 
 
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
-    """Add the model's value, the error and its validation uncertainty U [dB] to the rig's rows.
+    """Add model value, error and validation uncertainty U [dB] to the rig's rows.
 
     If a level is not present in the record, the error is the excess of the model over the level that would be present.
     """

@@ -39,13 +39,13 @@ from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import Case, Measures, sweep
 
-Shares = Sequence[float | None]  # of the ranges of a scene's inputs; None is an input's nominal value
+Shares = Sequence[float | None]  # of the range of each input; None is the nominal value
 CAGE_TURNS = 3.0  # of the shaft: the cage ratio differs from that of thirty turns by less than 1e-5 of it
 # Twelve roller passages: the cage ratio differs from that of two seconds by less than 1e-6 of it. The scene's own step
 # exceeds the stiffest roller's limit where contacts are longest.
 RIG_RUN = {"settle_s": 0.05, "duration_s": 0.1, "solver": {"step_s": 1 / 61_440}}
 FINE_SLICES = 61
-# A roller's fault lowers the paper's cage ratio by 2e-5 of it: its records take the healthy bearing's cage.
+# A roller's fault lowers the paper's cage ratio by 2e-5 of it: its records use the run of the healthy bearing.
 CAGE_STATES = (Fault.HEALTHY, *RACE_DEFECTS)
 NOMINAL_RPM = 877.0  # the rig's speed with open recordings of all faults
 BINS = 4  # of an input's range, for its share of the variance
@@ -101,11 +101,7 @@ def read_run(case: Case, tried: Attempt) -> Measures:
 
 
 def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **options: Any) -> pd.DataFrame:
-    """Run a scene for every record in `of` at all `asked` shares of its inputs.
-
-    The nominal shares come first and are run at a finer step too. Rows are ordered by record: nominal, finer, other
-    shares.
-    """
+    """Run a scene for every record in `of` at all `asked` shares of its inputs; the first also at a finer step."""
     each = [{"finer": n == 1, "shares": list(shares)} for n, shares in enumerate([asked[0], *asked])]
     cases = pd.DataFrame([{"scene": name, "turns": turns} | record | one for record in of for one in each])
     return sweep(cases, scene_of, read_run, task=f"Inputs of the scene {name}", **options)
@@ -114,8 +110,7 @@ def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **
 def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
     """Cage ratios of a scene for all records: nominal, finer, each input alone, and at the draws `at` [draws, inputs].
 
-    If the run of one record fails, these input values are left out for all records and counted. Raises `NumericsError`
-    if a nominal run fails.
+    Input values at which a run fails are left out and counted. Raises `NumericsError` if a nominal run fails.
     """
     of_scene = [(one.key, one.shares) for one in rig_inputs()]
     of_scene = of_scene if name == "rig" else [(one.name, one.shares) for one in open_inputs()[: len(at[0])]]
@@ -147,9 +142,8 @@ def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
 def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[Row]:
     """Effects of the inputs on every quantity of every fault, from the draws `at`, shape [draws, inputs].
 
-    A quantity found in too few draws is left out. A row has the nominal `value`, the `shift` to the mean over the
-    draws, `inputs_ci95` (half width that contains a new draw with a probability of 95 %), `grid_ci95` (points and
-    step), and the `shares` of the variance by input.
+    A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains a new
+    draw with a probability of 95 %), `grid_ci95` (points and step), and the `shares` of the variance by input.
     """
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)
@@ -211,7 +205,7 @@ def read_again(readings: Sequence[CageReading], ratios: FloatArray, rng: np.rand
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
     """Compute the study's result; see `harness.StudyResult`."""
-    of_band = sum(of_reading(one) for one in open_inputs())  # these stand last
+    of_band = sum(of_reading(one) for one in open_inputs())  # these come last
     cage_at = sobol(len(open_inputs()) - of_band, STUDY.paper_power)
     at = [[*one, *band] for one, band in zip(cage_at, sobol(of_band, STUDY.paper_power, seed=SEED), strict=True)]
     on = {"jobs": options.jobs, "progress": progress}

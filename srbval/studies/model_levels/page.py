@@ -13,7 +13,7 @@ from srbval.report.tables import Title
 
 SCENE_TITLES = {"paper": "paper's scene", "rig": "rig's scene"}
 ASKED = ("lines", "harmonic-levels", "sideband-levels", "noise-floor", "slip", "power", "amplitude", "levels")
-TOLD = ("power", "levels")  # of the tile, beside fault lines
+TILE_QUESTIONS = ("power", "levels")  # in the tile, beside fault lines
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
@@ -51,7 +51,7 @@ def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
     """Summary of the cheapest models for fault lines, levels and power."""
     lines, pace = cheapest_model(_asked(content, "paper", "lines")) or "none", content["bases"]["paper"]["pace"]
     rest = []
-    for question in TOLD:
+    for question in TILE_QUESTIONS:
         asked, found = MEANING[Question(question)], []
         for base, scene in SCENE_TITLES.items():
             model = cheapest_model(_asked(content, base, question))

@@ -25,7 +25,7 @@ from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import Case, draws, sweep
 
-POINTS = 19  # the largest of 19 errors bounds the next one with a chance of 95 %
+POINTS = 19  # the largest of 19 errors bounds the next error with a probability of 95 %
 RANGES = {"rpm": (353.0, 997.0), "radial_kn": (62.4, 124.8)}  # the rig's speeds but the slowest ones; Table 5
 REFERENCE = "reference"  # name of its rows
 OF_SCENES = ("base", "fit", "kind")  # columns: what exchangeable scenes have in common

@@ -148,10 +148,7 @@ def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Name all records; a stored result of the benchmark is kept, and a new run of it is counted.
-
-    Raises `DataError` if no record with a known state is registered, and the errors of `graded`.
-    """
+    """Name all records; raises `DataError` if no record with a known state is registered."""
     records = known_records(listing().recordings)
     if not records:
         raise DataError(

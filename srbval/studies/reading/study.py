@@ -37,7 +37,7 @@ CELLS = grid(seconds=(1.0, 3.4, 10.0, 30.0), snr_db=(16.0, 25.0, 35.0), jitter=(
 COMBS, RECORDS = 120, 50  # of each cell, and of each kind of background
 HEALTHY = ("H_353rpm_sample", "H_877rpm_sample")  # records of the rig that ship
 PLACEBOS, HEALTHY_PLACEBOS = 8, 40  # bearings for each record of a background, and for a healthy record
-FACTORS, BAND_HZ = (0.7, 1.4), (500.0, 5500.0)  # their orders over the bearing's; band of the backgrounds
+FACTORS, BAND_HZ = (0.7, 1.4), (500.0, 5500.0)  # factors on the bearing's orders; band of the backgrounds
 OFF_SHARE, HALF_SHARE = 0.001, 0.01  # distance of the window's middle from the line, and half its width
 LEVEL, CHANCES = 0.01, {"noise": "noise_false_alarm", "rank": "placebo_false_alarm", "stated": "false_alarm"}
 

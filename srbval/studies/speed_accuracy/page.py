@@ -13,18 +13,15 @@ from srbval.report.prose import Prose
 from srbval.sweep.scenes import PAPER
 
 SIZE_INCHES = (7.6, 4.2)
-CHART_SCENES = {"interference-outer": "paper's scene", "rig-outer": "rig's scene"}  # scenes of the chart
-TICKS = (0.25, 0.5, 1, 2, 4)  # processor s per simulated s
+CHART_SCENES = {"interference-outer": "paper's scene", "rig-outer": "rig's scene"}
+TICKS = (0.25, 0.5, 1, 2, 4)  # CPU seconds per simulated second
 COST = "cpu_per_simulated_s"
 ERRORS = {"level_db": "Error of the level, dB", "line_pct": "Error of BPFO, %"}
-LEAST = 1e-6  # smaller errors are drawn there
+MIN_DRAWN_ERROR = 1e-6  # smaller errors are drawn at this value
 
 
 def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> PanelData:
-    """Draw errors over cost by scene: hollow if not ok, a cross for a run without errors, a ring for the default.
-
-    The optional column `series` of the runs replaces the solver's name.
-    """
+    """Draw errors over cost by scene, for each solver or `series`; hollow if not ok, a ring for the default solver."""
     runs = runs.assign(series=runs.get("series", runs["solver"]), line_pct=100 * runs["cage_error"].astype(float))
     runs = runs.assign(level_db=runs["band_rms_error_db"].astype(float).abs()).astype({COST: float})
     scenes = [scene for scene in CHART_SCENES if scene in set(runs["scene"])] or list(runs["scene"].unique())
@@ -49,13 +46,13 @@ def _draw_errors(axes: Any, runs: pd.DataFrame, error: str, looks: Mapping[str, 
     """Draw one error of a scene's runs over their cost; runs without values are listed at the right."""
     known = runs[COST].notna() & (runs["level_db"].notna())
     for series, line in runs[known].groupby("series", sort=False):
-        (mark, colour), height = looks[str(series)], line[error].clip(lower=LEAST)
+        (mark, colour), height = looks[str(series)], line[error].clip(lower=MIN_DRAWN_ERROR)
         axes.plot(line[COST], height, f"{mark}-", color=colour, ms=5, mfc="none", lw=0.5, label=series)
         axes.plot(line[COST].where(line["ok"].astype(bool)), height, mark, color=colour, ms=5)
     front = front_of(runs[known & runs["ok"].astype(bool)], error)
-    axes.step(front[COST], front[error].clip(lower=LEAST), where="post", color=INK, lw=1.2)
+    axes.step(front[COST], front[error].clip(lower=MIN_DRAWN_ERROR), where="post", color=INK, lw=1.2)
     default = runs[known & (runs.get("mark") == "the default")] if "mark" in runs else runs[:0]
-    axes.plot(default[COST], default[error].clip(lower=LEAST), "o", mfc="none", mec=INK, ms=11)
+    axes.plot(default[COST], default[error].clip(lower=MIN_DRAWN_ERROR), "o", mfc="none", mec=INK, ms=11)
     for place, row in enumerate(runs[~known].drop_duplicates(["series", "status"]).to_dict("records")):
         at = (0.985, 0.95 - 0.09 * place)
         axes.plot(*at, "x", color=looks[row["series"]][1], transform=axes.transAxes)

@@ -157,10 +157,7 @@ def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
 
 
 def with_fronts(rows: Sequence[Row]) -> list[Row]:
-    """Add `pareto` to the rows: the run works, and no other run of its scene that works is cheaper and more accurate.
-
-    Cost is CPU time, accuracy the error of the cage speed.
-    """
+    """Add `pareto` to the rows: no other working run of the scene has at most its CPU time and its cage-speed error."""
     keys = ("cpu_per_simulated_s", "cage_error")
     good = [row for row in rows if row["ok"] and all(row[key] is not None for key in keys)]
 

@@ -46,10 +46,7 @@ def _lowest_order(cells: Cells) -> dict[str, Any]:
 
 
 def _above_limit(cells: Cells) -> dict[str, Any]:
-    """Test the claim on the speed limit: a failing cell at every speed above it, and none up to it.
-
-    `below` and `above` count the stable and all cells of the paper's method on either side of the limit.
-    """
+    """Test the claim on the speed limit: a cell fails at every speed above the limit, and none up to it."""
     own = [cell for cell in cells if cell["solver"] == PAPER.solver]
     below, above = ([c for c in own if (c["rpm"] > PAPER.limit_rpm) is fast] for fast in (False, True))
     failing = sorted({cell["rpm"] for cell in above if not cell["stable"]})

@@ -18,14 +18,11 @@ SCENES = {
     "interference-outer": "paper's scene, rollers as printed",
     "rig-outer": "rig's scene",
 }
-RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # of the tile: the paper's speed, the default solver, the paper's
+RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # in the tile: speed of the paper, default solver, solver of the paper
 
 
 def chart(limits: pd.DataFrame) -> PanelData:
-    """Draw the largest stable step over speed by scene; a cross if no step is stable; dashed without friction.
-
-    The optional column `series` of the limits replaces the solver's name.
-    """
+    """Draw the largest stable step over speed by scene, for each solver or `series`; dashed: without friction."""
     figure, names = new_figure(SIZE_INCHES), list(limits["scene"].unique())
     limits = limits.assign(series=limits.get("series", limits["solver"])).astype(dict.fromkeys(LIMITS, float))
     looks = dict(zip(limits["series"].unique(), cycle(SERIES), strict=False))
