@@ -305,7 +305,7 @@ def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how
     shown = sum(excess is not None and posterior.stands_out(excess) for excess in cage)
     share = f"{posterior.LABELS[best]} {100 * posterior.share_of(best, shares):.0f} %"
     said = f"One machine: {answer} ({share} by {how})."
-    said += f" The cage's comb is also strong in {shown} records. This does not identify a fault." if shown else ""
+    said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
     return {
         "state": state,
         "called": parts[0] if parts else None,
