@@ -1,21 +1,21 @@
-"""Estimated errors that a run's step leaves in its answers, against their tolerances; `step_error` estimates them."""
+"""Estimated errors of a run's results due to its time step, and their tolerances; `step_error` computes them."""
 
 import math
 from dataclasses import dataclass, replace
 
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
-SIGNIFICANT = 1.0  # standard errors beyond a tolerance from which a finer step is chosen
-CERTAIN = 0.025  # probability, to either side, that chance alone puts an error beyond its tolerance
-LEAST_FREEDOM = 0.1  # degrees of freedom of Student's t for a single block, which shows no scatter
-ORDER = 0.2  # relative uncertainty of an estimate: second order would leave 16/15 d, not 4/3 d
-FINER = 4
-GAIN = 0.5  # least part of an error that remains with a quarter of the step if finer steps gain nothing
-BLOCKS = 8  # parts of a piece; the scatter is the larger of that of parts and of pairs: a cage's speed wanders
+FINER_STEP_MARGIN = 1.0  # standard errors by which an error must exceed its tolerance before a finer step is chosen
+TAIL_PROBABILITY = 0.025  # probability, on either side, that an error exceeds its tolerance by chance alone
+MIN_DEGREES_OF_FREEDOM = 0.1  # of Student's t, for a single block, which has no scatter
+ORDER_UNCERTAINTY = 0.2  # relative, of an estimate: at second order the error would be 16/15 d, not 4/3 d
+FINER = 4  # an error is estimated by comparison with steps so many times finer
+MAX_REMAINING_SHARE = 0.5  # finer steps help if less than this share of an error remains with a quarter of the step
+BLOCKS = 8  # blocks of a piece; the larger scatter of blocks and of pairs counts, because the cage's speed wanders
 
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """An estimated relative error, with sign, and its standard error from `blocks`; `kind` is a key of `TOLERANCE`."""
+    """Estimated relative error of the quantity `of`, of a `kind` of `TOLERANCE`, with its standard error `scatter`."""
 
     kind: str
     of: str
@@ -24,21 +24,22 @@ class Estimate:
     blocks: float = float(BLOCKS)
 
     @property
-    def beyond(self) -> bool:
-        """True if it is larger than the tolerance by more than `SIGNIFICANT` standard errors."""
-        return not abs(self.error) <= TOLERANCE[self.kind] + SIGNIFICANT * self.scatter
+    def exceeds_tolerance(self) -> bool:
+        """True if the error exceeds its tolerance by more than `FINER_STEP_MARGIN` standard errors."""
+        return not abs(self.error) <= TOLERANCE[self.kind] + FINER_STEP_MARGIN * self.scatter
 
-    def certainly_beyond(self, limit: float | None = None) -> bool:
-        """True if chance makes it exceed `limit`, or its tolerance, with a probability below `CERTAIN`."""
+    def certainly_exceeds(self, limit: float | None = None) -> bool:
+        """True if the error exceeds `limit` (default: its tolerance) by more than chance explains."""
         from scipy.special import stdtrit  # takes a while to load
 
-        errors = -float(stdtrit(max(self.blocks - 1, LEAST_FREEDOM), CERTAIN))
+        errors = -float(stdtrit(max(self.blocks - 1, MIN_DEGREES_OF_FREEDOM), TAIL_PROBABILITY))
         return not abs(self.error) <= (TOLERANCE[self.kind] if limit is None else limit) + errors * self.scatter
 
     @property
-    def open(self) -> bool:
-        """True if it is neither certainly beyond its tolerance nor certainly within."""
-        return not self.certainly_beyond() and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
+    def undecided(self) -> bool:
+        """True if the error is neither certainly above its tolerance nor certainly within the tolerance."""
+        largest = abs(self.error) * (1 + ORDER_UNCERTAINTY) + self.scatter
+        return not self.certainly_exceeds() and largest > TOLERANCE[self.kind]
 
     def __str__(self) -> str:
         return (
@@ -49,10 +50,10 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class StepError:
-    """Estimated errors that the step leaves in mean cage speed, in the RMS of each band, and in drive power.
+    """Estimated errors due to the step, in mean cage speed, RMS in each band, and drive power.
 
-    `energy`: part of the energy balance's gap, in the losses, that finer steps would close; NaN if unknown.
-    `stalled`: finer steps were tried and have the same errors.
+    `energy`: part of the energy imbalance that finer steps would remove, as a share of the losses; NaN if unknown.
+    `stalled`: true if finer steps were tried and have the same errors.
     """
 
     step_s: float
@@ -61,60 +62,60 @@ class StepError:
     stalled: bool = False
 
     @property
-    def beyond(self) -> bool:
-        """True if an error is beyond its tolerance by more than chance."""
-        return any(estimate.beyond for estimate in self.estimates)
+    def needs_finer_steps(self) -> bool:
+        """True if any error exceeds its tolerance by more than `FINER_STEP_MARGIN` standard errors."""
+        return any(estimate.exceeds_tolerance for estimate in self.estimates)
 
     @property
-    def certain(self) -> tuple[Estimate, ...]:
-        """Errors that are certainly beyond their tolerances."""
-        return tuple(estimate for estimate in self.estimates if estimate.certainly_beyond())
+    def certain_excesses(self) -> tuple[Estimate, ...]:
+        """Estimates that certainly exceed their tolerances."""
+        return tuple(estimate for estimate in self.estimates if estimate.certainly_exceeds())
 
     @property
-    def open(self) -> tuple[Estimate, ...]:
-        """Errors that are neither certainly beyond their tolerances nor certainly within."""
-        return tuple(estimate for estimate in self.estimates if estimate.open)
+    def undecided_estimates(self) -> tuple[Estimate, ...]:
+        """Estimates that neither certainly exceed their tolerances nor are certainly within."""
+        return tuple(estimate for estimate in self.estimates if estimate.undecided)
 
-    def gains(self, coarser: "StepError") -> bool:
-        """True if an error beyond its tolerance with `coarser` steps has fallen below `GAIN` times itself."""
+    def improves_on(self, coarser: "StepError") -> bool:
+        """True if an error that is too large with `coarser` steps has fallen below `MAX_REMAINING_SHARE` times it."""
         return any(
-            abs(own.error) < GAIN * abs(theirs.error)
+            abs(own.error) < MAX_REMAINING_SHARE * abs(theirs.error)
             for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
-            if theirs.beyond
+            if theirs.exceeds_tolerance
         )
 
     @property
-    def lost(self) -> bool:
-        """True if an error is as large as the quantity; the piece then began from a state made up by the step."""
+    def is_useless(self) -> bool:
+        """True if an error is as large as its quantity: the state that the step settled to is then wrong itself."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
-    def with_steps(self, finer: float) -> "StepError":
-        """The errors expected with so many times finer steps."""
+    def extrapolated_to(self, finer: float) -> "StepError":
+        """Expected errors with steps `finer` times as fine; errors are taken as proportional to the step."""
         return StepError(
             step_s=self.step_s / finer,
             energy=self.energy / finer,
             estimates=tuple(replace(e, error=e.error / finer, scatter=e.scatter / finer) for e in self.estimates),
         )
 
-    def with_coarser(self, coarser: "StepError") -> "StepError":
-        """Each estimate averaged, by variances, with the estimate of the `coarser` pair of steps over `FINER`.
+    def averaged_with(self, coarser: "StepError") -> "StepError":
+        """Average each estimate with the error expected from the `coarser` steps, weighted by inverse variances.
 
-        Half of the latter is added to its scatter, because the order is uncertain.
+        Half of the expected error counts as a further standard error, because the order of convergence is uncertain.
         """
-        expected = {e.of: e for e in coarser.with_steps(FINER).estimates}
-        return replace(self, estimates=tuple(_mean(e, expected.get(e.of, e)) for e in self.estimates))
+        expected = {e.of: e for e in coarser.extrapolated_to(FINER).estimates}
+        return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
-        """Errors and standard errors by kind [%]; for the RMS those of the band with the largest error."""
-        found = {}
+        """Largest error of each kind and its standard error [%]; NaN for a kind without estimates."""
+        found: dict[str, float] = {}
         for kind in TOLERANCE:
-            worst = max((e for e in self.estimates if e.kind == kind), key=lambda e: abs(e.error), default=None)
-            found[f"{kind}_pct"] = math.nan if worst is None else 100 * worst.error
-            found[f"{kind}_scatter_pct"] = math.nan if worst is None else 100 * worst.scatter
+            none = Estimate(kind=kind, of="", error=math.nan, scatter=math.nan)
+            worst = max((e for e in self.estimates if e.kind == kind), key=lambda e: abs(e.error), default=none)
+            found |= {f"{kind}_pct": 100 * worst.error, f"{kind}_scatter_pct": 100 * worst.scatter}
         return found
 
 
-def _mean(own: Estimate, expected: Estimate) -> Estimate:
+def _weighted_mean(own: Estimate, expected: Estimate) -> Estimate:
     if expected is own:
         return own
     variance, of_expected = own.scatter**2, expected.scatter**2 + (0.5 * expected.error) ** 2

@@ -1,9 +1,9 @@
-"""Films between rollers and races, how they shear, and what rolling costs: closed forms, SI, floats or arrays.
+"""Oil films between rollers and races, their heating, and rolling resistance: closed forms in SI, floats or arrays.
 
-The page "Oil" of the theory has the formulas and what is left out. Sources: D. Dowson & S. Toyoda 1979; B. J. Hamrock &
+The page "Oil" of the theory has the formulas and their limits. Sources: D. Dowson & S. Toyoda 1979; B. J. Hamrock &
 D. Dowson 1977, J. Lubr. Technol. 99, 264 (abstract read); J. F. Murch & W. R. D. Wilson 1975; B. Jacod, C. H. Venner &
 P. M. Lugt 2001, doi 10.1115/1.1308021 (abstract read); R. S. Zhou & M. R. Hoeprich 1991; P. K. Goksem & R. A.
-Hargreaves 1978. Constants that the page does not name as checked are quoted from memory."""
+Hargreaves 1978. Constants are quoted from memory unless the page names them as checked."""
 
 import math
 
@@ -20,9 +20,9 @@ ROLLING_EXPONENT, ROLLING_LOAD_EXPONENT = 0.648, 0.246
 
 
 def line_film_m(oil: Oil, rolling_m_s: float, load_n_m: float, radius_m: float) -> float:
-    """Film in the middle of a line contact: H = 3.06 U^0.69 G^0.56 W^-0.10, isothermal.
+    """Film thickness in the middle of a line contact [m]: H = 3.06 U^0.69 G^0.56 W^-0.10, isothermal.
 
-    `rolling_m_s`: mean of both surfaces' speeds through the contact; `radius_m`: reduced, along the race.
+    `rolling_m_s`: mean speed of both surfaces through the contact; `radius_m`: reduced radius along the race.
     """
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
     material = oil.pressure_viscosity_1_pa * REDUCED_MODULUS_PA
@@ -33,10 +33,10 @@ def line_film_m(oil: Oil, rolling_m_s: float, load_n_m: float, radius_m: float) 
 def elliptical_films_m(
     oil: Oil, rolling_m_s: float, load_n: FloatArray, radius_m: float, across_m: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Film in the middle of an elliptical contact, and its least, isothermal.
+    """Film thickness in the middle of an elliptical contact, and least film thickness [m], isothermal.
 
     H_c = 2.69 U^0.67 G^0.53 W^-0.067 (1 - 0.61 e^(-0.73 k)), H_min = 3.63 U^0.68 G^0.49 W^-0.073 (1 - e^(-0.68 k)), k =
-    1.03 (R_y / R_x)^0.64; `radius_m` reduced along the race, `across_m` along the roller.
+    1.03 (R_y / R_x)^0.64; `radius_m` is the reduced radius along the race, `across_m` along the roller.
     """
     ellipticity = 1.03 * (across_m / radius_m) ** 0.64
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
@@ -48,28 +48,28 @@ def elliptical_films_m(
 
 
 def thermal_factor(oil: Oil, rolling_m_s: float) -> float:
-    """Share of film and rolling resistance that shear heating of the inlet leaves: 3.94 / (3.94 + L^0.62).
+    """Factor by which heating of the inlet reduces film and rolling resistance: 3.94 / (3.94 + L^0.62).
 
-    L = beta eta_0 u^2 / k, with the share beta by which the viscosity falls per degree.
+    L = beta eta_0 u^2 / k; beta is the relative decrease of the viscosity per kelvin.
     """
     return float(thermal_share(inlet_heating_s2_m2(oil), rolling_m_s))
 
 
 def inlet_heating_s2_m2(oil: Oil) -> float:
-    """L of the inlet's shear heating over the square of the speed [s2/m2]; see `thermal_factor`."""
+    """Heating parameter L of `thermal_factor` over the square of the speed [s2/m2]."""
     return oil.thinning_1_k * oil.viscosity_pa_s / oil.conductivity_w_mk
 
 
 def line_load_n_m(pressure_pa: float, radius_m: float) -> float:
-    """The load per length that has this mean pressure."""
+    """Load per length of a line contact [N/m] at this mean pressure."""
     return 16 * radius_m * pressure_pa**2 / (math.pi * CONTACT_MODULUS_PA)
 
 
 def rolling_force_n(oil: Oil, rolling_m_s: float, load_n: float, radius_m: float, length_m: float) -> float:
-    """Force F of rolling resistance on each surface, isothermal: 29.2 R l (G U)^0.648 W^0.246 / alpha.
+    """Force F of rolling resistance on each surface [N], isothermal: 29.2 R l (G U)^0.648 W^0.246 / alpha.
 
-    The pressure builds up in the inlet: rolling at u costs 2 F u, and both surfaces together resist turning with the
-    couple 2 F R, R reduced. `oil.ContactShape.rolling_couple_nm` gives that couple.
+    The force is due to the pressure in the inlet. Rolling at u takes the power 2 F u; the couple on both surfaces
+    together is 2 F R with the reduced radius R, see `oil.ContactShape.rolling_couple_nm`.
     """
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
     material = oil.pressure_viscosity_1_pa * REDUCED_MODULUS_PA

@@ -1,4 +1,4 @@
-"""A run with the full model's equations: from static balance, interval by interval."""
+"""Run of a model with the full model's equations, from static balance, one output interval after another."""
 
 import math
 import time
@@ -17,18 +17,16 @@ from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.outputs import Outputs, chunks
+from srbval.models.outputs import Outputs, split_run
 from srbval.models.run_statistics import RingSupport, RunStatistics, load_share
 from srbval.models.solvers import METHODS, Method
 from srbval.models.step_limits import elastic_limit_s
 from srbval.scene import Scene
 
-CARRIES = 0.01  # share of the highest load from which a roller counts
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FullRun:
-    """State of a run, and the method's `memory` of the preceding step; `advance` changes both in place."""
+    """Run in progress: its state, and the solver's `memory` of the preceding step; `advance` updates both in place."""
 
     model: Parameters
     method: Method
@@ -39,11 +37,11 @@ class FullRun:
 
     @property
     def step_s(self) -> float:
-        """The solver's step [s]."""
+        """Solver step [s]."""
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Run so many output intervals, of which `first` lie before; see `take_steps`."""
+        """Integrate `intervals` output intervals from the interval with the number `first`; see `take_steps`."""
         return take_steps(
             self.model,
             self.state,
@@ -56,7 +54,7 @@ class FullRun:
         )
 
     def with_finer_steps(self, times: int) -> "FullRun":
-        """A copy of the run at its present state with so many steps in one."""
+        """Copy the run at its present state, with each solver step divided into `times` steps."""
         return replace(
             self,
             state=self.state.copy(),
@@ -64,8 +62,8 @@ class FullRun:
             steps_per_output=self.steps_per_output * times,
         )
 
-    def with_outputs(self, least_hz: float) -> "FullRun":
-        """The same run and steps with outputs at `least_hz` or more often, at each step if necessary."""
+    def with_output_rate(self, least_hz: float) -> "FullRun":
+        """Change the output rate to `least_hz` or more, with the same solver steps; at most one output per step."""
         steps = self.steps_per_output
         divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
         per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
@@ -73,8 +71,8 @@ class FullRun:
         return replace(self, output_rate_hz=rate_hz, steps_per_output=per_output)
 
 
-def full_run(scene: Scene, bearing: Bearing) -> FullRun:
-    """The scene's run at its start, with its model and one of the `METHODS`; raises what its parameters raise."""
+def start_full_run(scene: Scene, bearing: Bearing) -> FullRun:
+    """Prepare a run of the scene in static balance; raises the errors of the model's parameters."""
     level = level_of(scene.model)
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)
@@ -88,15 +86,15 @@ def full_run(scene: Scene, bearing: Bearing) -> FullRun:
     )
 
 
-def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The levels with the full model's equations, see `hierarchy`: from static balance, with the scene's solver."""
+def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """Run a model with the full model's equations from static balance; see `hierarchy` for the interface."""
     scene = stats.scene
-    run = full_run(scene, stats.bearing)
+    run = start_full_run(scene, stats.bearing)
     model = run.model
     load_n = float(model.drive.load[1, 0])
     spring_n = model.housing_stiffness * run.state[layout_of(run.state).ring]
     push_n = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
-    stats.figures["balanced_share"] = load_share(scene, spring_n - push_n, load_n)  # the load less the spring's part
+    stats.figures["balanced_share"] = load_share(scene, spring_n - push_n, load_n)  # load minus spring force
     weight_n = -model.ring_mass * model.gravity
     stats.ring = RingSupport(model.ring_mass, weight_n, model.housing_stiffness, model.housing_damping)
     methods = run.method, METHODS[default_solver()]
@@ -106,7 +104,7 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     run.advance(0, 0)
     stats.compile_s += time.perf_counter() - started
     per_detail = scene.outputs_per_detail
-    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz, run.steps_per_output):
+    for first, count in split_run(settle, whole, per_detail, scene.output_rate_hz, run.steps_per_output):
         with stats.timed():
             steps = run.advance(first, count, per_detail if first >= settle else 0)
         yield first, steps
@@ -117,8 +115,8 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
 
 
 def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """`film_um` and `lambda_min` of `run.RunSummary` after `whole` output intervals."""
-    from srbval.models.slices import films_m  # the one level that knows oil
+    """Films at the end of a run of `whole` output intervals: `film_um` and `lambda_min` of `run.RunSummary`."""
+    from srbval.models.slices import films_m  # the only model with oil
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)
     cage_rad_s = float(run.state[layout_of(run.state).shaft_cage_rate][0])
@@ -129,9 +127,11 @@ def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> di
 
 
 def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
-    """`free_rollers` of `run.RunSummary` after `whole` output intervals."""
+    """Free rollers at the end of a run of `whole` output intervals: `free_rollers` of `run.RunSummary`."""
+    from srbval.models.slices import MIN_LOAD_SHARE  # the only model with free rollers
+
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n[0].sum(axis=1).reshape(2, -1)
-    carries = load_n.T.ravel() > CARRIES * load_n.max()  # in the order of the slots
+    carries = load_n.T.ravel() > MIN_LOAD_SHARE * load_n.max()  # in the order of the slots
     tilt, shift, skew = (
         float(np.abs(run.model.scratch.space[int(row) :][: load_n.size][carries]).max(initial=0.0))
         for row in (col.TILT_SINE, col.SHIFT_ALONG, col.SKEW_MOMENT)

@@ -1,8 +1,8 @@
-"""The hierarchy of models, cheapest first: one entry of ``levels.toml`` for each level of fidelity, one interface.
+"""The hierarchy of models, cheapest first: ``levels.toml`` defines the levels of fidelity, which share one interface.
 
-A level is a function ``run(stats, settle, whole)`` that yields `outputs.Outputs` of consecutive output intervals with
-the number of the first; the first `settle` of the `whole` are not recorded. It adds its times to the statistics, see
-`RunStatistics.timed`.
+The function of a level, ``run_<model>(stats, settle, whole)``, yields chunks of consecutive output intervals: the
+number of the first interval, and `outputs.Outputs`. The first `settle` of the `whole` intervals are not recorded. The
+function adds its computing time to `stats`, see `RunStatistics.timed`.
 """
 
 import importlib
@@ -21,20 +21,21 @@ from srbval.storage.tables import read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class FidelityLevel:
-    """A model's `name`, its `title` in a few words, and the place of its function, as ``module:function``.
+    """Level of fidelity: `name` of the model, `title` in a few words, `place` of its function (``module:function``).
 
     `parameters`: place of the function that assembles the parameters of a model with the full model's equations.
-    `columns`: columns of `outputs` that it fills; the others are NaN. `own_solver`: its integrator if the scene does
-    not choose it. `coarser`: number of the scene's steps that it takes in one, as far as the output interval allows.
-    `lacks`: questions that it cannot answer in any scene, and why. `needs`: the least that must be known of a bearing,
-    one of `KNOWN_OF_BEARING`. `outside`: it is not part of the package.
+    `columns`: columns of `outputs` that the model fills; the others are NaN. `own_solver`: name of the model's
+    integrator, None if the scene chooses the solver. `coarser`: number of the scene's steps that the model combines
+    into one, as far as the output interval allows. `lacks`: questions that the model cannot answer in any scene, and
+    the reasons. `needs`: table of a bearing's file that the model requires, one of `KNOWN_OF_BEARING`. `outside`: true
+    if the model is not part of the package.
     """
 
     name: str
     title: str
-    place: str = "srbval.models.full_run:full_model"
+    place: str = "srbval.models.full_run:run_full"
     parameters: str | None = None
-    columns: tuple[int, ...] = tuple(range(col.COUNT))
+    columns: tuple[int, ...] = tuple(range(col.COLUMN_COUNT))
     own_solver: str | None = None
     coarser: int = 1
     lacks: Mapping[str, str] = field(default_factory=dict)
@@ -42,93 +43,93 @@ class FidelityLevel:
     outside: bool = False
 
     def runs(self, bearing: Bearing) -> bool:
-        """True if enough is known of the bearing."""
+        """True if the bearing's data suffice for this model."""
         known = 2 if bearing.geometry is not None else int(bearing.elements is not None)
         return KNOWN_OF_BEARING.index(self.needs) <= known
 
     def check_scene(self, scene: Scene) -> None:
-        """Refuse a surface for a model without continuous contacts, and oil or free rollers for one without slices."""
+        """Raise `ConfigurationError` for a surface, oil or free rollers that this model cannot simulate."""
         for there, models, place, lack, what in (
-            (scene.surface is not None, CONTINUOUS, "[surface]", "knows no waves of races and rollers", "table"),
-            (scene.oil is not None, SLICED, "[oil]", "knows no oil", "table"),
-            (scene.bodies.free_rollers, SLICED, "bodies free_rollers = true", "holds its rollers", "key"),
+            (scene.surface is not None, CONTINUOUS, "[surface]", "does not simulate waves of surfaces", "table"),
+            (scene.oil is not None, SLICED, "[oil]", "does not simulate oil", "table"),
+            (scene.bodies.free_rollers, SLICED, "bodies free_rollers = true", "does not let rollers tilt", "key"),
         ):
             if there and self.name not in models and not self.outside:
                 use = f"use --model {' or '.join(models)}, or leave the {what} out"
                 raise ConfigurationError(f"{place}: the model {self.name} {lack}; {use}.")
 
     def steps_per_output(self, scene: Scene) -> int:
-        """Solver steps in one output interval."""
+        """Number of solver steps in one output interval."""
         return -(-scene.steps_per_output // self.coarser)
 
     def step_s(self, scene: Scene) -> float | None:
-        """Solver step; None if the level has a method of its own."""
+        """Solver step [s]; None if the model has its own integrator."""
         return None if self.own_solver else 1 / (scene.output_rate_hz * self.steps_per_output(scene))
 
     @property
     def run(self) -> Callable[..., Any]:
-        """Function that runs a scene with this level."""
-        return imported(self.place)
+        """Function that runs a scene with this model, see the interface of the hierarchy."""
+        return import_function(self.place)
 
     @property
     def make_parameters(self) -> Callable[..., Any]:
-        """Function of scene and geometry that assembles the full model's parameters; `ConfigurationError` if none."""
+        """Function that assembles the parameters from scene and geometry; `ConfigurationError` if there is none."""
         if self.parameters is None:
             raise ConfigurationError(f"the model {self.name} does not have the full model's equations of motion.")
-        return imported(self.parameters)
+        return import_function(self.parameters)
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules that a run of this level needs, and none of another does; outside models may use all."""
+        """Modules that only runs of this model load; a model from outside may use the modules of all models."""
         if self.outside:
             return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)
         return tuple(place.split(":")[0] for place in places)
 
 
-# Estimates a step's error or chooses a step, of models with the full model's equations.
+# Function that estimates a step's error or chooses a step, for models with the full model's equations.
 STEP_CHECK = "srbval.models.step_error:check_step"
-CONTINUOUS = ("line", "slices")  # models whose contacts feel waves shorter than the distance of points
-SLICED = ("slices",)  # the model that knows oil, and rollers that tilt and slide along their axes
-KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
+CONTINUOUS = ("line", "slices")  # models in which waves shorter than the spacing of contact points have an effect
+SLICED = ("slices",)  # models with oil, and with rollers that tilt and slide along their axes
+KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # tables of a bearing's file, the most detailed last
 
 
-def imported(place: str) -> Callable[..., Any]:
-    """The function at ``module:function``, imported only when it is asked for."""
+def import_function(place: str) -> Callable[..., Any]:
+    """Import the function at ``module:function``."""
     module, name = place.split(":")
     return cast(Callable[..., Any], getattr(importlib.import_module(module), name))
 
 
-COLUMNS = {
+COLUMN_SETS = {
     "vibration": (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAGE_SPEED),
-    "plane": tuple(range(col.DEEPEST + 1)),
+    "plane": tuple(range(col.MAX_PENETRATION + 1)),
 }
 LEVELS = tuple(
-    FidelityLevel(**table | ({"columns": COLUMNS[table["columns"]]} if "columns" in table else {}))
+    FidelityLevel(**table | ({"columns": COLUMN_SETS[table["columns"]]} if "columns" in table else {}))
     for table in read_toml(Path(__file__).with_name("levels.toml"))["level"]
 )
 MODELS = tuple(level.name for level in LEVELS)
-OUTSIDE = FidelityLevel(
+OUTSIDE_LEVEL = FidelityLevel(
     name="outside",
     title="a model from outside",
-    place="srbval.models.outside.run:run",
+    place="srbval.models.outside.run:run_outside",
     columns=(col.ACCELERATION_X, col.ACCELERATION_Y),
     needs="orders",
     outside=True,
 )
-AUTO = "auto"  # no model: leave the choice to the planner, where there is one
+AUTO = "auto"  # in place of a model: the planner chooses the model, in commands that have a planner
 
 
 def level_of(name: str) -> FidelityLevel:
-    """The level of that name, also of a model from outside; `ConfigurationError` with the nearest name if unknown."""
+    """Return the level of a model, which may be from outside; an unknown name raises `ConfigurationError`."""
     if name not in MODELS and is_outside(name):
-        return replace(OUTSIDE, name=name)
+        return replace(OUTSIDE_LEVEL, name=name)
     check_known("model", name, MODELS)
     return LEVELS[MODELS.index(name)]
 
 
 def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
-    """The bearing's geometry; `ConfigurationError` for a bearing without one."""
+    """Return the bearing's geometry; raises `ConfigurationError` if the bearing has none."""
     if bearing.geometry is None:
         instead = "impulse or kinematic" if bearing.elements is None else "planar, impulse or kinematic"
         raise ConfigurationError(
@@ -143,6 +144,6 @@ def models_of(bearing: Bearing) -> tuple[str, ...]:
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
-    """Raise `UnknownNameError` for a name that is none of the `known`."""
+    """Raise `UnknownNameError` if the name is not one of the `known` names."""
     if name not in known:
         raise UnknownNameError.of(f"{what} {name!r} is not known", name, known)

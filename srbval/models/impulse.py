@@ -1,79 +1,77 @@
-"""Force pulses at the passages of a defect, with random slip, load-zone modulation and one resonance.
+"""Impulse model: force pulses at the passages of a defect, with random slip, load-zone modulation and one resonance.
 
 McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as a process of stationary increments
-(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Each pulse has the length and height that the defect has under a
-roller at that angle of the load zone (see `srbval.models.planar.contacts`); the ring answers as a mass on housing and
-contacts linearised about static balance.
+(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Length and height of a pulse are those of the contact force of a
+roller on the defect at its angle in the load zone (see `srbval.models.planar.contacts`). The ring responds as a mass on
+the springs of housing and contacts, linearised about static balance.
 
-If only the orders of a bearing are known, the frequencies of the lines alone are right: half-sine pulses of one length
-act on the housing's mass and spring. Their height is the load of the rolling element that is struck, after Stribeck's
-distribution at no clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology, 2006, sect. 7.4).
+If only the orders of a bearing are known, only the line frequencies are right: half-sine pulses of constant length act
+on the housing's mass and spring. The height of a pulse is the load of the rolling element after Stribeck's distribution
+without clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology, 2006, sect. 7.4).
 
-Answers: where the lines are, harmonic pattern, sidebands and load-zone modulation, roughly the amplitude. Cannot
-answer: slip of the cage (its mean is none), noise floor, the healthy bearing (it is silent), anything that a moving
-ring does to the pulses, axial load.
+Answers: line frequencies, harmonic pattern, sidebands and load-zone modulation, roughly the amplitude. Cannot answer:
+mean slip of the cage, noise floor, healthy bearings (zero signal), effects of the ring's motion on pulses, axial load.
 """
 
 import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
-from srbval.bearing import Fault
-from srbval.models.kinematic import Prescribed, passages, prescribed_outputs, refuse_axial
+from srbval.arrays import FloatArray, IntArray
+from srbval.bearing import ElementShape, Fault
+from srbval.models.kinematic import PrescribedMotion, passage_times, prescribed_outputs, refuse_axial
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
+from srbval.models.planar.contacts import STRIBECK_FACTOR
 from srbval.models.planar.ring import PlanarRing, make_ring
 from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
 
-MOST_AT_ONCE = 2_000_000  # samples of pulses worked on together
+MOST_AT_ONCE = 2_000_000  # samples of pulses computed together
 # For a bearing with known orders only:
 PULSE_S = 5e-4  # up to 3 kHz is excited
 LINE_CONTACT = 10 / 9
-HIGHEST_SHARE = 4.08  # highest load in the mean load, line contact, no clearance
 
 
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The model, see `srbval.models.hierarchy`."""
-    motion = Prescribed(scene=stats.scene, orders=stats.bearing.orders)
+def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """Run the impulse model; see `srbval.models.hierarchy` for the interface."""
+    motion = PrescribedMotion(scene=stats.scene, orders=stats.bearing.orders)
     with stats.timed():
         acceleration = np.diff(_ring_velocity(stats, whole + 1), axis=0) * stats.scene.output_rate_hz
     return prescribed_outputs(stats, settle, motion, acceleration)
 
 
 def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
-    """Velocity of the ring, [samples, 2]."""
+    """Velocity of the ring [m/s], [samples, 2]."""
     scene = stats.scene
     if stats.bearing.geometry is None and stats.bearing.elements is None:
         own, force = scene.housing, _assumed_pulses(stats, samples)
-        return _velocity(scene, own.mass_kg, own.stiffness_n_m * np.eye(2), own.damping_ns_m * np.eye(2), force)
+        return _move_mass(scene, own.mass_kg, own.stiffness_n_m * np.eye(2), own.damping_ns_m * np.eye(2), force)
     ring = make_ring(scene, stats.bearing)
     balance = ring.balance_m()
     force = np.zeros((samples, 2))
     for number in range(len(scene.defects)):
         of_defect = np.zeros((samples, 2))
-        time_s, race, angle = _passages(scene, number, ring.motion, ring.kernel.rollers, samples)
+        time_s, race, angle = _defect_passages(scene, number, ring.motion, ring.kernel.rollers, samples)
         outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
             hit = race == ring.kernel.defects[table, ring_kernel.BUMP_KIND] % 2
-            _add(ring, table, time_s[hit], outwards[hit], balance, of_defect)
+            _add_pulses(ring, table, time_s[hit], outwards[hit], balance, of_defect)
         force += of_defect
-    return _velocity(scene, ring.kernel.mass, ring.stiffness_n_m(balance), ring.damping_ns_m(balance), force)
+    return _move_mass(scene, ring.kernel.mass, ring.stiffness_n_m(balance), ring.damping_ns_m(balance), force)
 
 
-def _passages(
-    scene: Scene, number: int, motion: Prescribed, rolling_elements: int, samples: int
-) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
-    """Passages of defect `number`, [k]: times [s], race hit (0 outer, 1 inner), and angle around the bearing [rad]."""
+def _defect_passages(
+    scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Passages of defect `number`, [k] each: time [s], race hit (0 outer, 1 inner), angle around the bearing [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
 
     def jitter(count: int) -> FloatArray:
         return scene.slip_jitter * random.standard_normal(count)
 
-    time_s, race = passages(defect, motion, rolling_elements, samples / scene.output_rate_hz, jitter)
+    time_s, race = passage_times(defect, motion, rolling_elements, samples / scene.output_rate_hz, jitter)
     if defect.kind is Fault.ROLLER:
         angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
     else:
@@ -82,11 +80,11 @@ def _passages(
     return time_s, race, angle
 
 
-def _add(
+def _add_pulses(
     ring: PlanarRing, table: int, time_s: FloatArray, outwards: FloatArray, balance_m: FloatArray, force: FloatArray
 ) -> None:
-    """Add the pulses of one defect on one race: what its table says at the approach and position of each sample."""
-    if len(time_s) == 0:  # turning so slowly that none passes
+    """Add the pulses of one defect on one race to `force`, [samples, 2], from the ring's table of forces."""
+    if len(time_s) == 0:  # the shaft is so slow that no roller passes
         return
     rate, kernel = ring.scene.output_rate_hz, ring.kernel
     bumps, position_step = kernel.bumps[table], kernel.defects[table, ring_kernel.POSITION_STEP]
@@ -98,9 +96,9 @@ def _add(
     positions = pulse.shape[1] - 1
     half = int(np.ceil(position_step * positions / max(speed.min(), 1e-6) * rate)) + 1
     half = min(half, force.shape[0])
-    if len(time_s) > 1 and len(time_s) * (2 * half + 1) > MOST_AT_ONCE:  # a slow passage makes all of them wide
+    if len(time_s) > 1 and len(time_s) * (2 * half + 1) > MOST_AT_ONCE:  # one slow passage makes all pulses long
         for part in (slice(None, len(time_s) // 2), slice(len(time_s) // 2, None)):
-            _add(ring, table, time_s[part], outwards[part], balance_m, force)
+            _add_pulses(ring, table, time_s[part], outwards[part], balance_m, force)
         return
     sample = np.round(time_s * rate).astype(np.int64)[:, None] + np.arange(-half, half + 1)
     position = np.abs(sample / rate - time_s[:, None]) * speed[:, None] / position_step
@@ -113,15 +111,15 @@ def _add(
 
 
 def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
-    """Force of the half-sine pulses on the ring of a bearing with orders alone at each sample, [samples, 2]."""
+    """Force of half-sine pulses on the ring [N], [samples, 2], if only the orders of the bearing are known."""
     scene, bearing = stats.scene, stats.bearing
     refuse_axial(scene)
-    motion = Prescribed(scene=scene, orders=bearing.orders)
+    motion = PrescribedMotion(scene=scene, orders=bearing.orders)
     force, rate_hz = np.zeros((samples, 2)), scene.output_rate_hz
     half = math.ceil(PULSE_S / 2 * rate_hz) + 1
     for number in range(len(scene.defects)):
-        time_s, _, angle = _passages(scene, number, motion, bearing.rolling_elements, samples)
-        load_n = motion.radial_n(time_s) * HIGHEST_SHARE / bearing.rolling_elements
+        time_s, _, angle = _defect_passages(scene, number, motion, bearing.rolling_elements, samples)
+        load_n = motion.radial_n(time_s) * STRIBECK_FACTOR[ElementShape.ROLLER] / bearing.rolling_elements
         strength = load_n * np.maximum(np.cos(angle - scene.load.zone_rad), 0.0) ** LINE_CONTACT
         height = strength[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
         sample = np.round(time_s * rate_hz).astype(np.int64)[:, None] + np.arange(-half, half + 1)
@@ -132,10 +130,10 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
     return force
 
 
-def _velocity(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:
-    """Velocity under `force`, [n, 2]: `mass` on `stiffness` and `damping`, [2, 2], first-order hold.
+def _move_mass(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:
+    """Velocity of a mass on springs and dampers, [2, 2] each, under `force`, [n, 2], with a first-order hold.
 
-    By the modes of the stiffness; what damping couples them is left out.
+    The modes of the stiffness are computed one by one; coupling of modes by damping is neglected.
     """
     import scipy.signal
 

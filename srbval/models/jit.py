@@ -1,10 +1,10 @@
-"""Compilation of kernels by numba, and the cache that keeps them; no other module names numba.
+"""Compiles kernels with numba and keeps them in a cache; no other module uses numba.
 
-Set ``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python, for stepping through and for coverage.
+Set ``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python, for debugging and for coverage.
 
-Kernels are compiled into the cache by a process that then ends; runs only load them. A compiler's memory stays with its
-process: 430 MB, while a run needs 250. A separate process can be interrupted at any time, a compiler only between its
-kernels. Results do not depend on the process that compiled, see `kernel`.
+A separate process compiles the kernels into the cache and ends; runs only load the kernels. The process frees its
+memory of 430 MB (a run needs 250 MB), and it can be interrupted at any time, a compiler only between kernels. Results
+do not depend on the process that compiled, see `kernel_part`.
 """
 
 from __future__ import annotations
@@ -32,14 +32,13 @@ from srbval.storage.files import atomic_write
 from srbval.storage.installation import child_environment, package_folder
 from srbval.storage.sources import content_version
 
-if TYPE_CHECKING:  # what only types are taken from does not count for the version of the kernels
+if TYPE_CHECKING:  # imports for types alone do not change the version of the kernels
     from srbval.scene import Scene
 
-# Sums may be reordered and products contracted, so that loops vectorise. Infinities and NaN keep their
-# meaning: a broken run must stay visible.
+# Sums may be reordered and products contracted to vectorise loops. Infinities and NaN are kept to detect failed runs.
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
-# `_nrt`: without reference counting. `forceinline`: within the kernels that call it.
+# `_nrt`: no reference counting. `forceinline`: functions are inlined into the kernels that call them.
 OPTIONS: dict[str, Any] = {
     "nogil": True,
     "fastmath": FAST_MATH,
@@ -49,39 +48,39 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
 }
 WITHOUT_KERNELS = ("kinematic", "impulse")
-RING, RATES = "ring", "rates"  # what a kernel does, see `kernels_of`
-OIL, FREE_ROLLERS = "-oil", "-free"  # at the end of their names
+RING, RATES = "ring", "rates"  # parts of kernels' names, see `kernels_of`
+OIL_SUFFIX, FREE_SUFFIX = "-oil", "-free"  # suffixes of kernels' names
 
-WITHOUT_EFFECT = (KERNEL_VARIABLE, "NUMBA_NUM_THREADS")  # on numbers, of numba's settings
+WITHOUT_EFFECT = (KERNEL_VARIABLE, "NUMBA_NUM_THREADS")  # settings of numba that do not change results
 
-PACE_ROUNDS = 10**6  # of a loop that takes some 30 ms
-WORK = {RING: 50.0, RATES: 320.0} | dict.fromkeys(FAMILIES, 420.0)  # times that loop for one kernel of the full model
-SLICES_WORK = 1.25  # times as long for a kernel of the slices
+PACE_ROUNDS = 10**6  # rounds of a loop that takes some 30 ms
+# Time to compile a kernel of the full model, in the time of that loop, and factor for a kernel of the slices model.
+COMPILE_WORK, SLICES_WORK = {RING: 50.0, RATES: 320.0} | dict.fromkeys(FAMILIES, 420.0), 1.25
 CHECKSUM_BYTES = hashlib.sha256().digest_size
-_requested: set[str] = set()
-_found: set[str] = set()  # kernels in the cache
-_used: set[str] = set()  # names of files with machine code that this process read or wrote
+_requested_kernels: set[str] = set()
+_cached_kernels: set[str] = set()  # kernels that are in the cache
+_kernel_files: set[str] = set()  # names of files with machine code that this process read or wrote
 _lock = threading.RLock()
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile `function`, which Python calls, for the processor at hand, kept on disk, without the interpreter lock.
+    """Decorator of a function that Python calls: compiled for this processor, cached on disk, without interpreter lock.
 
-    Kernels work in arrays they are given and make none: they are compiled without reference counting, which would
-    count every array of a parameter tuple in and out at each call.
+    Kernels use the arrays that they receive and create none. They are compiled without reference counting, which would
+    count every array of a parameter tuple at each call.
     """
     compiled: Any = load_numba().njit(pipeline_class=_compilers()[0], **OPTIONS)(function)
     if compiled is not function:
-        compiled._cache = _store(kernel_cache_folder(), function.__name__)  # of the sources as they are now
+        compiled._cache = _kernel_store(kernel_cache_folder(), function.__name__)  # for the present sources
     return compiled
 
 
 def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
-    """Let kernels call `function`, which is compiled with each of them; called from Python it stays plain.
+    """Decorator of a function that kernels call: compiled into each kernel; in Python it stays plain Python.
 
-    A kernel's machine code calls no other function of this package. Otherwise it would carry weak copies of them, each
-    optimised with its own order of sums, and the linker would take the copy that came into memory first: the last
-    digits of a run would depend on the history of its process, and a rattling roller makes them grow.
+    The machine code of a kernel calls no other function of this package. Otherwise each kernel would contain its copy
+    of the function, with a different order of sums, and the linker would use the copy loaded first: the last digits of
+    a run would depend on the history of its process, and rattling rollers amplify them.
     """
     options = OPTIONS | {"no_cpython_wrapper": True, "pipeline_class": _compilers()[1]} | more
     part: Callable[..., Any] = load_numba().extending.register_jitable(**options)(function)
@@ -89,9 +88,9 @@ def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Like `kernel_part`, but inlined before types are known: faster to compile if few places call it.
+    """Decorator like `kernel_part`, but inlined before types are known: compiles faster if few places call it.
 
-    Called from Python, it is compiled then.
+    If Python calls the function, it is compiled at the first call.
     """
     part: Callable[..., Any] = load_numba().njit(inline="always", **OPTIONS)(function)
     return part
@@ -99,10 +98,9 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @cache
 def load_numba() -> Any:
-    """Import numba, set to use vectors of 512 bits if this processor has them.
+    """Import numba and set it to use vectors of 512 bits if this processor has them.
 
-    Its default is half of that, for programs that seldom use vectors. A lane group fills a vector of 512 bits: 0.84 to
-    0.93 of the time.
+    The default is 256 bits. A lane group fills a vector of 512 bits, and runs take 0.84 to 0.93 of the time.
     """
     import numba.extending
     from llvmlite import binding
@@ -115,9 +113,9 @@ def load_numba() -> Any:
 
 @cache
 def _compilers() -> tuple[Any, Any]:
-    """Numba's compiler for kernels, and for their parts: intermediate code alone, since only kernels are called.
+    """Numba's compiler for kernels, and for parts of kernels, which stay intermediate code as Python never calls them.
 
-    Passes for what kernels do not use (closures, array expressions, ``with`` blocks, literals) are left out.
+    Passes for features that kernels do not use (closures, array expressions, ``with`` blocks, literals) are left out.
     """
     from numba.core import typed_passes as typed
     from numba.core import untyped_passes as untyped
@@ -152,7 +150,7 @@ def _compilers() -> tuple[Any, Any]:
             return 0  # Python calls no part
 
         def set_env(self, *_: Any) -> None:
-            """Do nothing: no machine code is there to need it."""
+            """Ignore the environment, because there is no machine code that needs it."""
 
     def compiler(library: type) -> type:
         class Compiler(CompilerBase):
@@ -174,7 +172,7 @@ def _compilers() -> tuple[Any, Any]:
 
 @cache
 def _resolve_operators_once(context: Any) -> None:
-    """Have numba find an operator between two types of numbers once, not among arrays and texts at each place."""
+    """Cache numba's search for an operator of two numeric types, which otherwise repeats at each use."""
     from numba.core import types
 
     resolve, known = context.resolve_function_type, {}
@@ -185,14 +183,14 @@ def _resolve_operators_once(context: Any) -> None:
             return resolve(function, args, kws)
         key = id(function), tuple(args)
         if key not in known:
-            known[key] = function, resolve(function, args, kws)  # with the function, whose number then stays its own
+            known[key] = function, resolve(function, args, kws)  # keeps the function, so that its id stays unique
         return known[key][1]
 
     context.resolve_function_type = resolve_once
 
 
-def _store(folder: Path, name: str) -> Any:
-    """Numba's access to the stored machine code of the kernel of this name, a file for each signature."""
+def _kernel_store(folder: Path, name: str) -> Any:
+    """Cache object for numba that stores the machine code of the kernel `name`, a file for each signature."""
     from numba.core.caching import NullCache
     from numba.core.compiler import CompileResult
     from numba.core.serialize import dumps
@@ -210,19 +208,19 @@ def _store(folder: Path, name: str) -> Any:
             content = dumps(compiled._reduce())
             with contextlib.suppress(DataError), atomic_write(self.file(signature)) as part:
                 part.write_bytes(_checksum(self.file(signature), content) + content)
-                _used.add(self.file(signature).name)
+                _kernel_files.add(self.file(signature).name)
 
     return Store()
 
 
 def _machine_code(file: Path) -> bytes | None:
-    """Content of a stored kernel behind its checksum; None if it is missing or, with a message, damaged."""
+    """Read the machine code in a kernel's file; None if the file is missing, or damaged, which is printed."""
     try:
         content = file.read_bytes()
-    except (OSError, ValueError):  # a name with a zero byte, of a damaged list
+    except (OSError, ValueError):  # a damaged list may contain a name with a zero byte
         return None
     if content[:CHECKSUM_BYTES] == _checksum(file, content[CHECKSUM_BYTES:]):
-        _used.add(file.name)
+        _kernel_files.add(file.name)
         return content[CHECKSUM_BYTES:]
     print(f"srbval: the compiled kernel {file} is damaged or of another version; it is compiled again", file=sys.stderr)
     with contextlib.suppress(OSError):
@@ -231,15 +229,15 @@ def _machine_code(file: Path) -> bytes | None:
 
 
 def _checksum(file: Path, content: bytes) -> bytes:
-    """SHA-256 of a stored kernel with its name, which depends on the machine, and the version of its sources."""
+    """SHA-256 of a kernel's machine code with its folder and file name, which depend on sources and machine."""
     return hashlib.sha256(f"{file.parent.name}/{file.name}\n".encode() + content).digest()
 
 
 @cache
 def kernel_cache_folder() -> Path:
-    """Folder of the compiled kernels of exactly this version of the kernels' sources, and of all that these import.
+    """Folder of the kernels compiled from this version of the kernels' sources and of all modules that they import.
 
-    It does not depend on where the package lies, so that all its copies share their kernels.
+    All copies of the package with these sources share the folder.
     """
     package = package_folder()
     sources = (package / "models").rglob("*_kernel.py")
@@ -247,90 +245,85 @@ def kernel_cache_folder() -> Path:
     return cache_folder(KERNELS) / content_version(*sorted(modules))
 
 
-def is_compiled(*scenes: Scene) -> bool:
-    """True if the kernels that `scenes` need are in the cache, or nothing is to be compiled."""
-    return not missing_kernels(*scenes)
-
-
 def precompile(*scenes: Scene, jobs: int | None = None) -> float:
-    """Compile the kernels that `scenes` need and that the cache lacks; returns the seconds it took.
+    """Compile the kernels of `scenes` that are missing in the cache, and return the time it took [s].
 
-    If another process compiles, this one waits and then checks again.
-
-    `jobs` processes compile at a time (default: one for each usable core), each a share of the kernels. Nothing happens
-    if the cache has them, if numba is switched off, and within the compiling process itself. If such a process fails,
-    this process compiles the missing kernels when it uses them.
+    `jobs` processes, by default one for each usable core, share the kernels. If another program compiles at the moment,
+    this function first waits for it. Nothing is compiled if numba is switched off or within a compiling process. If a
+    compiling process fails, the calling process compiles the missing kernels when it uses them.
     """
     from filelock import FileLock
 
     with _lock:
-        missing = [kernel for kernel in missing_kernels(*scenes) if kernel not in _requested]
+        missing = [kernel for kernel in missing_kernels(*scenes) if kernel not in _requested_kernels]
         if not missing:
             return 0.0
-        _requested.update(missing)
+        _requested_kernels.update(missing)
         started = time.perf_counter()
         with contextlib.suppress(OSError), contextlib.ExitStack() as running:
             kernel_cache_folder().mkdir(parents=True, exist_ok=True)
             running.enter_context(FileLock(kernel_cache_folder() / "all.lock"))
             missing = [kernel for kernel in missing if not _is_stored(kernel)]  # others may have compiled some
-            for process in [running.enter_context(_compiler(one)) for one in _shares(missing, jobs)]:
+            for process in [running.enter_context(_start_compiler(one)) for one in _split_kernels(missing, jobs)]:
                 process.wait()
         return time.perf_counter() - started
 
 
 def expected_s(*scenes: Scene) -> float:
-    """Estimate how long `precompile` will take on this machine under its present load [s], from a short measurement."""
+    """Estimate the time that `precompile` will take under the present load [s], from the speed of a short loop."""
     started = time.process_time()
     sum(map(hash, range(PACE_ROUNDS)))
     pace_s = time.process_time() - started
-    longest = max((sum(map(_work, share)) for share in _shares(missing_kernels(*scenes), None)), default=0.0)
+    shares = _split_kernels(missing_kernels(*scenes), None)
+    longest = max((sum(map(_compile_work, share)) for share in shares), default=0.0)
     return pace_s * longest * max(1.0, (load_average() or 0.0) / usable_cores())
 
 
-def _work(kernel: str) -> float:
-    """Time to compile a kernel, in units of the loop in `expected_s`."""
+def _compile_work(kernel: str) -> float:
+    """Time to compile a kernel, in units of the loop's time in `expected_s`."""
     model, part, *_ = kernel.split("-")
-    return WORK[part] * (SLICES_WORK if model == "slices" else 1.0)
+    return COMPILE_WORK[part] * (SLICES_WORK if model == "slices" else 1.0)
 
 
-def _shares(kernels: list[str], jobs: int | None) -> list[list[str]]:
-    """The kernels for each of the compiling processes, as many as usable cores unless `jobs` are given."""
+def _split_kernels(kernels: list[str], jobs: int | None) -> list[list[str]]:
+    """Divide kernels among the compiling processes: `jobs`, or one for each usable core."""
     count = min(len(kernels), jobs or usable_cores())
     return [kernels[first::count] for first in range(count)]
 
 
 def kernels_of(scene: Scene) -> list[str]:
-    """Names of the kernels that the scene's run needs: model, part, cages, oil, free rollers; the line is full's.
+    """Names of the kernels that a run of the scene needs: ``MODEL-PART-CAGES``, with suffixes for oil and free rollers.
 
-    Models with the full model's equations need their ``rates``, and the steps of the family of the scene's solver.
+    Models with the full model's equations need their ``rates`` and the steps of the solver's family. The line model
+    uses the kernels of the full model.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []
     parts = (RING,) if scene.model == "planar" else (RATES, FAMILIES[METHODS[scene.solver.name].coefficients.family])
-    end = ("" if scene.oil is None else OIL) + (FREE_ROLLERS if scene.bodies.free_rollers else "")
+    end = ("" if scene.oil is None else OIL_SUFFIX) + (FREE_SUFFIX if scene.bodies.free_rollers else "")
     model = "full" if scene.model == "line" else scene.model
     return [f"{model}-{part}-{scene.bodies.cages}{end}" for part in parts]
 
 
 def missing_kernels(*scenes: Scene) -> list[str]:
-    """Kernels that the scenes need and that are not in the cache."""
+    """Names of the kernels that the scenes need and that are not in the cache."""
     wanted = () if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0" else chain.from_iterable(map(kernels_of, scenes))
-    return [kernel for kernel in dict.fromkeys(wanted) if not (kernel in _found or _is_stored(kernel))]
+    return [kernel for kernel in dict.fromkeys(wanted) if not (kernel in _cached_kernels or _is_stored(kernel))]
 
 
 def _is_stored(kernel: str) -> bool:
-    """True if all machine code of a kernel is in the cache and not damaged; a process asks once for each kernel."""
+    """True if a kernel's machine code is in the cache and undamaged; a kernel once found is not checked again."""
     try:
         names = _list_of(kernel).read_text("ascii").split()
     except (OSError, ValueError):
         return False
     if names and all(_machine_code(kernel_cache_folder() / name) is not None for name in names):
-        _found.add(kernel)
-    return kernel in _found
+        _cached_kernels.add(kernel)
+    return kernel in _cached_kernels
 
 
-def _compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
-    """A process that compiles kernels; it ends when its input does, so it does not outlive this one."""
+def _start_compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
+    """Start a process that compiles kernels; it ends with the calling process, when its input ends."""
     return subprocess.Popen(
         [sys.executable, "-P", "-m", "srbval.models.precompile", *kernels],
         env=os.environ | child_environment(),
@@ -341,20 +334,20 @@ def _compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
 
 
 def compile_in_this_process(scene: Scene) -> None:
-    """Let this process compile the kernels of the scene itself when it uses them, in place of a child process."""
-    _requested.update(kernels_of(scene))
+    """Let the current process compile the scene's kernels when it uses them, not a child process."""
+    _requested_kernels.update(kernels_of(scene))
 
 
 def compile_and_list(kernel: str, compile_kernel: Callable[[], object]) -> None:
-    """Compile a kernel in this process and write the list of its files, by which others find it."""
-    _used.clear()
+    """Compile a kernel in this process and write the list of its files, by which other processes find it."""
+    _kernel_files.clear()
     compile_kernel()
     with contextlib.suppress(DataError), atomic_write(_list_of(kernel)) as part:
-        part.write_text("\n".join(sorted(_used)), "ascii")
+        part.write_text("\n".join(sorted(_kernel_files)), "ascii")
 
 
 def _list_of(kernel: str) -> Path:
-    """File that lists the files with the machine code of a kernel for this machine."""
+    """Path of the list of files with a kernel's machine code for this machine."""
     return kernel_cache_folder() / f"compiled-{kernel}-{_digest()}"
 
 
@@ -364,7 +357,7 @@ def _digest(signature: Any = None) -> str:
 
 @cache
 def machine() -> str:
-    """Processor, Python, libraries and settings of numba: numbers depend on them beside the sources."""
+    """Text of what results depend on beside the sources: processor, Python, libraries, settings of numba."""
     from llvmlite import binding
 
     processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()

@@ -1,42 +1,41 @@
-"""Motion prescribed as in pure rolling, passages of defects, and the least model: a click at each passage.
+"""Prescribed motion of pure rolling, passages of defects, and the simplest model: one click at each passage.
 
-The other models below the full one use this motion of drive, cage and rollers, see `Prescribed`.
+The impulse and planar models use the same motion of shaft, cage and rollers, see `PrescribedMotion`.
 
-Answers: the frequencies of the fault lines without slip. Cannot answer: harmonics, sidebands, noise floor and
-amplitudes, since its clicks are equal and of arbitrary strength; slip. A healthy bearing is silent. Needs orders alone.
+Answers: the frequencies of the fault lines without slip. Cannot answer: slip; harmonics, sidebands, noise floor and
+amplitudes, because all clicks have the same arbitrary strength. The signal of a healthy bearing is zero.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
+from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import Fault, FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
-from srbval.models.outputs import Outputs, chunks
+from srbval.models.outputs import Outputs, split_run
 from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.scene import Defect, Scene
 
 CLICK_M_S2 = 1.0  # arbitrary
-MOST_PASSAGES = 10_000_000  # passages in a run that is computed at once
-GRID_S = 1e-3  # on which angles are inverted to times; between, speeds are taken as constant
+MOST_PASSAGES = 10_000_000  # highest number of passages in a run, which is computed at once
+GRID_S = 1e-3  # step of the table from which times of angles are interpolated
 
 
 @dataclass(frozen=True, kw_only=True)
-class Prescribed:
-    """Angles and load over the run's time, which starts `Scene.settle_s` before the recorded one.
+class PrescribedMotion:
+    """Prescribed angles and load of a scene at times that start `Scene.settle_s` before the recorded time.
 
-    Cage and spin from the bearing's orders (Randall 2011, sect. 2.2.3), the cage less the scene's slip.
+    Cage and spin follow from the bearing's orders (Randall 2011, sect. 2.2.3); the scene's slip slows the cage.
     """
 
     scene: Scene
     orders: FaultOrders
 
     def shaft_rad(self, time_s: FloatArray) -> FloatArray:
-        """Shaft angle, zero at the run's start; speed linear between a profile's entries, constant outside."""
+        """Shaft angle [rad], zero at the start; a speed profile is linear between entries, constant outside."""
         profile, settle = self.scene.speed_profile, self.scene.settle_s
         if profile is None:
             return self.scene.shaft_speed_rad_s * time_s
@@ -51,15 +50,15 @@ class Prescribed:
         return inside + outside
 
     def cage_rad(self, time_s: FloatArray) -> FloatArray:
-        """Cage angle."""
+        """Cage angle [rad]."""
         return self.orders.ftf * (1 - self.scene.cage_slip) * self.shaft_rad(time_s)
 
-    def spun_rad(self, time_s: FloatArray) -> FloatArray:
-        """Angle of the rollers about their axes against their slots; against the shaft's sense."""
+    def spin_rad(self, time_s: FloatArray) -> FloatArray:
+        """Angle of the rollers about their axes, relative to the cage [rad], opposite to the shaft's."""
         return -self.orders.bsf * self.shaft_rad(time_s)
 
     def radial_n(self, time_s: FloatArray) -> FloatArray:
-        """Radial load."""
+        """Radial load [N]."""
         profile = self.scene.load_profile
         if profile is None:
             return np.full(time_s.shape, self.scene.load.radial_n)
@@ -67,7 +66,7 @@ class Prescribed:
 
 
 def refuse_axial(scene: Scene) -> None:
-    """`ConfigurationError` for an axial load: the planar models have no axial motion."""
+    """Raise `ConfigurationError` if the scene has an axial load, because planar models have no axial motion."""
     axial = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
     if any(axial):
         raise ConfigurationError(
@@ -76,27 +75,28 @@ def refuse_axial(scene: Scene) -> None:
         )
 
 
-def passages(
+def passage_times(
     defect: Defect,
-    motion: Prescribed,
+    motion: PrescribedMotion,
     rolling_elements: int,
     seconds: float,
     jitter: Callable[[int], FloatArray] | None = None,
-) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Rising times of all passages from 0 to `seconds`, a few before and after besides [s]; race hit, 0 outer, 1 inner.
+) -> tuple[FloatArray, IntArray]:
+    """Rising times of a defect's passages [s] and the races that are hit (0 outer, 1 inner), shape [k] each.
 
-    A roller's defect meets the outer race at even ones. `jitter` gives k random parts of the spacings, [k], relative to
-    the mean one: a process of stationary increments (Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Without it,
-    passages are periodic in the shaft's angle. `ConfigurationError` for more than `MOST_PASSAGES`.
+    The times contain all passages from 0 to `seconds` and a few before and after. A roller's defect hits the outer
+    race at even passages. ``jitter(k)`` returns k random changes of the spacing, relative to the mean spacing, which
+    accumulate (stationary increments: Antoni & Randall 2003, J. Vib. Acoust. 125, 282); without it, passages are
+    periodic in the shaft's angle. Raises `ConfigurationError` if there are more than `MOST_PASSAGES`.
     """
     grid = np.arange(-20 * GRID_S, seconds + 20 * GRID_S, GRID_S)
     fixed, per_turn = defect.angle_rad + motion.scene.load.zone_rad, rolling_elements / (2 * np.pi)
     if defect.kind is Fault.ROLLER:
-        phase = -(motion.spun_rad(grid) + defect.angle_rad) / np.pi
+        phase = -(motion.spin_rad(grid) + defect.angle_rad) / np.pi
     elif defect.kind is Fault.INNER:
         phase = (fixed + motion.shaft_rad(grid) - motion.cage_rad(grid)) * per_turn
     else:
-        phase = (motion.cage_rad(grid) - fixed) * per_turn  # passages so far, whole at each one
+        phase = (motion.cage_rad(grid) - fixed) * per_turn  # number of passages so far, an integer at each passage
     if phase[-1] - phase[0] > MOST_PASSAGES:
         raise ConfigurationError(
             f"{phase[-1] - phase[0]:.3g} passages of a defect in {seconds:g} s; the limit of the {motion.scene.model} "
@@ -111,26 +111,26 @@ def passages(
 
 
 def prescribed_outputs(
-    stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray
+    stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Outputs of a model that is computed at once: `acceleration` in the plane, [whole, 2]."""
+    """Yield the outputs of a model whose `acceleration` in the plane [m/s2], [whole, 2], is computed at once."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
-        out = np.full((whole, col.COUNT), np.nan)
+        out = np.full((whole, col.COLUMN_COUNT), np.nan)
         out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
         out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
-    for first, count in chunks(settle, whole, 0, rate):
+    for first, count in split_run(settle, whole, 0, rate):
         yield first, Outputs(out=out[first : first + count])
 
 
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The model, see `srbval.models.hierarchy`. A click between two samples is shared by both, so lines stay put."""
+def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """Run the kinematic model, see `hierarchy`; a click between two samples is divided between both."""
     scene, rate = stats.scene, stats.scene.output_rate_hz
-    motion = Prescribed(scene=scene, orders=stats.bearing.orders)
+    motion = PrescribedMotion(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)
     with stats.timed():
         for defect in scene.defects:
-            times = passages(defect, motion, stats.bearing.rolling_elements, whole / rate)[0]
+            times = passage_times(defect, motion, stats.bearing.rolling_elements, whole / rate)[0]
             place = times[(times >= 0) & (times * rate < whole)] * rate
             below = place.astype(np.int64)
             np.add.at(clicks, below, CLICK_M_S2 * (1 - (place - below)))

@@ -1,23 +1,22 @@
-"""The full model with continuous contacts: each circle of a race meets a roller in a patch, not in points.
+"""Line model: the full model with continuous contacts, in which a roller touches a race's circle in a patch.
 
-Same bodies, joints, load and solvers; only the contact differs: force and damper of a patch are on the page "Contact"
-of the theory, "Continuous contact"; its elastic energy is 2/5 F d. A contact of about three points, the paper's,
-follows them within some per cent. A defect raises a piece of the race: within the piece d + h takes the place of d.
+Only the contact differs from the full model. For force and damping of a patch see "Continuous contact" on the page
+"Contact" of the theory; the elastic energy is 2/5 F d. The paper's contact of about three points agrees within some per
+cent. A defect raises a piece of the race by h: within the piece the penetration is d + h.
 
-The depth rate is that in the patch's middle: elsewhere along it rolling adds as much as it takes. At xi = x over the
-half length the penetration is d (1 - xi^2), and a race that turns by W against a roller of radius rho slips
-W d (1 + 1/(kappa rho)) xi^2 faster than in the middle, and across if it turns about the tilted normal, both far above
-the critical velocity. So the patch is taken in three parts of equal load, each with its mean slip, and eq. (19) is
-averaged over the slips in it. Left out: the couples by which dampers resist rolling and friction resists pivoting, with
-the power both take, and the lean of the normal along a patch.
+The rate of penetration is that in the middle of the patch, because rolling adds as much along the patch as it removes.
+At xi = x / half length the penetration is d (1 - xi^2). A race that turns at W against a roller of radius rho slips
+faster than in the middle by W d (1 + 1/(kappa rho)) xi^2, and slips sideways if it turns about the tilted normal; both
+are far above the critical velocity. The patch is therefore divided into three parts of equal load, each with its mean
+slip, and eq. (19) is averaged over the slips within a part. Neglected: the couples by which dampers resist rolling and
+friction resists pivoting, their power, and the inclination of the normal along a patch.
 
-Near a race's defect a roller meets points again, `DENSER` times as many as the scene says with as much less of K_c and
-C_c each: there a raised piece covers only its own length of the patch.
+Near a defect of a race the contact consists of points again, because a raised piece covers a part of the patch only:
+`DENSER` times as many points as in the scene, with K_c and C_c divided by this number.
 
-Without points passing by, three of the full model's steps may be taken in one: cage speed to 1e-7, 500-1500 Hz to 1 %.
+Without passing points, three of the full model's steps may be combined into one (500-1500 Hz RMS to 1 %).
 
-Answers: all questions, without the excitation by points passing. Cannot answer: point passing itself; defects on
-rollers.
+Answers: all questions, without the excitation by passing points. Cannot answer: this excitation; defects on rollers.
 """
 
 from __future__ import annotations
@@ -35,49 +34,42 @@ from srbval.models.full.parameters import Parameters, make_parameters, roller_di
 from srbval.models.full.point_cloud import cross_section, inner_circle, outer_circle
 from srbval.scene import Contact, Defect, DefectShape, Scene
 
-DENSER = 4  # points for each of the scene's, near a defect
-PARTS = 24  # pieces of one height in a defect that is not flat
+DENSER = 4  # points near a defect for each point of the scene
+COSINE_PARTS = 24  # parts of constant height that approximate a cosine-shaped defect
 
 
 def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
-    """Assemble the kernel parameters; `ConfigurationError` for a defect on a roller."""
+    """Assemble the parameters of the line model; raises `ConfigurationError` for a defect on a roller."""
     if any(d.kind is Fault.ROLLER for d in scene.defects):
-        raise ConfigurationError("a defect on a roller: the line model has none; use --model full.")
-    model = make_parameters(_denser(scene), geometry)
+        raise ConfigurationError("a defect on a roller: the line model cannot simulate it; use --model full.")
+    model = make_parameters(_with_denser_points(scene), geometry)
     for race, circle in enumerate((outer_circle, inner_circle)):
         for window in range(model.races.plain):
             model.races.starts[race, window] = np.arange(len(CIRCLES) + 1)
             for i, p in enumerate(CIRCLES):
                 own = circle(geometry, p)
-                model.races.points[race, window, :, i] = (
-                    own.radius_m,
-                    0.0,
-                    own.height_m,
-                    1.0,
-                    own.normal_radial,
-                    0.0,
-                    own.normal_axial,
-                )
+                point = own.radius_m, 0.0, own.height_m, 1.0, own.normal_radial, 0.0, own.normal_axial
+                model.races.points[race, window, :, i] = point
     radius = roller_diameter_m(scene, geometry) / 2
     both = [patches(geometry, scene.contact, radius, inner=inner) for inner in (False, True)]
-    return model._replace(patch=np.array([[_row(patch) for patch in race] for race in both]))
+    return model._replace(patch=np.array([[_patch_constants(patch) for patch in race] for race in both]))
 
 
-def _denser(scene: Scene) -> Scene:
-    own, defect, further = scene.contact, _as_long(scene.defect), tuple(map(_as_long, scene.further_defects))
+def _with_denser_points(scene: Scene) -> Scene:
+    own, defect, others = scene.contact, _denser_defect(scene.defect), tuple(map(_denser_defect, scene.further_defects))
     stiffness, damping = own.stiffness_n_m / DENSER, own.damping_ns_m / DENSER
     count = DENSER * own.points_per_circle
     contact = replace(own, points_per_circle=count, stiffness_n_m=stiffness, damping_ns_m=damping)
-    return replace(scene, contact=contact, defect=defect, further_defects=further)
+    return replace(scene, contact=contact, defect=defect, further_defects=others)
 
 
-def _as_long(defect: Defect) -> Defect:
-    """A defect of neighbouring points covers as much of the race with denser ones."""
+def _denser_defect(defect: Defect) -> Defect:
+    """Multiply the number of points of a defect without an extent, so that it covers the same length of the race."""
     return defect if defect.extent_m is not None else replace(defect, points=DENSER * defect.points)
 
 
-def _row(patch: Patch) -> tuple[float, float, float, float]:
-    """A circle's patch as the kernel reads it, see `columns`."""
+def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
+    """Constants of a patch for the kernel, in the order of `columns`."""
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
@@ -85,10 +77,11 @@ def _row(patch: Patch) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Patch:
-    """One circle of a race against a roller.
+    """Contact patch between one circle of a race and a roller.
 
-    `stiffness_n_m2`: K_c / s; `damping_ns_m2`: C_c / s; `curvature_1_m`: of the gap along the race; `lean_rad`: from
-    the roller's slot to the circle's normal; `normal_rad`: from the bearing's radial direction to it.
+    `stiffness_n_m2`: K_c / s and `damping_ns_m2`: C_c / s, with `spacing_m`, s, of the points; `curvature_1_m`:
+    curvature of the gap along the race; `lean_rad`: angle of the circle's normal from the roller's slot; `normal_rad`:
+    angle of the normal from the bearing's radial direction.
     """
 
     stiffness_n_m2: float
@@ -101,16 +94,16 @@ class Patch:
     roller_radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Normal force at a penetration `depth_m`, any shape."""
+        """Normal force [N] at a penetration `depth_m` of any shape."""
         touched = np.maximum(depth_m, 0.0)
         return self.stiffness_n_m2 * (4 / 3) * math.sqrt(2 / self.curvature_1_m) * touched**1.5
 
     def damper_ns_m(self, depth_m: FloatArray) -> FloatArray:
-        """Sum of the touching points' C_c at a penetration `depth_m`, any shape."""
+        """Damping [N s/m], the sum of C_c of the touching points, at a penetration `depth_m` of any shape."""
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
-    def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: Piece) -> FloatArray:
-        """Force added by a raised piece whose middle is `middle_m` along the race from the roller; shapes broadcast."""
+    def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
+        """Force that a raised piece adds at the distance `middle_m` along the race [N]; shapes broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -125,8 +118,8 @@ class Patch:
         return deep * (b - a) - self.curvature_1_m / 6 * (b**3 - a**3)
 
 
-class Piece(NamedTuple):
-    """A raised piece in parts of length `part_m`: their `offset_m` from its middle and `height_m`, both [parts]."""
+class RaisedPiece(NamedTuple):
+    """Raised piece of a race in parts of length `part_m`: distance from its middle and height, [parts] each."""
 
     offset_m: FloatArray
     height_m: FloatArray
@@ -134,10 +127,10 @@ class Piece(NamedTuple):
 
 
 def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m: float, *, inner: bool) -> list[Patch]:
-    """The three circles of a race, from the mid-plane outwards.
+    """Patches of the three circles of a race, from the mid-plane outwards.
 
-    Roller: normal curvature of the barrel across its axis, cos(lean) / radius there. Race: normal curvature along the
-    circle, cos(normal) / radius, negative on the outer.
+    The curvature of the gap is that of the barrel across its axis, cos(lean) / radius, plus that of the race along the
+    circle, cos(normal) / radius, which is negative on the outer race.
     """
     r_x, found = geometry.raceway_radius_m, []
     for p in CIRCLES:
@@ -159,10 +152,10 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
     return found
 
 
-def piece(defect: Defect, spacing_m: float) -> Piece:
-    """A defect as a raised piece: its extent, or as many spacings as it has points."""
+def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
+    """Convert a defect to a raised piece as long as the defect's extent, or as the spacings of its points."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
-    parts = PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
+    parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5
     height = np.ones(1) if parts == 1 else cross_section(share, defect.shape)
-    return Piece(offset_m=share * length, height_m=defect.height_m * height, part_m=length / parts)
+    return RaisedPiece(offset_m=share * length, height_m=defect.height_m * height, part_m=length / parts)

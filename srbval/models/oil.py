@@ -1,8 +1,8 @@
-"""Oil in the slices model: constants for the kernels, and films and powers of a run.
+"""Oil in the slices model: constants of traction, rolling resistance, drag and pockets for the kernels.
 
-The page "Oil" of the theory has the couple of rolling resistance, the drag, and what is left out. The length of an
-elliptical contact is that of B. J. Hamrock & D. Brewe 1983 (quoted from memory; a circle has Hertz's radius to 1 %).
-The drag's area A is a roller's length times its diameter, its density the oil's times the `fill` (T. A. Harris & M. N.
+The page "Oil" of the theory describes rolling resistance, drag, and what is neglected. The length of an elliptical
+contact follows B. J. Hamrock & D. Brewe 1983 (quoted from memory; for a circle it is Hertz's radius to 1 %). The area
+of the drag is a roller's length times its diameter, the density is the oil's density times `fill` (T. A. Harris & M. N.
 Kotzalas, Advanced Concepts of Bearing Technology, 2006; quoted from memory)."""
 
 import math
@@ -21,23 +21,23 @@ from srbval.models.full.film_kernel import FilmLaw
 from srbval.models.full.oil_kernel import OilLaw, rate_power
 from srbval.scene import Oil
 
-REFERENCE_PA = 1e9  # mean pressure at which the film is compared with the roughness; it goes with p^-0.2
+REFERENCE_PA = 1e9  # mean pressure at which film and roughness are compared; the film varies as p^-0.2
 PRESSURES_PA = np.linspace(0.02e9, 4e9, 400)
 DEGREE = 7
-# Loads at which the kernel's roots of the load are those of the formula, whose couples rise with Q^0.497 where
-# contacts are shorter than their rollers, then with Q^0.246: to 1 % from 0.1 to 100 kN. The rate is that of 859 rpm.
+# Loads at which the kernel's powers of the load, 0.5 and 0.25, agree with the formula, whose couples rise with Q^0.497
+# if contacts are shorter than their rollers, otherwise with Q^0.246: to 1 % from 0.1 to 100 kN. The rate: 859 rpm.
 SHORT_N, LONG_N, RATE_RAD_S = 5e3, 5e4, 300.0
 
 
 class ContactShape:
-    """A roller on one race: reduced radii along the race and along the roller [m], from both curvatures [1/m]."""
+    """Contact of a roller with one race, given by the curvatures of the gap along the race and across it [1/m]."""
 
     def __init__(self, along_1_m: float, across_1_m: float, roller_length_m: float) -> None:
         self.along_m, self.across_m = 1 / along_1_m, 1 / max(across_1_m, 1e-9)
         self.roller_length_m = roller_length_m
 
     def length_m(self, load_n: float) -> float:
-        """Length of the contact: 2 (6 k^2 eps Q R / (pi E'))^(1/3), k = 1.0339 r^0.636, eps = 1 + 0.5968 / r."""
+        """Length, at most the roller's: 2 (6 k^2 eps Q R / (pi E'))^(1/3), k = 1.0339 r^0.636, eps = 1 + 0.5968 / r."""
         ratio = self.across_m / self.along_m
         shape = (1.0339 * ratio**0.636) ** 2 * (1 + 0.5968 / ratio)
         radius = 1 / (1 / self.along_m + 1 / self.across_m)
@@ -45,17 +45,14 @@ class ContactShape:
         return float(min(found, self.roller_length_m))
 
     def rolling_couple_nm(self, oil: Oil, rate_rad_s: float, load_n: float, length_m: float) -> float:
-        """Couple 2 F R of both surfaces that resists turning at a rate relative to each other, isothermal."""
+        """Couple 2 F R of rolling resistance at a relative rate of rotation of both surfaces [N m], isothermal."""
         force = rolling_force_n(oil, rate_rad_s * self.along_m, load_n, self.along_m, length_m)
         return 2 * force * self.along_m
 
 
 def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
-    """Constants of traction by the film: viscosity and film over the pressure as polynomials, to 5 %."""
-    films = [
-        [line_film_m(oil, 1.0, line_load_n_m(p, shape.along_m), shape.along_m) for p in PRESSURES_PA]
-        for shape in shapes
-    ]
+    """Constants of traction by films: viscosity over film thickness as a polynomial of the pressure, to 5 %."""
+    films = [[line_film_m(oil, 1.0, line_load_n_m(p, s.along_m), s.along_m) for p in PRESSURES_PA] for s in shapes]
     thickness = min(line_film_m(oil, 1.0, line_load_n_m(REFERENCE_PA, s.along_m), s.along_m) for s in shapes)
     thicker = np.array([oil.log_thickening(p) for p in PRESSURES_PA]) - np.log(np.array(films) / thickness)
     fits = [np.polynomial.Polynomial.fit(PRESSURES_PA * 1e-9, row, DEGREE) for row in thicker / math.log(2)]

@@ -1,6 +1,6 @@
-"""Outputs of a model in chunks of output intervals, and the columns of their quantities.
+"""Outputs of a model: the column of each quantity, and the division of a run into chunks of output intervals.
 
-`srbval.models.run.Run` gives the columns their names for users.
+`srbval.models.run.Run` offers the columns under names for users.
 """
 
 from collections.abc import Iterator
@@ -15,31 +15,31 @@ from srbval.arrays import FloatArray
     DISPLACEMENT_X, DISPLACEMENT_Y, DISPLACEMENT_Z,  # of the outer ring at its end [m]
     CAGE_SPEED,  # mean [rad/s]
     CAGE_TILT_X, CAGE_TILT_Y,  # at its end [rad]
-    RING_FORCE_X, RING_FORCE_Y, RING_FORCE_Z,  # force of the rollers on the outer ring, mean [N]
-    DEEPEST,  # deepest penetration [m]
-    DRIVE_POWER, LOAD_POWER,  # mean power of the drive, of the external load [W]
-    FRICTION_POWER, DAMPING_POWER, HOUSING_POWER,  # mean power lost to friction, contact damping, housing damper [W]
-    BODY_ENERGY, CONTACT_ENERGY, SPRING_ENERGY,  # at its start: bodies, contacts (first evaluation), housing spring [J]
-    ROLLING_POWER, DRAG_POWER, POCKET_POWER,  # mean power lost to rolling resistance, drag, pockets [W]; 0 without oil
+    MEAN_RING_FORCE_X, MEAN_RING_FORCE_Y, MEAN_RING_FORCE_Z,  # force of the rollers on the outer ring, mean [N]
+    MAX_PENETRATION,  # deepest penetration [m]
+    MEAN_DRIVE_POWER, MEAN_LOAD_POWER,  # mean power of the drive, of the external load [W]
+    MEAN_FRICTION_POWER, MEAN_DAMPING_POWER, MEAN_HOUSING_POWER,  # lost to friction, contact damping, the housing [W]
+    BODY_ENERGY_AT_START, CONTACT_ENERGY_AT_START, SPRING_ENERGY_AT_START,  # of bodies, contacts, housing spring [J]
+    MEAN_ROLLING_POWER, MEAN_DRAG_POWER, MEAN_POCKET_POWER,  # lost to rolling resistance, drag, pockets [W]; 0: no oil
 ) = range(24)  # fmt: skip
-COUNT = 24
+COLUMN_COUNT = 24
 
-ACCELERATION, DISPLACEMENT = slice(0, 3), slice(3, 6)
-CAGE_TILT, RING_FORCE = slice(7, 9), slice(9, 12)
-ENERGY = slice(13, 24)  # powers and energies, in the order of `run.EnergyFlow`
-OIL = slice(21, 24)
+ACCELERATION_XYZ, DISPLACEMENT_XYZ = slice(0, 3), slice(3, 6)
+CAGE_TILT_XY, MEAN_RING_FORCE_XYZ = slice(7, 9), slice(9, 12)
+OIL_LOSSES = slice(21, 24)
 
-DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
+DEPTH_LIMIT_M = 2e-4  # highest penetration at which the search finds every touching point; checked in each run
 CHUNK_S = 0.02  # simulated time between two reports of progress
-CHUNK_STEPS = 500_000  # at most; a run can be interrupted between two chunks only
+CHUNK_STEPS = 500_000  # highest number of steps in a chunk; a run can only be interrupted between chunks
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outputs:
-    """`out`, one row per output interval, by the columns above; a column of NaN is a quantity the model does not have.
+    """Outputs of a run or a chunk: `out` has a row for each output interval, and the columns of this module.
 
-    Of the detailed outputs, if any: roller spins, [k, 2 M], and normal forces, [k, 2 races, 2 M rollers, 3 circles].
-    `sensor_m_s2`: acceleration at the sensor, one value a row, if the scene has a path to it.
+    A column is NaN if the model does not compute the quantity. `spin_rad_s`, [k, 2 M], and `load_n`, [k, 2 races,
+    2 M rollers, 3 circles], are the detailed outputs, if any: spins of the rollers and normal forces. `sensor_m_s2` is
+    the acceleration at the sensor for each row, if the scene has a path to the sensor.
     """
 
     out: FloatArray
@@ -48,10 +48,10 @@ class Outputs:
     sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
-def chunks(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
-    """First interval, of so many `steps`, and length of each chunk.
+def split_run(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
+    """Yield the first interval and the number of intervals of each chunk; an interval has so many solver `steps`.
 
-    A chunk ends with settling; details fall on a chunk's start.
+    A chunk ends with the settling time, and chunks begin at detailed outputs, one in `per_detail` intervals.
     """
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:

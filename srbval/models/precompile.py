@@ -1,11 +1,10 @@
-"""Fill or load the kernel cache.
+"""Compile kernels into the cache, in the process ``python -m srbval.models.precompile KERNEL ...``.
 
-``python -m srbval.models.precompile KERNEL ...`` is the process that `jit.precompile` starts.
+`jit.precompile` starts this process.
 """
 
 import gc
 import sys
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -16,30 +15,31 @@ from srbval.bearing import load_bearing
 from srbval.models.full.parameters import state_layout
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.jit import FREE_ROLLERS, OIL, RATES, RING, compile_and_list, compile_in_this_process
+from srbval.models.jit import FREE_SUFFIX, OIL_SUFFIX, RATES, RING, compile_and_list, compile_in_this_process
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.worker import end_with_input
 from srbval.scene import Scene, load_scene, paper_scene
 
-SHORTEST_S = 0.001  # simulated, to use every kernel that a run needs
+PRECOMPILED_RUN_S = 0.001  # length of a run that compiles its kernels
 
 
 def scenes_of_all_kernels() -> list[Scene]:
-    """Scenes that together need every kernel: all models and solvers, oil, free rollers, one cage and two."""
+    """Scenes that together use every kernel: all models and solvers, oil, free rollers, one cage and two."""
     rig: tuple[dict[str, Any], ...] = {}, {"model": "full"}, {"bodies": {"free_rollers": True, "cages": 1}}
     own = [paper_scene(solver={"name": name}) for name in METHODS]
     own += [paper_scene(model=model) for model in ("slices", "line", "planar")]
     return [*own, *(load_scene("rig", changes) for changes in rig), load_scene("rig-oil")]
 
 
-def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
-    """Compile one kernel of a model, see `kernels_of`, by the shortest use of it; in oil, of the traction of films."""
-    in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if OIL[1:] in more else {}
-    scene = paper_scene(model=model, bodies={"cages": cages, "free_rollers": FREE_ROLLERS[1:] in more}, **in_oil)
+def compile_kernel(name: str) -> None:
+    """Compile one kernel by a short use, see `kernels_of` for its name."""
+    model, part, cages, *more = name.split("-")
+    in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if OIL_SUFFIX[1:] in more else {}
+    scene = paper_scene(model=model, bodies={"cages": int(cages), "free_rollers": FREE_SUFFIX[1:] in more}, **in_oil)
     compile_in_this_process(scene)
     if part == RING:
-        simulate(replace(scene, duration_s=SHORTEST_S, settle_s=0.0), step=Step.UNCHECKED)
+        simulate(replace(scene, duration_s=PRECOMPILED_RUN_S, settle_s=0.0), step=Step.UNCHECKED)
         return
     parameters = level_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
     state = np.zeros(2 * state_layout(parameters).half)
@@ -50,14 +50,8 @@ def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
         take_steps(parameters, state, method, step_s=scene.solver.step_s, intervals=range(0))
 
 
-def compile_kernels(names: Iterable[str]) -> None:
-    """Compile kernels by their names, see `kernels_of`."""
-    for name in names:
-        model, part, cages, *more = name.split("-")
-        compile_and_list(name, partial(compile_kernel, model, part, int(cages), *more))
-
-
 if __name__ == "__main__":
     end_with_input()
-    gc.disable()  # a compiler makes millions of objects, of which few are rubbish
-    compile_kernels(sys.argv[1:])
+    gc.disable()  # compiling creates millions of objects, few of them garbage
+    for name in sys.argv[1:]:
+        compile_and_list(name, partial(compile_kernel, name))

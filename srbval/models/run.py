@@ -28,16 +28,15 @@ if TYPE_CHECKING:
 
     from srbval.models.estimates import StepError
 
-VARIABLES = read_toml(Path(__file__).with_name("run_variables.toml"))  # of a run file, in its order
+VARIABLES = read_toml(Path(__file__).with_name("run_variables.toml"))  # variables of a run file, in their order
 
 
 class RunStatus(enum.StrEnum):
-    """How a run ended; see `works` for the statuses that `srbval simulate` accepts.
+    """Status of a finished run; see `works` for the statuses that `srbval simulate` accepts.
 
-    `SKIDDING`: the cage does not turn as rolling rollers would drive it. `ROLLERS_UNLOADED`: the load bypasses the
-    rollers, or there is none. `INACCURATE`: the step leaves errors beyond the tolerances of `step_error`; the run is
-    written with this status, but does not work. All other statuses are failures of the numerics, the last six of a
-    model from outside.
+    `SKIDDING`: the cage is much slower or faster than in pure rolling. `ROLLERS_UNLOADED`: the load bypasses the
+    rollers, or there is no load. `INACCURATE`: errors due to the step exceed the tolerances of `step_error`; the
+    run is written to a file but not accepted. All others are failures of the numerics, the last six only from outside.
     """
 
     OK = "ok"
@@ -59,47 +58,46 @@ class RunStatus(enum.StrEnum):
 
     @property
     def usable(self) -> bool:
-        """True if the signals are written to a file: those of runs that work, and of inaccurate ones."""
+        """True if the run is written to a file: it is accepted or inaccurate."""
         return self.value in USABLE
 
 
 WORKING = ("ok", "skidding", "rollers-unloaded")  # statuses of runs that `srbval simulate` accepts, with exit code 0
-BY_CHANCE = ("out-of-time", "out-of-memory", "died")  # statuses that may be due to a busy machine: never stored
+BY_CHANCE = ("out-of-time", "out-of-memory", "died")  # statuses that a busy machine may cause; never stored
 USABLE = (*WORKING, "inaccurate")  # statuses of runs that are written to a file
 
 
 def works(status: str) -> bool:
     """True if `srbval simulate` accepts a run with this status, a `RunStatus` or its stored text.
 
-    A run works if its numerics passed every check: the bearing turns, skids or is unloaded as the scene makes it.
+    A run is accepted if its numerics passed every check, also if the bearing skids or is unloaded.
     """
     return status in WORKING
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunSummary:
-    """Status and figures of a run; the recorded time starts after the scene's settling time.
+    """Status and results of a run without its signals; recording starts after the scene's settling time.
 
     `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` the ratio of pure rolling,
-    `cage_course` the ratio at the run's start and end. `roller_load_share` is the part of the mean radial load that the
-    rollers carry (NaN without a load; the housing spring carries the rest), `balanced_share` their part in static
-    balance. `drive_power_w` is the mean power of the shaft's drive, `energy_imbalance` work in less stored less lost as
-    a share of the losses, both NaN if a model has no energies. `missing_n`, along the load: see
-    `RunningSums.missing_n`. `deepest_m`: penetration; `idle_share`: share of the time without contact.
+    `cage_course` the ratio at the run's start and end. `roller_load_share` is the share of the mean radial load on the
+    rollers (NaN without a load; the housing spring carries the rest), `balanced_share` their share in static balance.
+    `drive_power_w` is the mean power of the shaft's drive; `energy_imbalance` and `missing_n` (along the load): see
+    `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration, `idle_share` the
+    share of the time without contact.
 
-    `step_error`: errors left by the step, None if not estimated; `step_limit_s`: see `step_limits.elastic_limit_s`,
-    `default_limit_s`: the limit of the default solver; `check_wall_s`: time of estimating the error or choosing the
-    step; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
-    `stored_utc`: when the run was made if it was read from the cache; its times are of that occasion.
-    `cpu_s`: processor time of the thread that integrated the run, `wall_s` its wall time, both without compiling.
+    `step_error`: errors due to the step, None if not estimated; `step_limit_s`: `step_limits.elastic_limit_s` of the
+    solver, `default_limit_s` of the default solver; `check_wall_s`: wall time of estimating the error or choosing the
+    step; `band_rms_m_s2`: RMS along the sensor's axis by band of `scene.BANDS_HZ`; `stored_utc`: time of the simulation
+    if the run was read from the cache; `cpu_s` and `wall_s`: processor and wall time of the simulation, not compiling.
 
-    In oil: `power_w`, mean losses by source and their `total` [W] (`damping` in the contacts, no `seals`); `film_um`,
-    the least film of a contact that carries and the `mean` film in the contacts' middles, at the run's end;
-    `lambda_min`: the least film over the roughness. Empty and NaN without oil.
+    In oil: `power_w`, mean losses by source and their `total` [W] (`seals` are always 0); `film_um`, least film (`min`)
+    and mean film in the middle (`mean`) of the loaded contacts at the run's end; `lambda_min`, least film over
+    roughness. Without oil they are empty and NaN.
 
-    `free_rollers`: at the run's end, of rollers that tilt and slide along their axes and carry load, the largest tilt
-    `tilt_mrad`, displacement along the axis `shift_um` and moment of friction about the slot `skew_nm`, which the cage
-    bears; share of row 1 in the loads of all outer contacts, `row_1_share`. Empty if rollers are held.
+    `free_rollers`: largest values of the loaded rollers at the run's end, if rollers tilt and slide along their axes:
+    tilt `tilt_mrad`, displacement along the axis `shift_um`, moment of friction about the slot on the cage `skew_nm`;
+    `row_1_share` is the share of row 1 in the loads of all outer contacts. Otherwise empty.
     """
 
     scene: Scene
@@ -134,14 +132,14 @@ class RunSummary:
     free_rollers: Mapping[str, float] = field(default_factory=dict)
 
     def require_usable(self, what: str) -> Self:
-        """Return this run, or raise `NumericsError` with `what` failed and why if it is not usable."""
+        """Return this run; if it is not usable, raise `NumericsError` with the reason and `what`, the failed task."""
         if not self.status.usable:
             raise NumericsError(f"{what} failed ({self.status}): {self.reason}.")
         return self
 
     @property
     def slip_pct(self) -> float:
-        """Lag of the cage behind pure rolling [%]."""
+        """Slip of the cage: its lag behind pure rolling [%]."""
         return 100 * (1 - self.cage_ratio / self.rolling_ratio)
 
     @property
@@ -151,60 +149,60 @@ class RunSummary:
 
     @property
     def not_validated(self) -> tuple[str, ...]:
-        """Parts of the scene that no comparison with measurements covers, in words."""
+        """Parts of the scene that no comparison with measurements has validated, as texts."""
         return not_validated(self.scene)
 
     @property
     def bpfo_hz(self) -> float:
-        """Outer-race line from the mean cage speed, Z f_cage [Hz]."""
+        """Outer-race line frequency from the mean cage speed, Z f_cage [Hz]."""
         return self.rolling_elements * self.cage_ratio * self.scene.shaft_hz
 
     @property
     def bpfi_hz(self) -> float:
-        """Inner-race line from the mean cage speed, Z (f_shaft - f_cage) [Hz]."""
+        """Inner-race line frequency from the mean cage speed, Z (f_shaft - f_cage) [Hz]."""
         return self.rolling_elements * (1 - self.cage_ratio) * self.scene.shaft_hz
 
     @property
     def wall_per_simulated_s(self) -> float:
-        """Wall time per simulated second, settling included, compiling not."""
+        """Wall time per simulated second, with settling, without compiling."""
         return self.wall_s / (self.seconds + self.scene.settle_s)
 
     @property
     def cpu_per_simulated_s(self) -> float:
-        """Processor time per simulated second, settling included, compiling not."""
+        """Processor time per simulated second, with settling, without compiling."""
         return self.cpu_s / (self.seconds + self.scene.settle_s)
 
 
-def _part(columns: int | slice, meaning: str) -> Any:
-    """Property of a run: these columns of its `out`, in an array of their own."""
+def _output(columns: int | slice, meaning: str) -> Any:
+    """Make a property of a run that returns columns of `out` in a contiguous array."""
     return property(lambda run: np.ascontiguousarray(run.out[:, columns]), doc=meaning)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run(RunSummary, Outputs, NotebookObject):
-    """A simulated run in memory: all of its outputs in one piece, [n] of them."""
+    """Simulated run in memory, with the outputs of all its n output intervals."""
 
-    acceleration_m_s2 = _part(col.ACCELERATION, "Of the outer ring, [n, 3]: change of velocity over the interval.")
-    displacement_m = _part(col.DISPLACEMENT, "Of the outer ring at the interval's end, [n, 3].")
-    cage_rad_s = _part(col.CAGE_SPEED, "Mean speed of the cage, [n].")
-    cage_tilt_rad = _part(col.CAGE_TILT, "Tilt of the cage about x and y, [n, 2].")
-    roller_force_n = _part(col.RING_FORCE, "Force of the rollers on the outer ring, mean of the interval, [n, 3].")
-    depth_m = _part(col.DEEPEST, "Deepest penetration into an undamaged raceway, [n].")
+    acceleration_m_s2 = _output(col.ACCELERATION_XYZ, "Acceleration of the outer ring, mean of the interval, [n, 3].")
+    displacement_m = _output(col.DISPLACEMENT_XYZ, "Displacement of the outer ring at the interval's end, [n, 3].")
+    cage_rad_s = _output(col.CAGE_SPEED, "Speed of the cage, mean of the interval, [n].")
+    cage_tilt_rad = _output(col.CAGE_TILT_XY, "Tilt of the cage about x and y at the interval's end, [n, 2].")
+    roller_force_n = _output(col.MEAN_RING_FORCE_XYZ, "Mean force of the rollers on the outer ring, [n, 3].")
+    depth_m = _output(col.MAX_PENETRATION, "Deepest penetration into an undamaged raceway, [n].")
 
     @property
     def time_s(self) -> FloatArray:
-        """Time of each output interval's start [s], [n]."""
+        """Time at the start of each output interval [s], [n]."""
         return np.arange(len(self.out)) / self.scene.output_rate_hz
 
     def to_frame(self) -> pandas.DataFrame:
-        """A pandas table, one row per output interval: time, and the variables of a run file under their names."""
+        """Convert to a pandas table with a row for each output interval: time, and the variables of a run file."""
         import pandas
 
         columns = {name: self.out[:, variable["column"]] for name, variable in VARIABLES.items()}
         return pandas.DataFrame({"time_s": self.time_s} | columns)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The data set that xarray reads in the run's file: units, names and attributes are the same."""
+        """Convert to the data set that xarray reads from a file of the run, with units, names and attributes."""
         engine = require_xarray()
         with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
             load_public("write_run")(self, path := Path(folder) / "run.h5")
@@ -220,23 +218,23 @@ class Run(RunSummary, Outputs, NotebookObject):
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:
-    """Parts of this scene that no comparison with measurements covers, in words; always the amplitudes.
+    """Parts of a scene that no comparison with measurements has validated, as texts; amplitudes are always one.
 
-    A bearing counts as validated if it has the geometry of the paper's, whatever its name.
+    A bearing of any name counts as validated if it has the geometry of the paper's bearing.
     """
     found = ["amplitudes and the noise floor"]
     if is_outside(scene.model):
-        found = [f"anything of the model {scene.model}, which is not part of srbval"]
+        found = [f"all results of the model {scene.model}, which is not part of srbval"]
     bearing = bearing_of_run(scene)
     if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
-        found.append(f"the bearing {scene.bearing}: the models were held against the {DEFAULT_BEARING} alone")
+        found.append(f"the bearing {scene.bearing}: only the {DEFAULT_BEARING} was compared with measurements")
         if bearing is not None and bearing.geometry is None:
             assumed = (
                 "load zone, pulses and resonance are"
                 if bearing.elements is None
-                else "grooves, housing and what the scene does not say are"
+                else "grooves, housing and unstated values of the scene are"
             )
-            found.append(f"everything but where lines lie: the bearing has no [geometry], so {assumed} assumed")
+            found.append(f"everything except line frequencies: the bearing has no [geometry], so {assumed} assumed")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
     if bearing is not None and (overload := bearing.overload(scene.load.radial_n, scene.load.axial_n)):
@@ -253,7 +251,7 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
 
 
 def bearing_of_run(scene: Scene) -> Bearing | None:
-    """The bearing of a scene that was run; None if its file is gone."""
+    """Load the bearing of a scene that was run; None if this fails, for example because its file is missing."""
     try:
         return load_bearing(scene.bearing)
     except SrbvalError:

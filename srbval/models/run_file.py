@@ -1,7 +1,7 @@
 """Run files: HDF5 with names and units on every variable, readable by xarray (`engine="h5netcdf"`).
 
-A file is written chunk by chunk under another name and takes its place only if the run ends well. The run's summary
-precedes the file's checksum, so that a run can be read again bit for bit: `read_summary`, `read_run`.
+A file is written chunk by chunk under another name and renamed only if the run ends well. The summary of the run
+precedes the file's checksum, so that a run can be read back bit for bit: `read_summary`, `read_run`.
 """
 
 import dataclasses
@@ -23,16 +23,16 @@ from srbval.models.run import VARIABLES, Run, RunStatus, RunSummary, bearing_of_
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
-ROWS = 4096  # rows in a chunk on disk
-SENSOR = "acceleration_sensor_m_s2"
-NOT_KEPT = ("scene", "step_error", "stored_utc")  # fields of a summary that its file lacks
+ROWS_PER_CHUNK = 4096  # rows of an HDF5 chunk
+SENSOR_SIGNAL = "acceleration_sensor_m_s2"
+NOT_KEPT = ("scene", "step_error", "stored_utc")  # fields of a summary that are not in its JSON text
 DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
 
 
 class RunWriter:
-    """Writes a run into a file of `new_hdf5` as it goes: `append` each chunk, `finish` once.
+    """Writes a run into a file of `new_hdf5` while the run is computed: `append` each chunk, then `finish`.
 
-    With `acceleration_only` the accelerations of ring and sensor are the only signals.
+    If `acceleration_only`, the only signals are the accelerations of ring and sensor.
     """
 
     def __init__(self, file: Any, scene: Scene, *, acceleration_only: bool = False) -> None:
@@ -40,21 +40,21 @@ class RunWriter:
         self._names = [name for name in VARIABLES if not acceleration_only or name.startswith("acceleration")]
 
     def append(self, part: Outputs) -> None:
-        """Add a chunk, or all of a run; `DataError` for a full disk."""
+        """Append a chunk, or a whole run; raises `DataError` if the disk is full."""
         self._file.check_written()
         for name in self._names:
             variable = VARIABLES[name]
             values = part.out[:, variable["column"]]
-            if not np.isnan(values).all() and (self._scene.oil or "oil" not in variable):  # the model has it
+            if not np.isnan(values).all() and (self._scene.oil or "oil" not in variable):  # the model computes it
                 self._extend(name, values, variable["units"], variable["long_name"])
         if len(part.sensor_m_s2):
-            self._extend(SENSOR, part.sensor_m_s2, "m s-2", "acceleration at the sensor, behind the path to it")
+            self._extend(SENSOR_SIGNAL, part.sensor_m_s2, "m s-2", "acceleration at the sensor, behind the path to it")
         if len(part.spin_rad_s):
             self._extend("spin_rad_s", part.spin_rad_s, "rad s-1", "spin about the rollers' axes")
             self._extend("load_n", part.load_n, "N", "normal force, by race, roller, circle")
 
     def finish(self, summary: RunSummary) -> None:
-        """Add the time axes, link them, and write the run's attributes."""
+        """Write the axes, attach them to the variables, and write the attributes and the summary of the run."""
         fs_hz = self._scene.output_rate_hz
         self._scale("time_s", (np.arange(summary.samples) + 1) / fs_hz, "s", "end of the output interval")
         if "spin_rad_s" in self._file:
@@ -73,11 +73,10 @@ class RunWriter:
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
         if name not in self._file:
             shape = values.shape[1:]
-            made = self._file.create_dataset(
-                name, data=values, maxshape=(None, *shape), chunks=(ROWS, *shape), **CHECKED
-            )
+            sizes = {"maxshape": (None, *shape), "chunks": (ROWS_PER_CHUNK, *shape)}
+            made = self._file.create_dataset(name, data=values, **sizes, **CHECKED)
             made.attrs.update({"units": units, "long_name": long_name})
-            self._file.flush()  # or their order in the file would depend on when HDF5 happens to write
+            self._file.flush()  # otherwise the order in the file depends on when HDF5 writes
             return
         dataset = self._file[name]
         dataset.resize(len(dataset) + len(values), axis=0)
@@ -91,7 +90,7 @@ class RunWriter:
 
 
 def write_run(run: Run, path: str | Path) -> None:
-    """Write `run` to `path`, whole or not at all; `DataError` if it cannot be written."""
+    """Write `run` to `path`; raises `DataError` if this fails, and then leaves no file."""
     with new_hdf5(Path(path)) as file:
         writer = RunWriter(file, run.scene)
         writer.append(run)
@@ -99,7 +98,7 @@ def write_run(run: Run, path: str | Path) -> None:
 
 
 def _summary_text(run: RunSummary) -> bytes:
-    """The summary as JSON with infinities, less the scene but for its step."""
+    """JSON of a summary, with infinities, without the scene except for its step."""
     kept = {name: getattr(run, name) for name in RunSummary.__dataclass_fields__ if name not in NOT_KEPT}
     error = run.step_error and dataclasses.asdict(run.step_error)
     own = {"chosen_step_s": run.scene.solver.step_s, "step_error": error}
@@ -107,7 +106,7 @@ def _summary_text(run: RunSummary) -> bytes:
 
 
 def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
-    """The summary of a run of `scene` from its file's JSON; `LookupError`, `TypeError` or `ValueError` if damaged."""
+    """Build the summary of a run of `scene` from JSON; `LookupError`, `TypeError` or `ValueError` if damaged."""
     kept = dict(table)
     solver, error = dataclasses.replace(scene.solver, step_s=kept.pop("chosen_step_s")), kept.pop("step_error")
     if error is not None:
@@ -118,26 +117,26 @@ def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
 
 
 def read_run(path: Path, summary: RunSummary) -> Run:
-    """The run in a run file of `summary`; `OSError` or `LookupError` for another file."""
+    """Read the run that has this summary from its file; raises `OSError` or `LookupError` for another file."""
     import h5py
 
     with h5py.File(path) as file:
-        out = np.full((summary.samples, col.COUNT), np.nan)
-        out[:, col.OIL] = 0.0 if "drive_w" in file else np.nan  # energies without oil: no losses to it
+        out = np.full((summary.samples, col.COLUMN_COUNT), np.nan)
+        out[:, col.OIL_LOSSES] = 0.0 if "drive_w" in file else np.nan  # a model with energies, without oil
         for name in VARIABLES.keys() & file.keys():
             out[:, VARIABLES[name]["column"]] = file[name]
-        stored = {"spin_rad_s": "spin_rad_s", "load_n": "load_n", "sensor_m_s2": SENSOR}
+        stored = {"spin_rad_s": "spin_rad_s", "load_n": "load_n", "sensor_m_s2": SENSOR_SIGNAL}
         details = {name: file[own][:] for name, own in stored.items() if own in file}
     return Run(**vars(summary), out=out, **details)
 
 
 def scene_dict(scene: Any) -> dict[str, Any]:
-    """A scene as plain values (tables as dictionaries, enums as text), SI."""
+    """Convert a scene to plain values in SI units: tables to dictionaries, enums to text."""
     table = dataclasses.asdict(scene)
     for defect in (table["defect"], *table["further_defects"]):
         defect["kind"] = defect["kind"].scene_word
     for name in ("sensor_path", "surface", "oil"):
-        if table[name] is None:  # content of scenes without one is as it was
+        if table[name] is None:  # the content of older scenes stays the same
             del table[name]
     if not scene.bodies.free_rollers:
         del table["bodies"]["free_rollers"]
@@ -147,7 +146,7 @@ def scene_dict(scene: Any) -> dict[str, Any]:
 def _attributes(run: RunSummary) -> dict[str, Any]:
     scene, known = run.scene, {}
     bearing = bearing_of_run(scene)
-    if bearing is not None:  # for readers that do not have the bearing's file
+    if bearing is not None:  # for readers without the bearing's file
         known = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
         known |= vars(bearing.orders)
     return {
@@ -173,7 +172,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
 
 
 def scene_content(scene: Scene) -> str:
-    """A scene with the content of its bearing and its model from outside, wherever their files are: key of results."""
+    """Text that identifies a scene's results: the scene, the content of its bearing and of its model from outside."""
     name, content = _name_and_content(scene.bearing)
     model = content_of(scene.model) if is_outside(scene.model) else scene.model
     return json.dumps(scene_dict(scene) | {"bearing": name, "model": model}, sort_keys=True) + content

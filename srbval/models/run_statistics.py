@@ -1,4 +1,4 @@
-"""Running sums over a run, with its balances of energy and momentum: enough to assess it without its signals."""
+"""Running sums over a run, from which status, results and balances are computed without its signals."""
 
 import math
 import time
@@ -18,24 +18,22 @@ from srbval.models.run import RunStatus, RunSummary
 from srbval.models.sensor import BandLevels, SensorFilter
 from srbval.scene import Scene
 
-# losses of a bearing in oil by source; it has no seals
+# losses of a bearing in oil by source, without seals
 LOSSES = {
-    "sliding": col.FRICTION_POWER,
-    "rolling": col.ROLLING_POWER,
-    "drag": col.DRAG_POWER,
-    "cage": col.POCKET_POWER,
-    "damping": col.DAMPING_POWER,
+    "sliding": col.MEAN_FRICTION_POWER,
+    "rolling": col.MEAN_ROLLING_POWER,
+    "drag": col.MEAN_DRAG_POWER,
+    "cage": col.MEAN_POCKET_POWER,
+    "damping": col.MEAN_DAMPING_POWER,
 }
-WORK = [col.DRIVE_POWER, col.LOAD_POWER]
-LOST = [col.FRICTION_POWER, col.DAMPING_POWER, col.HOUSING_POWER, *range(col.COUNT)[col.OIL]]
-STORED = [col.BODY_ENERGY, col.CONTACT_ENERGY, col.SPRING_ENERGY]
-
-# fields of `RunStatistics` that its `RunSummary` has too
-AS_THEY_ARE = ("scene", "wall_s", "cpu_s", "compile_s", "finite", "deepest_m")
+INPUT_POWERS = [col.MEAN_DRIVE_POWER, col.MEAN_LOAD_POWER]
+LOSS_POWERS = np.r_[col.MEAN_FRICTION_POWER : col.MEAN_HOUSING_POWER + 1, col.OIL_LOSSES]
+STORED_ENERGIES = [col.BODY_ENERGY_AT_START, col.CONTACT_ENERGY_AT_START, col.SPRING_ENERGY_AT_START]
+COPIED_FIELDS = ("scene", "wall_s", "cpu_s", "compile_s", "finite", "deepest_m")  # from statistics to summary
 
 
 class RingSupport(NamedTuple):
-    """Mass and weight of the outer ring with what is fixed to it, and the housing's spring and damper; NaN: unknown."""
+    """Mass and weight of the outer ring with attached parts, and the housing's spring and damper; NaN if unknown."""
 
     mass_kg: float = math.nan
     weight_n: float = math.nan
@@ -45,47 +43,46 @@ class RingSupport(NamedTuple):
 
 @dataclass
 class RunningSums:
-    """Sum of a run's rows, its first and its last row, [COUNT] each, see `outputs`: what its balances follow from."""
+    """Sum of all rows of a run's outputs, first row and last row, [COLUMN_COUNT] each, for energy and momentum."""
 
     rows: int = 0
-    total: FloatArray = field(default_factory=lambda: np.zeros(col.COUNT))
-    first: FloatArray = field(default_factory=lambda: np.zeros(col.COUNT))
-    last: FloatArray = field(default_factory=lambda: np.zeros(col.COUNT))
+    total: FloatArray = field(default_factory=lambda: np.zeros(col.COLUMN_COUNT))
+    first: FloatArray = field(default_factory=lambda: np.zeros(col.COLUMN_COUNT))
+    last: FloatArray = field(default_factory=lambda: np.zeros(col.COLUMN_COUNT))
 
     def add(self, out: FloatArray) -> None:
-        """Enter a chunk's rows."""
+        """Add the rows of a chunk, [n, COLUMN_COUNT]."""
         self.first = self.first if self.rows else out[0].copy()
         self.rows, self.last = self.rows + len(out), out[-1].copy()
         self.total = self.total + np.ascontiguousarray(out.T).sum(axis=1)
 
     def energy_imbalance(self, interval_s: float) -> float:
-        """Work in less stored less lost, as a share of the losses; NaN if there are none.
+        """Energy imbalance: work minus stored energy minus losses, as a share of the losses; NaN without losses.
 
-        The energy stored is known at an interval's start, so the last interval is left out.
+        The stored energy is known at the start of an interval, so the last interval is left out.
         """
         through = (self.total - self.last) * interval_s
-        gained, lost = float((self.last - self.first)[STORED].sum()), float(through[LOST].sum())
-        return (float(through[WORK].sum()) - gained - lost) / lost if lost else math.nan
+        gained, lost = float((self.last - self.first)[STORED_ENERGIES].sum()), float(through[LOSS_POWERS].sum())
+        return (float(through[INPUT_POWERS].sum()) - gained - lost) / lost if lost else math.nan
 
     def missing_n(self, ring: RingSupport, load_n: FloatArray, interval_s: float) -> FloatArray:
-        """Mean force on the ring that no other force explains, under a mean external load, [3]; NaN if unknown.
+        """Mean force missing in Newton's second law of the ring [N], [3]; NaN if unknown. `load_n`: mean load, [3].
 
-        Newton's second law in the mean: a missing force is an error of the integrator. The first row is left out, as
-        the ring's speed before it is not known.
+        A missing force is an error of the integrator. The first row is left out: the speed before it is unknown.
         """
         intervals = self.rows - 1 if self.rows > 1 else math.nan
         mean = (self.total - self.first) / intervals
-        moved = (self.last - self.first)[col.DISPLACEMENT] / intervals
-        held = ring.stiffness_n_m * (mean[col.DISPLACEMENT] - moved / 2) + ring.damping_ns_m * moved / interval_s
+        moved = (self.last - self.first)[col.DISPLACEMENT_XYZ] / intervals
+        held = ring.stiffness_n_m * (mean[col.DISPLACEMENT_XYZ] - moved / 2) + ring.damping_ns_m * moved / interval_s
         weight = np.array([0.0, -ring.weight_n, 0.0])
-        return mean[col.RING_FORCE] + load_n + weight - held - ring.mass_kg * mean[col.ACCELERATION]
+        return mean[col.MEAN_RING_FORCE_XYZ] + load_n + weight - held - ring.mass_kg * mean[col.ACCELERATION_XYZ]
 
 
 @dataclass
 class RunStatistics:
-    """Running sums over a run's chunks.
+    """Statistics of a run, accumulated chunk by chunk.
 
-    `figures`: further fields of its `RunSummary`, by name. `ended`: status and reason, if the model itself states them.
+    `figures`: further fields of `RunSummary`, by name. `ended`: status and reason if the model determines them itself.
     """
 
     scene: Scene
@@ -109,33 +106,33 @@ class RunStatistics:
 
     @contextmanager
     def timed(self) -> Iterator[None]:
-        """Add the wall time and the processor time of the block to the run's."""
+        """Add the wall time and the processor time of a block of code to those of the run."""
         started, worked = time.perf_counter(), time.thread_time()
         yield
         self.wall_s += time.perf_counter() - started
         self.cpu_s += time.thread_time() - worked
 
     def add(self, out: FloatArray) -> FloatArray:
-        """Count the rows of a chunk; returns the sensor's acceleration [m/s2]. Columns that a model lacks are NaN."""
+        """Add a chunk, [n, COLUMN_COUNT], NaN in columns that a model lacks; returns the sensor's signal [m/s2]."""
         self.finite = self.finite and self._all_finite(out)
         latest = float(out[:, col.CAGE_SPEED].mean())
         self.course_rad_s = (latest if math.isnan(self.course_rad_s[0]) else self.course_rad_s[0], latest)
-        self.deepest_m = max(self.deepest_m, float(out[:, col.DEEPEST].max()))
-        self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY] == 0.0))
+        self.deepest_m = max(self.deepest_m, float(out[:, col.MAX_PENETRATION].max()))
+        self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY_AT_START] == 0.0))
         self.sums.add(out)
-        shown = self.sensor.add(out[:, col.ACCELERATION])
-        self.levels.add(shown)
-        return shown
+        sensor_m_s2 = self.sensor.add(out[:, col.ACCELERATION_XYZ])
+        self.levels.add(sensor_m_s2)
+        return sensor_m_s2
 
-    def lost(self, out: FloatArray) -> bool:
-        """True if these rows show that the run is beyond recovery, so that it ends here."""
-        return not self._all_finite(out) or float(out[:, col.DEEPEST].max()) > col.DEEPEST_M
+    def has_diverged(self, out: FloatArray) -> bool:
+        """True if a chunk is not finite or a penetration exceeds the limit, so that the run must end."""
+        return not self._all_finite(out) or float(out[:, col.MAX_PENETRATION].max()) > col.DEPTH_LIMIT_M
 
     def _all_finite(self, out: FloatArray) -> bool:
         return bool(np.all(np.isfinite(out[..., level_of(self.scene.model).columns])))
 
     def summary(self) -> RunSummary:
-        """Figures and status of all that was added."""
+        """Results and status of the run, from all chunks added so far."""
         scene, n, interval_s = self.scene, max(self.sums.rows, 1), 1 / self.scene.output_rate_hz
         shaft, direction = scene.mean_shaft_rad_s or math.nan, load_direction(scene)
         with np.errstate(all="ignore"):  # the state may not be finite
@@ -144,7 +141,7 @@ class RunStatistics:
             energy_imbalance = self.sums.energy_imbalance(interval_s)
         run = RunSummary(
             **self.figures,
-            **{name: getattr(self, name) for name in AS_THEY_ARE},
+            **{name: getattr(self, name) for name in COPIED_FIELDS},
             samples=self.sums.rows,
             status=RunStatus.OK,
             reason="",
@@ -152,11 +149,11 @@ class RunStatistics:
             rolling_ratio=self.bearing.orders.ftf,
             cage_ratio=float(mean[col.CAGE_SPEED]) / shaft,
             cage_course=(self.course_rad_s[0] / shaft, self.course_rad_s[1] / shaft),
-            roller_load_share=load_share(scene, mean[col.RING_FORCE], scene.mean_radial_n),
+            roller_load_share=load_share(scene, mean[col.MEAN_RING_FORCE_XYZ], scene.mean_radial_n),
             energy_imbalance=energy_imbalance,
             missing_n=float(missing_n @ direction),
             idle_share=self.idle / n,
-            drive_power_w=float(mean[col.DRIVE_POWER]),
+            drive_power_w=float(mean[col.MEAN_DRIVE_POWER]),
             band_rms_m_s2=self.levels.rms(),
         )
         if scene.oil is not None:
@@ -167,11 +164,11 @@ class RunStatistics:
 
 
 def load_share(scene: Scene, force_n: FloatArray, radial_n: float) -> float:
-    """Part of a radial load that a force of the rollers on the ring, [3], carries; NaN without a load."""
+    """Share of the radial load carried by the rollers' force on the ring, `force_n`, [3]; NaN without a load."""
     return float(-force_n @ load_direction(scene)) / radial_n if radial_n else math.nan
 
 
 def load_direction(scene: Scene) -> FloatArray:
-    """Direction of the scene's radial load, a unit vector [3]."""
+    """Unit vector in the direction of the scene's radial load, [3]."""
     angle = scene.load.direction_rad
     return np.array([math.cos(angle), math.sin(angle), 0.0])

@@ -1,4 +1,4 @@
-"""Signal of the sensor: the ring's motion along its axis, the scene's path to it, the level in each band."""
+"""Signal of the sensor: acceleration along its axis, the path from ring to sensor, the RMS in each band."""
 
 import math
 from dataclasses import dataclass, field
@@ -9,19 +9,19 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 
-ORDER = 4  # order of the Butterworth band-pass
+FILTER_ORDER = 4  # order of the Butterworth band-pass
 FILTER_S = 0.05  # length of a path's filters
 
 
 def along_sensor(acceleration: FloatArray) -> FloatArray:
-    """The component of accelerations, [n, 3], along the sensor's axis."""
+    """Component of accelerations, [n, 3], along the sensor's axis, [n]."""
     return acceleration[:, :2] @ np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])
 
 
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of `samples` within a band, in their unit; Hann window, brick-wall band.
+    """RMS of `samples` within a band, in the unit of the samples; Hann window, sharp band edges.
 
-    `samples` are means over their intervals, as a run's accelerations are; their attenuation is compensated.
+    The samples must be means over their intervals, like a run's accelerations; this attenuation is compensated.
     """
     from scipy.fft import rfft
 
@@ -34,14 +34,14 @@ def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) ->
 
 
 def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
-    """Squares of `samples`, [n], in a band, by a Butterworth band-pass without phase, [n]; ends are its transients."""
-    from scipy.signal import sosfiltfilt  # takes half a second to load, and who reads a stored run needs none
+    """Squares of band-passed `samples`, [n], by a zero-phase Butterworth filter; transients at both ends remain."""
+    from scipy.signal import sosfiltfilt  # takes half a second to load
 
     return sosfiltfilt(_sections(fs_hz, band_hz), samples) ** 2
 
 
 def hann(length: int) -> FloatArray:
-    """Hann's window without its zeros, [length]."""
+    """Hann window without zeros at its ends, [length]."""
     return np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
 
 
@@ -49,12 +49,12 @@ def hann(length: int) -> FloatArray:
 def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     from scipy.signal import butter
 
-    return butter(ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
+    return butter(FILTER_ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
 
 
 @dataclass
 class BandLevels:
-    """Sums for the RMS of the sensor's signal in each of `BANDS_HZ`, by causal Butterworth filters of order `ORDER`."""
+    """Running RMS of the sensor's signal in each of `BANDS_HZ`, by causal Butterworth filters."""
 
     fs_hz: float
     samples: int = 0
@@ -62,7 +62,7 @@ class BandLevels:
     _states: dict[str, FloatArray] = field(default_factory=dict)
 
     def add(self, along: FloatArray) -> None:
-        """Add accelerations along the sensor's axis, [n], in m/s2."""
+        """Add accelerations along the sensor's axis [m/s2], [n]."""
         from scipy.signal import sosfilt
 
         self.samples += len(along)
@@ -74,17 +74,17 @@ class BandLevels:
                 self.squares[name] = self.squares.get(name, 0.0) + float(filtered @ filtered)
 
     def rms(self) -> dict[str, float]:
-        """RMS in each band below half the rate [m/s2]; NaN for a band that does not lie there."""
+        """RMS in each band [m/s2]; NaN for a band that reaches half the sampling rate."""
         found = dict.fromkeys(BANDS_HZ, math.nan)
         return found | {name: math.sqrt(square / self.samples) for name, square in self.squares.items()}
 
 
 class SensorFilter:
-    """Acceleration at the sensor from the ring's acceleration; without a `path`, its component along the sensor's axis.
+    """Filter from the ring's acceleration to the sensor's; without a `path`, the component along the sensor's axis.
 
-    The path's response becomes one filter of `FILTER_S` for each direction, by its values on a grid and Hann's window
-    over time, so that gains change within 40 Hz of an edge between bands. The output comes `FILTER_S` / 2 late, and
-    begins at rest.
+    The response of the path is sampled in frequency and multiplied by a Hann window in time, which gives a filter of
+    `FILTER_S` for each direction and smooths gains within 40 Hz of a band's edge. The output is delayed by `FILTER_S`
+    / 2 and begins at rest.
     """
 
     def __init__(self, path: SensorPath | None, fs_hz: float, load_direction_rad: float) -> None:
@@ -93,12 +93,12 @@ class SensorFilter:
         self._before = np.zeros((2 * half, 2))
         self._taps: FloatArray | None = None
         if path is not None:
-            length = 8 * (2 * half + 1)  # a grid so fine that nothing of the response comes back at its other end
+            length = 8 * (2 * half + 1)  # so long that the response does not wrap around
             impulse = np.fft.irfft(path.response(np.arange(length // 2 + 1) * fs_hz / length), length)
             self._taps = np.roll(impulse, half, axis=1)[:, : 2 * half + 1].T * hann(2 * half + 1)[:, None]
 
     def add(self, acceleration: FloatArray) -> FloatArray:
-        """Acceleration at the sensor over the ring's next samples, [n, 3] to [n], in m/s2."""
+        """Acceleration at the sensor [m/s2], [n], for the next accelerations of the ring, [n, 3]."""
         if self._taps is None:
             return along_sensor(acceleration)
         from scipy.signal import oaconvolve

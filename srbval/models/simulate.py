@@ -1,7 +1,7 @@
-"""Run a scene: choose the model, integrate in chunks, judge the result; in memory or straight to a file.
+"""Simulates a scene with its model in chunks and assesses the run, in memory or directly into a file.
 
-A stored run, from the user's cache, equals bit for bit what the same code would compute on this machine; only its times
-are older, see `RunSummary.stored_utc`. Runs that are not usable or too large are not stored.
+A stored run, from the user's cache, equals a new run of the same code on this machine bit for bit, except for its
+times, see `RunSummary.stored_utc`. Runs that are not usable or are too large are not stored.
 """
 
 import contextlib
@@ -21,8 +21,8 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
-from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, imported, level_of
-from srbval.models.jit import WITHOUT_KERNELS, expected_s, is_compiled, machine, precompile
+from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, import_function, level_of
+from srbval.models.jit import WITHOUT_KERNELS, expected_s, machine, missing_kernels, precompile
 from srbval.models.outputs import Outputs
 from srbval.models.run import Run, RunSummary
 from srbval.models.run_file import RunWriter, read_run, read_summary, scene_content, write_run
@@ -43,8 +43,8 @@ RUNS = ContentStore(kind="run", computed_by=__name__, suffix=".h5")
 class Step(enum.StrEnum):
     """Treatment of the solver's step in a run, see `step_error`.
 
-    `CHECKED`: the error of the scene's step is estimated; `AUTO`: a step is chosen that keeps the error within
-    tolerance; `UNCHECKED`: neither, for runs that are timed or only compared.
+    `CHECKED`: the error due to the scene's step is estimated; `AUTO`: a step with an error within tolerance is chosen;
+    `UNCHECKED`: neither, for runs that are timed or only compared.
     """
 
     CHECKED = "checked"
@@ -53,70 +53,70 @@ class Step(enum.StrEnum):
 
 
 def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
-    """Run `scene` from static balance and keep its signals.
+    """Simulate `scene` from static balance and return the run with its signals.
 
-    The step's error is estimated first, or a step is chosen, see `Step`. Raises `ConfigurationError` for an unknown
-    model or solver, a bearing without geometry, or a load that crushes the contacts. A failed run is returned, not
-    raised: see its `status` and `reason`; a run beyond recovery ends early.
+    The error due to the step is estimated first, or a step is chosen, see `Step`. Raises `ConfigurationError` for an
+    unknown model or solver, a bearing without geometry, or a load too high for the contacts. A failed run is returned,
+    with the failure in `status` and `reason`; a run that diverges ends early.
     """
-    stats = _begun(scene, step, progress)
+    stats = _prepare_run(scene, step, progress)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
-        parts = list(_recorded(stats, progress))
+        parts = list(_recorded_chunks(stats, progress))
     names = Outputs.__dataclass_fields__
     joined: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return Run(**vars(stats.summary()), **joined)
 
 
 def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
-    """Run `scene` as `simulate` does, and write its signals to `path` as they come; no file if the run is not usable.
+    """Simulate `scene` like `simulate`, and write the signals to `path` chunk by chunk if the run is usable.
 
-    Raises `DataError` if the place cannot be written, `ConfigurationError` if the name is not that of an HDF5 file.
+    Raises `DataError` if the file cannot be written, `ConfigurationError` if its name has no suffix of an HDF5 file.
     """
     check_suffix(path, *HDF5)
-    stats = _begun(scene, step, progress, path.parent)
+    stats = _prepare_run(scene, step, progress, path.parent)
     with contextlib.suppress(NumericsError), np.errstate(all="ignore"), new_hdf5(path) as file:
         writer = RunWriter(file, stats.scene)
-        for part in _recorded(stats, progress):
+        for part in _recorded_chunks(stats, progress):
             writer.append(part)
         writer.finish(stats.summary().require_usable("the run"))
     return stats.summary()
 
 
 def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
-    """Compile what the scenes need, see `precompile`; `progress` shows it as a task with its expected time."""
+    """Compile the kernels that the scenes need, as a task of `progress`; returns the time it took [s]."""
     own = [scene for scene in scenes if not level_of(scene.model).outside]
-    if is_compiled(*own):
+    if not missing_kernels(*own):
         return 0.0
     with stage(progress, f"Compile the models, once for all runs (about {expected_s(*own):.0f} s)"):
         return precompile(*own, jobs=jobs)
 
 
-def _with_its_solver(scene: Scene) -> Scene:
-    """The scene; with a model from outside, one that names a solver of that model."""
-    return imported(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
+def _with_outside_solver(scene: Scene) -> Scene:
+    """Return the scene; if its model is from outside, with a solver that this model offers."""
+    return import_function(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
 
 
-def _begun(scene: Scene, step: Step, progress: Progress, folder: Path | None = None) -> RunStatistics:
-    """Statistics of a run about to begin: room checked, step chosen or its error estimated as `step` asks."""
-    level, scene = level_of(scene.model), _with_its_solver(scene)
+def _prepare_run(scene: Scene, step: Step, progress: Progress, folder: Path | None = None) -> RunStatistics:
+    """Check the scene and the free memory, compile, treat the step; returns the statistics for the run."""
+    level, scene = level_of(scene.model), _with_outside_solver(scene)
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     level.check_scene(scene)
     if level.parameters is not None:
-        check_known("solver", scene.solver.name, tuple(METHODS))  # at once, before kernels are compiled
+        check_known("solver", scene.solver.name, tuple(METHODS))  # before kernels are compiled
         geometry_of(stats.bearing, scene.model)
     check_room(stats, folder)
     stats.compile_s = compile_for(scene, progress=progress)
     if step is not Step.UNCHECKED and level.parameters is not None:
-        imported(STEP_CHECK)(stats, choose=step is Step.AUTO)
+        import_function(STEP_CHECK)(stats, choose=step is Step.AUTO)
     return stats
 
 
 def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
-    """`ConfigurationError` for a run whose largest arrays do not fit into memory, or into `folder` if it is written."""
-    scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COUNT
+    """Raise `ConfigurationError` if the run does not fit into memory, or its file into `folder`."""
+    scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COLUMN_COUNT
     details = samples // (scene.outputs_per_detail or math.inf) * stats.bearing.rolling_elements * 14 * 8
-    kept = 16 * samples if folder else COPIES * (samples * row + details)  # beside a file the time axis alone
-    if scene.model in WITHOUT_KERNELS:  # computed at once
+    kept = 16 * samples if folder else COPIES * (samples * row + details)  # beside a file, only the time axis
+    if scene.model in WITHOUT_KERNELS:  # models that are computed at once
         kept += COPIES * row * (samples + round(scene.settle_s * scene.output_rate_hz))
     rooms = [("memory", kept, _memory_bytes())]
     if folder is not None and folder.is_dir():
@@ -130,43 +130,43 @@ def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
 
 
 def _memory_bytes() -> float:
-    """Physical memory [bytes]; infinity if the system does not state it."""
+    """Physical memory [bytes]; infinity if unknown."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
         return math.inf
 
 
-def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
-    """The recorded chunks of the scene's model; `stats` are kept up to date."""
+def _recorded_chunks(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
+    """Run the scene's model, add each recorded chunk to `stats`, and yield the chunk."""
     scene = stats.scene
-    if level_of(scene.model).outside:  # which reports nothing until it ends
+    if level_of(scene.model).outside:  # reports no progress
         progress("Simulate", None)
     settle = round(scene.settle_s * scene.output_rate_hz)
     whole = settle + scene.samples
     for first, steps in level_of(scene.model).run(stats, settle, whole):
         progress("Simulate", (first + len(steps.out)) / whole)
-        lost = stats.lost(steps.out)
-        if first >= settle or lost:
-            shown = stats.add(steps.out)
-            yield steps if scene.sensor_path is None else replace(steps, sensor_m_s2=shown)
-        if lost:
+        diverged = stats.has_diverged(steps.out)
+        if first >= settle or diverged:
+            sensor_m_s2 = stats.add(steps.out)
+            yield steps if scene.sensor_path is None else replace(steps, sensor_m_s2=sensor_m_s2)
+        if diverged:
             return
 
 
 def run_content(scene: Scene, step: Step = Step.UNCHECKED) -> str:
-    """Text of all that a run follows from: sources, treatment of the step, default solver, machine, scene and bearing.
+    """Text that identifies a run: sources, treatment of the step, default solver, machine, scene and bearing.
 
-    Numbers differ in their last digits between processors and between versions of numba or NumPy, and a rattling
-    roller makes the difference grow.
+    Results differ in their last digits between processors and versions of numba or NumPy, and rattling rollers amplify
+    these differences.
     """
     version = content_version(*level_of(scene.model).modules, lazy=False)
     return f"{version} {step} {default_solver()} {machine()} {scene.bearing} {scene_content(scene)}"
 
 
 def stored_run(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
-    """Like `simulate`, but a stored run is read."""
-    scene = _with_its_solver(scene)
+    """Read the stored run of a scene, or simulate the scene and store the run."""
+    scene = _with_outside_solver(scene)
     content = run_content(scene, step)
     found = RUNS.load(content, lambda table: read_run(RUNS.path(content), read_summary(table, scene)))
     if found is None:
@@ -178,15 +178,15 @@ def stored_run(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = 
 def stored_summary(
     scene: Scene, output: Path | None, *, step: Step = Step.CHECKED, progress: Progress = silent
 ) -> RunSummary:
-    """The summary of a run, its signals in the file `output` if named: see `stored_run`, `simulate_to_file`."""
-    scene = _with_its_solver(scene)
+    """Summary of a stored or new run, see `stored_run`; the signals are written to the file `output`, if not None."""
+    scene = _with_outside_solver(scene)
     content = run_content(scene, step)
     found = RUNS.load(content, partial(read_summary, scene=scene))
     if output is None:
         return found or stored_run(scene, step=step, progress=progress)
     check_suffix(output, *HDF5)
     if found is not None:
-        with contextlib.suppress(FileNotFoundError):  # removed meanwhile
+        with contextlib.suppress(FileNotFoundError):  # if the stored file has been removed
             _copy(RUNS.path(content), output)
             return found
     found = simulate_to_file(scene, output, step=step, progress=progress)
@@ -195,8 +195,8 @@ def stored_summary(
 
 
 def _store(run: RunSummary, content: str, write: Callable[[Path], None]) -> None:
-    """Let `write` put a run into the store if it is usable and not too large."""
-    if run.status.usable and run.samples * col.COUNT * np.dtype(float).itemsize < LARGEST_BYTES:
+    """Store a run by calling `write` with a path, if the run is usable and not too large."""
+    if run.status.usable and run.samples * col.COLUMN_COUNT * np.dtype(float).itemsize < LARGEST_BYTES:
         RUNS.keep(content, write)
 
 

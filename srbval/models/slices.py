@@ -1,14 +1,14 @@
-"""The full model with contacts cut into slices along the roller, after ISO/TS 16281: the bearing as it is built.
+"""Slices model: the full model with contacts cut into slices along the roller, after ISO/TS 16281.
 
-Same bodies, joints, load and solvers; only the contact differs, see the page "Contact" of the theory, "Contact cut into
-slices". Openings have their true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a
+Only the contact differs from the full model, see "Contact cut into slices" on the page "Contact" of the theory. A
+defect is an opening of its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a
 roller; slices are finer there.
 
-Left out: slip within a slice's contact along the race, and what pivoting about the normal adds to it across its width;
-crowned ends; that slices support each other.
+Neglected: variation of slip along the race within a slice, and by pivoting about the normal across its width; crowned
+ends of rollers; support of slices by their neighbours.
 
-Answers: all questions. Cannot answer: how points passing excite, which no raceway has; two defects that one roller
-meets at a time.
+Answers: all questions. Cannot answer: excitation by passing points, which no real raceway has; two defects that one
+roller touches at the same time.
 """
 
 from __future__ import annotations
@@ -19,9 +19,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
+from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.film import elliptical_films_m, thermal_factor
@@ -34,22 +33,21 @@ from srbval.models.full.tilt_kernel import FREE
 from srbval.models.oil import ContactShape, film_law, oil_law
 from srbval.scene import Defect, DefectShape, Scene, Traction
 
-IntArray = NDArray[np.int64]
-# c_L of 1 m of length [N/m^(10/9)]: 35948 N/mm^(10/9) for 1 mm, ISO/TS 16281; it grows with the length to the 8/9
+# Stiffness c_L of 1 m of length [N/m^(10/9)]: 35948 N/mm^(10/9) for 1 mm (ISO/TS 16281), proportional to length^(8/9).
 LINE_STIFFNESS = 35948.0 * 1e3 ** (8 / 9 + 10 / 9)
-POSITIONS = 7200  # around a race, by which an opening is found
-HOLE_SLICES = 12  # across a hole
-# Exponent of the places along the roller: contacts begin and end in the middle. With 11 slices, 353 rpm, healthy, RMS
-# in 500 to 1500 and 1400 to 2800 Hz against 61 slices: 1 gives +30 and +22 %, 1.2 +6 and +13, 1.4 0 and +4, 1.6 -3
-# and +5.
+RACE_POSITIONS = 7200  # number of angles around a race in the table of openings
+HOLE_SLICES = 12  # number of slices across a hole
+# Exponent of the slices' edges along the roller: slices are narrow in the middle, where contacts begin. Error of
+# the RMS in 500 to 1500 and 1400 to 2800 Hz of 11 slices against 61 (353 rpm, healthy): 30 and 22 % with 1 as exponent,
+# 6 and 13 % with 1.2, 0 and 4 % with 1.4, -3 and 5 % with 1.6.
 GRADING = 1.4
-CARRIES = 0.01  # share of the highest load from which a contact's film counts
-THINNEST_M = 1e-6  # edges nearer to each other than this count as one
-LEAST_SPREAD_M = 1e-8  # least spread of the penetration over a slice, if both profiles have one radius
+MIN_LOAD_SHARE = 0.01  # share of the highest load from which a contact counts as loaded
+THINNEST_M = 1e-6  # edges closer together than this count as one
+LEAST_SPREAD_M = 1e-8  # least difference of penetration within a slice, if both profiles have the same radius
 
 
 def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
-    """Assemble the kernel parameters; `ConfigurationError` for a defect that the model does not have."""
+    """Assemble the parameters of the slices model; raises `ConfigurationError` for a defect it cannot simulate."""
     own, contacts = scene.line_contact, sliced_contacts(scene, geometry)
     geometry = contacts[0].geometry
     on_rollers = [defect for defect in scene.defects if defect.kind is Fault.ROLLER]
@@ -63,8 +61,8 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
     # shift of the inner arc's centre along the normal
     shift = geometry.inner_profile_radius_m - geometry.raceway_radius_m
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
-        raise ConfigurationError("two defects of one roller: the slices model handles one of each; move one of them.")
-    on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # as the model numbers its rollers
+        raise ConfigurationError("two defects on one roller: the slices model handles one a roller; move one of them.")
+    on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # in the order of the model's rollers
     races = [contact.openings(scene.defects, on_rollers) for contact in contacts]
     oil, film = scene.oil, None
     if oil is not None:
@@ -80,14 +78,14 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         inner_centre_radial=model.inner_centre_radial + shift * model.tilt_cosine,
         inner_centre_axial=model.inner_centre_axial + shift * model.tilt_sine,
         law=law,
-        races=_races(races, model.races.height, len(on_rollers)),
+        races=_slice_races(races, model.races.height, len(on_rollers)),
         patch=None,
-        slices=_table(races, own.damping_s, critical_ratio, radius_m, len(on_rollers))._replace(film=film),
+        slices=_slice_table(races, own.damping_s, critical_ratio, radius_m, len(on_rollers))._replace(film=film),
     )
 
 
 def sliced_contacts(scene: Scene, geometry: SphericalRollerGeometry) -> list[SlicedContact]:
-    """The contacts of a roller with the outer and the inner race, with the scene's osculations."""
+    """Contacts of a roller with the outer and the inner race, with the scene's osculations."""
     own = scene.line_contact
     geometry = replace(
         geometry,
@@ -101,25 +99,27 @@ def sliced_contacts(scene: Scene, geometry: SphericalRollerGeometry) -> list[Sli
 def films_m(
     scene: Scene, geometry: SphericalRollerGeometry, model: Parameters, load_n: FloatArray, cage_rad_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Films in the middle and least films of all contacts that carry [m], each race's behind the other's.
+    """Film thickness in the middle and least film thickness of all loaded contacts [m], first of the outer race.
 
-    `load_n`: normal forces, [2 races, 2 M]; elliptical contacts, with shear heating.
+    `load_n`: normal forces, [2 races, 2 M]. The contacts are elliptical; heating of the inlet is included.
     """
     oil = scene.oil
     assert oil is not None
     rolling = rolling_speed(model.slices, cage_rad_s, scene.mean_shaft_rad_s)
     found = [
-        np.array(elliptical_films_m(oil, rolling, load[load > CARRIES * load_n.max()], shape.along_m, shape.across_m))
+        np.array(
+            elliptical_films_m(oil, rolling, load[load > MIN_LOAD_SHARE * load_n.max()], shape.along_m, shape.across_m)
+        )
         for load, shape in zip(load_n, (c.shape for c in sliced_contacts(scene, geometry)), strict=True)
     ]
     middle, least = np.hstack(found) * thermal_factor(oil, rolling)
     return middle, least
 
 
-def _table(
+def _slice_table(
     races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float], on_rollers: int
 ) -> SliceTable:
-    """Rows of all windows of both races side by side; those of the damaged rollers at the end, the first one last."""
+    """Table of the slices of all windows of both races; windows of damaged rollers are at the end, in reverse order."""
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
     table, middle, reach = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows)), np.zeros((2, windows))
@@ -129,16 +129,16 @@ def _table(
         places = [*enumerate(race.rows), *((windows - 1 - spare, rows) for spare, rows in enumerate(race.of_rollers))]
         for window, rows in places:
             table[i, window, :, : rows.shape[1]] = rows
-            # a raised piece is met before the roller stands on it
+            # a roller touches a raised piece before its middle is above it
             raised = np.maximum(0.0, -rows[col.SLICE_FLOOR]) / rows[col.SLICE_SAG]
             reach[i, window] = (rows[col.SLICE_HALF] + np.sqrt(raised)).max()
-            ends = np.cumsum(rows[col.SLICE_WIDTH])  # by length, so that a window with finer slices has them too
+            ends = np.cumsum(rows[col.SLICE_WIDTH])  # at thirds of the length, not of the number of slices
             starts[i, window, 1:] = [np.searchsorted(ends, share * ends[-1]) + 1 for share in (1 / 3, 2 / 3, 1 - 1e-9)]
     return SliceTable(table, starts, middle, reach, damping_s, critical_ratio, *radius_m)
 
 
-def _races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
-    """Limits of the search for candidates: each roller meets one contact, and another near an opening."""
+def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
+    """Limits of the search for candidates: each roller has one contact with a race, and another near an opening."""
     search = [RaceSearch(1.0, 1.0, *own_stretch(race.window_of, 1)) for race in races]
     windows = max(len(race.rows) for race in races) + on_rollers
     highest = np.zeros((2, windows))
@@ -157,10 +157,11 @@ def _races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
 
 
 class Openings(NamedTuple):
-    """Windows of a race: `rows`, one [col.SLICE_ROWS, slices] each, first that of the sound race, then one per defect.
+    """Windows of a race, each a table of slices, [col.SLICE_ROWS, slices].
 
-    `of_rollers`: the same for each defect on a roller. `middle_rad`: angle of each defect's middle from x; `window_of`,
-    shape [2 rows, POSITIONS]: which window a roller at a position meets.
+    `rows`: tables of the undamaged race and of each defect on the race; `of_rollers`: table of each defect on a roller;
+    `middle_rad`: angle from x to the middle of each defect; `window_of`, [2 rows, RACE_POSITIONS]: number of the window
+    that a roller at a position touches.
     """
 
     rows: list[FloatArray]
@@ -171,7 +172,7 @@ class Openings(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SlicedContact:
-    """The contact of the scene's rollers, of `roller_m` radius, with one race."""
+    """Contact of the scene's rollers, with a radius of `roller_m`, with one race."""
 
     scene: Scene
     geometry: SphericalRollerGeometry
@@ -180,12 +181,12 @@ class SlicedContact:
 
     @property
     def profile_m(self) -> float:
-        """Radius of the race's profile arc."""
+        """Radius of the race's profile arc [m]."""
         return self.geometry.inner_profile_radius_m if self.inner else self.geometry.raceway_radius_m
 
     @property
     def radius_m(self) -> float:
-        """Radius of the race about the shaft, in the middle of the contact."""
+        """Radius of the race about the shaft in the middle of the contact [m]."""
         return float(self.place(np.zeros(1))[0][0])
 
     @property
@@ -195,10 +196,10 @@ class SlicedContact:
         return ContactShape(float(self.gap_curvature_1_m(np.zeros(1))[0]), across, self.geometry.roller_width_m)
 
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Radius about the shaft, height above the mid-plane [m], and normal off the race: radial, axial.
+        """Radius about the shaft and height above the mid-plane [m] of points of the race; its normal (radial, axial).
 
-        `axial_m`: along the roller from its middle, outwards, any shape. On the arcs of eq. (17), the inner one about a
-        centre that lies farther out by as much as its radius is larger.
+        `axial_m`: outward distance along the roller from its middle, any shape. The points are on the arcs of eq. (17);
+        the centre of the inner arc is shifted outwards by the difference of the profile radii.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m
@@ -210,7 +211,7 @@ class SlicedContact:
         return radial, geometry.inner_centre_axial_m + shift * math.sin(tilt) - self.profile_m * s, c, s
 
     def gap_curvature_1_m(self, axial_m: FloatArray) -> FloatArray:
-        """Curvature of the gap along the race: that of the barrel plus that of the race, negative on the outer race."""
+        """Curvature of the gap along the race [1/m]: barrel plus race (negative for the outer race)."""
         profile = self.geometry.roller_profile_radius_m
         lean = np.arcsin(axial_m / profile)
         across = self.roller_m - profile + profile * np.cos(lean)
@@ -219,25 +220,25 @@ class SlicedContact:
         return curvature
 
     def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
-        """Windows of the race, one for each defect on it and `on_rollers`; `ConfigurationError` for too close ones."""
+        """Windows for the defects on the race and `on_rollers`; `ConfigurationError` if defects are too close."""
         found = Openings(
             rows=[self._rows(self._edges(None), None)],
             of_rollers=[self._rows(self._edges(defect), defect) for defect in on_rollers],
             middle_rad=[0.0],
-            window_of=np.zeros((2, POSITIONS), np.int64),
+            window_of=np.zeros((2, RACE_POSITIONS), np.int64),
         )
         for defect in defects:
             if defect.kind is not (Fault.INNER if self.inner else Fault.OUTER):
                 continue
             rows = self._rows(self._edges(defect), defect)
             middle = self.scene.load.zone_rad + defect.angle_rad
-            # a raised piece is met before the roller stands over it
+            # a roller touches a raised piece before its middle is above it
             raised = math.sqrt(2 * max(0.0, defect.height_m) / float(self.gap_curvature_1_m(np.zeros(1))[0]))
-            reach = (float(rows[col.SLICE_HALF].max()) + raised) / self.radius_m + 2 * math.pi / POSITIONS
-            near = np.abs(wrapped(np.arange(POSITIONS) * 2 * math.pi / POSITIONS - middle)) <= reach
+            reach = (float(rows[col.SLICE_HALF].max()) + raised) / self.radius_m + 2 * math.pi / RACE_POSITIONS
+            near = np.abs(wrapped(np.arange(RACE_POSITIONS) * 2 * math.pi / RACE_POSITIONS - middle)) <= reach
             if np.any(found.window_of[defect.row - 1, near]):
                 raise ConfigurationError(
-                    f"two defects of the {defect.kind} race are so close that a roller meets both: the slices model "
+                    f"two defects of the {defect.kind} race are so close that a roller touches both: the slices model "
                     "handles one at a time; move one of them, or put it on the other row."
                 )
             found.window_of[defect.row - 1, near] = len(found.rows)
@@ -246,7 +247,7 @@ class SlicedContact:
         return found
 
     def _edges(self, defect: Defect | None) -> FloatArray:
-        """Edges of the slices along the roller [m]: finer in the middle, in a hole and at a defect's end."""
+        """Edges of the slices along the roller [m], finer in the middle, in a hole and at the ends of a defect."""
         half = self.geometry.roller_width_m / 2
         even = np.linspace(-1, 1, self.scene.line_contact.slices + 1)
         edges = half * np.sign(even) * np.abs(even) ** GRADING
@@ -260,7 +261,7 @@ class SlicedContact:
         return np.sort(np.append(edges[outside], cuts))
 
     def _across(self, defect: Defect) -> tuple[float, float, float]:
-        """Ends of a defect along the roller, cut off at the roller's, and its middle [m]."""
+        """Both ends of a defect along the roller, limited to the roller's ends, and the defect's middle [m]."""
         if defect.shape is DefectShape.COSINE:
             raise ConfigurationError("defect shape = 'cosine': the slices model has 'flat' (with ramps) and 'hole'.")
         half, gap = self.geometry.roller_width_m / 2, self.geometry.raceway_radius_m * self.geometry.tilt_rad / 2
@@ -269,22 +270,20 @@ class SlicedContact:
         low = max(-half, middle - (width or gap) / 2)
         high = min(half, middle + (width or gap) / 2)
         if high - low < 2 * THINNEST_M:
-            raise ConfigurationError(
-                f"defect axial_m = {middle:g}: it lies beside the roller, whose ends are {half:g} m from its middle."
-            )
+            raise ConfigurationError(f"defect axial_m = {middle:g} m is not on the roller (+-{half:g} m): move it.")
         return low, high, middle
 
     def _rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
-        """Rows of the slices between `edges` along the roller, with a defect's opening."""
+        """Table of the slices between `edges` along the roller, [col.SLICE_ROWS, slices], with a defect's opening."""
         middle, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         length = self.geometry.roller_width_m
         rows = np.zeros((col.SLICE_ROWS, len(middle)))
         radial, axial, normal_radial, normal_axial = self.place(middle)
-        # the mean over an arc lies off its middle, towards the roller: so slips what is between a slice's ends
+        # the mean of an arc is closer to the roller than its middle; it determines the mean slip of a slice
         off = width**2 / 24 / self.profile_m
         rows[col.SLICE_RADIAL], rows[col.SLICE_AXIAL] = radial + off * normal_radial, axial + off * normal_axial
         rows[col.SLICE_NORMAL_RADIAL], rows[col.SLICE_NORMAL_AXIAL] = normal_radial, normal_axial
-        # half of the approach of both contacts belongs to one
+        # the formula is for the approach of both contacts, of which each has half
         rows[col.SLICE_STIFFNESS] = LINE_STIFFNESS * length ** (8 / 9) * width / length * 2 ** (10 / 9)
         rows[col.SLICE_WIDTH] = width
         bend = 1 / self.geometry.roller_profile_radius_m - 1 / self.profile_m

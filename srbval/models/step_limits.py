@@ -1,13 +1,12 @@
-"""Longest step that each solver can take: of a linear system, of a run's stiffest roller, of the whole bearing.
+"""Longest stable step of each solver: for a linear system, for a run's stiffest roller, and for the whole bearing.
 
-A model is linearised about static balance by central differences of its equations of motion, with the shaft held and
-all velocities zero. Every contact then sticks, and friction has its slope at rest, mu_s N / v_c (eq. (19)), the
-steepest one, or in oil the slope at the running speed; elastic forces are those of the balanced contacts. Effects of
-rotation (gyroscopic torques, points that enter and leave contact, impacts of a defect) are not included. The maps of
-one step are those of `step_kernel`: friction and damping implicit in the velocities, stiffness explicit.
+A model is linearised about static balance by central differences of its equations of motion, with the shaft and all
+bodies at rest. Every contact then sticks: friction has its steepest slope, mu_s N / v_c (eq. (19)), or in oil the slope
+at the running speed. Effects of rotation (gyroscopic torques, points that enter and leave contact, impacts of a defect)
+are not included. Each step is a linear map, as in `step_kernel`: friction and damping implicit, stiffness explicit.
 
-The rollers are the lightest bodies on the stiffest springs, so the one that bounces fastest between the races limits a
-run's step. Friction is left out of that: taken explicitly it chatters between bounds but does not diverge.
+The rollers are the lightest bodies on the stiffest springs, so the roller that bounces fastest between the races limits
+the step of a run. This limit does not include friction, which chatters within bounds if it is integrated explicitly.
 """
 
 import math
@@ -30,28 +29,28 @@ from srbval.models.solvers import LEAPFROG, METHODS, Coefficients, Method
 from srbval.processes.machine import one_thread
 from srbval.scene import Scene
 
-# Eigenvalues closer to zero are bodies that move freely, read with the rounding of the differences [1/s].
+# Eigenvalues closer to zero belong to free motion of bodies and are due to rounding of the differences [1/s].
 FREE_PER_S = 1.0
-RAY = np.arange(0.005, 12.0, 0.005)  # |h lambda| looked at; no method here is stable further out
+RAY = np.arange(0.005, 12.0, 0.005)  # values of |h lambda| that are tested; no method here is stable at higher ones
 ROUNDING = 1e-9  # excess of |R| over one that counts as stable
-# A step map may grow this much faster than the system itself does [1/s]: not noticeable in the runs there are.
+# Growth of a step's map beyond that of the system which counts as stable [1/s]; negligible in any run.
 GROWTH_PER_S = 1.0
-SHORTEST_S, LONGEST_S = 1e-7, 1e-2  # steps looked at for implicit methods
+SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e-2  # shortest and longest step tested for implicit methods
 PER_OCTAVE = 2
-HALVINGS = 10
-# Differences: far below a point's smoothing width of 1e-8 m and the 1 mm/s at which friction turns over (at most 0.2 m
-# from an axis), far above rounding.
-LENGTH, ANGLE = 1e-10, 1e-9  # m, rad
-SPEED, ANGULAR_SPEED = 1e-6, 1e-6  # m/s, rad/s
-ANGLES = 3  # cage angles looked at, from a roller on the defect to one on either side of it; the least limit counts
+BISECTIONS = 10
+# Changes for central differences: far above rounding, and far below the smoothing width of a point, 1e-8 m, and the
+# velocity of 1 mm/s at which friction is highest (at most 0.2 m from an axis).
+LENGTH_CHANGE_M, ANGLE_CHANGE_RAD = 1e-10, 1e-9  # m, rad
+SPEED_CHANGE_M_S, ANGULAR_CHANGE_RAD_S = 1e-6, 1e-6  # m/s, rad/s
+CAGE_ANGLES = 3  # from a roller on the defect to the defect midway between two; the shortest limit counts
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Linear:
-    """q' = `motion` v, v' = `stiffness` q + `damping` v: shapes [q, v], [v, q] and [v, v].
+class LinearSystem:
+    """Linear system q' = `motion` v, v' = `stiffness` q + `damping` v, with the shapes [q, v], [v, q] and [v, v].
 
-    Of the full model, q are slides, cage angles and ring displacement, v all generalised speeds; the rollers' angles
-    about their axes are left out, as nothing depends on them unless a roller is damaged.
+    In the full model, q contains slides, cage angles and ring displacement, v all generalised speeds. The rollers'
+    angles about their axes are left out: they have no effect unless a roller is damaged.
     """
 
     motion: FloatArray
@@ -60,22 +59,25 @@ class Linear:
 
     @property
     def matrix(self) -> FloatArray:
-        """The system's matrix, [q + v, q + v]."""
+        """Matrix of the system, [q + v, q + v]."""
         still = np.zeros((len(self.motion), len(self.motion)))
         return np.block([[still, self.motion], [self.stiffness, self.damping]])
 
 
-def longest_step(method: Method, system: Linear) -> float | None:
-    """Longest step up to which every decaying motion of `system` decays [s]; None if no step tried fails."""
+def longest_step(method: Method, system: LinearSystem) -> float | None:
+    """Longest stable step [s]: every decaying motion of `system` still decays; None if all steps tested are stable."""
+    eigenvalues = np.linalg.eigvals(system.matrix).astype(np.complex128)
     if not method.implicit:
-        return explicit_limit(method, eigenvalues(system))
-    grows = max(0.0, float(eigenvalues(system).real.max())) + GROWTH_PER_S
+        return explicit_limit(method, eigenvalues)
+    grows = max(0.0, float(eigenvalues.real.max())) + GROWTH_PER_S
 
     def stable(h: float) -> bool:
         return spectral_radius(step_map(method, system, h)) <= math.exp(grows * h) + ROUNDING
 
     low = 0.0
-    for h in np.geomspace(SHORTEST_S, LONGEST_S, round(PER_OCTAVE * math.log2(LONGEST_S / SHORTEST_S)) + 1).tolist():
+    for h in np.geomspace(
+        SHORTEST_STEP_S, LONGEST_STEP_S, round(PER_OCTAVE * math.log2(LONGEST_STEP_S / SHORTEST_STEP_S)) + 1
+    ).tolist():
         if not stable(h):
             return _bisect(low, h, stable)
         low = h
@@ -83,15 +85,15 @@ def longest_step(method: Method, system: Linear) -> float | None:
 
 
 def explicit_limit(method: Method, values: ComplexArray) -> float | None:
-    """Longest step of a Runge-Kutta method: |R(h lambda)| <= 1 for every decaying eigenvalue, [k] [1/s]."""
+    """Longest stable step of a Runge-Kutta method [s]: |R(h lambda)| <= 1 for each decaying eigenvalue [1/s], [k]."""
     size = np.abs(values)
     decaying = (size > FREE_PER_S) & (values.real < -1e-9 * size)
-    limits = [_reach(method, complex(value / abs(value))) / float(abs(value)) for value in values[decaying]]
+    limits = [_stable_radius(method, complex(value / abs(value))) / float(abs(value)) for value in values[decaying]]
     return min(limits, default=None)
 
 
-def _reach(method: Method, direction: complex) -> float:
-    """Distance along `direction`, of modulus one, up to which |R| stays at or below one."""
+def _stable_radius(method: Method, direction: complex) -> float:
+    """Distance along `direction`, a complex number of modulus one, up to which |R| is at most one."""
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
@@ -105,28 +107,23 @@ def _reach(method: Method, direction: complex) -> float:
     return _bisect(low, high, lambda r: not outside(np.array([r]))[0])
 
 
-def eigenvalues(system: Linear) -> ComplexArray:
-    """Eigenvalues of the system, [q + v] [1/s]."""
-    return np.linalg.eigvals(system.matrix).astype(np.complex128)
-
-
 def spectral_radius(matrix: NDArray[np.float64]) -> float:
-    """Largest modulus of an eigenvalue."""
+    """Largest modulus of the eigenvalues of a matrix."""
     return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
 def _bisect(low: float, high: float, stable: Callable[[float], bool]) -> float:
-    """Value between `low` and `high` at which `stable` ends."""
-    for _ in range(HALVINGS):
+    """Find the value between `low` and `high` up to which `stable` is true, by bisection."""
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
         low, high = (middle, high) if stable(middle) else (low, middle)
     return low
 
 
 def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
-    """R(z) = 1 + z b' (1 - z A)^-1 1 of a Runge-Kutta method (Hairer & Wanner 1996, sect. IV.2), of the shape of `z`.
+    """R(z) = 1 + z b' (1 - z A)^-1 1 of an explicit Runge-Kutta method (Hairer & Wanner 1996, sect. IV.2).
 
-    For an explicit one a polynomial: its coefficients are b' A^k 1.
+    R, of the shape of `z`, is a polynomial with the coefficients b' A^k 1.
     """
     a, b = method.coefficients.a, method.coefficients.b
     power = np.ones(len(b))
@@ -137,8 +134,8 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
     return total
 
 
-def step_map(method: Method, system: Linear, step_s: float) -> FloatArray:
-    """Matrix of one step of an implicit method, [n, n]; n = q + v, and v more if the method remembers a step."""
+def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
+    """Matrix of one step of an implicit method, [n, n]; n = q + v, or q + 2 v if the method remembers the last step."""
     coefficients = method.coefficients
     damping = np.eye(len(system.damping)) - coefficients.implicit_coefficient * step_s * system.damping
     damp = np.asarray(np.linalg.inv(damping), dtype=np.float64)
@@ -146,8 +143,8 @@ def step_map(method: Method, system: Linear, step_s: float) -> FloatArray:
     return make(coefficients, system, step_s, damp)
 
 
-def _leapfrog(method: Coefficients, system: Linear, h: float, damp: FloatArray) -> FloatArray:
-    """q, v and the predicted change of v, as `step_kernel.leapfrog_step` advances them."""
+def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
+    """Map of `step_kernel.leapfrog_step` on q, v and the predicted change of v."""
     coordinates, speeds = system.motion.shape
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping
@@ -163,8 +160,8 @@ def _leapfrog(method: Coefficients, system: Linear, h: float, damp: FloatArray) 
     return np.vstack([q + (1 - method.c[0]) * h * system.motion @ v, v, method.ahead * h * change])
 
 
-def _rosenbrock(method: Coefficients, system: Linear, h: float, damp: FloatArray) -> FloatArray:
-    """q and v, as `step_kernel.rosenbrock_step` advances them; only the velocities are solved for."""
+def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
+    """Map of `step_kernel.rosenbrock_step` on q and v; only the equations of the velocities are implicit."""
     coordinates = len(system.motion)
     start = np.eye(sum(system.motion.shape))
     solve = np.eye(len(start))
@@ -179,39 +176,39 @@ def _rosenbrock(method: Coefficients, system: Linear, h: float, damp: FloatArray
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
-    """Longest step at which the stiffest roller's bouncing decays [s]; None if no step tried fails.
+    """Longest step at which the stiffest roller's bouncing between the races decays [s]; None if all steps are stable.
 
-    The model is linearised about the static balance in `state`, shape [4 M + 12], with all bodies at rest. Deeper
-    contacts on a defect and other moving bodies are left out: see `linearise` for the whole model.
+    The model is linearised about the static balance `state`, [4 M + 12], with all bodies at rest. Deeper contacts on a
+    defect and motion of other bodies are not included; `linearise` includes the whole model.
     """
     at_rest = state.copy()
     at_rest[layout_of(state).half :] = 0.0
-    return longest_step(method, stiffest_roller(without_friction(held(model)), at_rest))
+    return longest_step(method, stiffest_roller(without_friction(with_resting_shaft(model)), at_rest))
 
 
-def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
-    """The roller with the stiffest contacts, along its slot, everything else held.
+def stiffest_roller(model: Parameters, state: FloatArray) -> LinearSystem:
+    """Linear system of the roller with the stiffest contacts, which slides along its slot; other bodies are fixed.
 
-    A slide's acceleration depends on its own roller's slide and speed alone, so all rollers are moved at once.
+    The acceleration of a roller depends only on its own slide and speed, so all rollers are moved at once.
     """
     layout = layout_of(state)
     own = layout.slide_rate
-    stiffness = central_difference(model, state, layout.slide, LENGTH)[own]
-    damping = central_difference(model, state, own, SPEED)[own]
+    stiffness = central_difference(model, state, layout.slide, LENGTH_CHANGE_M)[own]
+    damping = central_difference(model, state, own, SPEED_CHANGE_M_S)[own]
     one = slice(int(np.argmin(stiffness)), int(np.argmin(stiffness)) + 1)
-    return Linear(motion=np.ones((1, 1)), stiffness=stiffness[one, None], damping=damping[one, None])
+    return LinearSystem(motion=np.ones((1, 1)), stiffness=stiffness[one, None], damping=damping[one, None])
 
 
 def central_difference(model: Parameters, state: FloatArray, part: slice | int, size: float) -> FloatArray:
-    """Change of the rates per change of a part of the state, by moving it by `size` to either side."""
+    """Derivative of the rates with respect to a part of the state, by central differences of +-`size`."""
     there, back = state.copy(), state.copy()
     there[part] += size
     back[part] -= size
     return (rates(model, 0.0, there).rate - rates(model, 0.0, back).rate) / (2 * size)
 
 
-def held(model: Parameters) -> Parameters:
-    """The model with its shaft held at angle zero; friction in oil keeps the slope that it has at the shaft's speed."""
+def with_resting_shaft(model: Parameters) -> Parameters:
+    """Copy of the model with a resting shaft at angle zero; friction in oil has the slope of the shaft's speed."""
     if model.slices is not None:
         law = law_at_speed(model.law, model.slices, rolling_speeds(model)[0], shaft_motion(0.0, model.drive)[0])
         model = model._replace(law=law, slices=model.slices._replace(critical_ratio=0.0))
@@ -219,47 +216,47 @@ def held(model: Parameters) -> Parameters:
 
 
 def without_friction(model: Parameters) -> Parameters:
-    """The model with its elastic and damping forces alone."""
+    """Copy of the model without friction."""
     return model._replace(law=model.law._replace(static_friction=0.0, dynamic_friction=0.0))
 
 
-def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatArray]:
-    """The scene's parameters with the shaft held, and its balanced state with all velocities zero, [4 M + 12].
+def balance_scene(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatArray]:
+    """Parameters of the scene with a resting shaft, and state of static balance with zero velocities, [4 M + 12].
 
-    The cage is turned by `pitches` of the rollers' spacing.
+    The cage is turned by `pitches` times the rollers' spacing.
     """
     geometry = geometry_of(load_bearing(scene.bearing))
     model = level_of(scene.model).make_parameters(scene, geometry)
     angle = pitches * 2 * math.pi / geometry.rollers_per_row
     state = equilibrium_state(model, cage_angle_rad=angle)
     state[len(state) // 2 :] = 0.0
-    return held(model), state
+    return with_resting_shaft(model), state
 
 
-def linearise(model: Parameters, state: FloatArray) -> Linear:
-    """Linearise `model` about `state`, of shape [4 M + 12], at time zero."""
+def linearise(model: Parameters, state: FloatArray) -> LinearSystem:
+    """Linearise `model` about `state`, [4 M + 12], at time zero."""
     layout = layout_of(state)
-    sizes = np.repeat([ANGLE, ANGULAR_SPEED], layout.half)  # of each coordinate's difference
-    sizes[layout.slide] = sizes[layout.ring] = LENGTH
-    sizes[layout.slide_rate] = sizes[layout.ring_rate] = SPEED
+    sizes = np.repeat([ANGLE_CHANGE_RAD, ANGULAR_CHANGE_RAD_S], layout.half)  # change of each coordinate
+    sizes[layout.slide] = sizes[layout.ring] = LENGTH_CHANGE_M
+    sizes[layout.slide_rate] = sizes[layout.ring_rate] = SPEED_CHANGE_M_S
     whole = np.column_stack([central_difference(model, state, i, size) for i, size in enumerate(sizes)])
     half, q = layout.half, np.r_[layout.slide, layout.cage, layout.ring, layout.relative_angle]
-    return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
+    return LinearSystem(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
 
 
 def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, tuple[float | None, float | None]]:
-    """Longest stable steps [s] of each solver at the scene's speed and load: of the whole system, and without friction.
+    """Predict the longest stable step [s] of each solver for a scene, with friction and without.
 
-    Beyond the limit with friction an explicit method does not diverge but chatters within bounds; beyond the elastic
-    limit the rollers are thrown about. None: no step up to `LONGEST_S` fails.
+    Above the limit with friction an explicit method chatters within bounds; above the limit without friction the
+    rollers bounce ever higher. None: all steps up to `LONGEST_STEP_S` are stable.
     """
 
-    def least(solver: str, systems: Sequence[Linear]) -> float | None:
+    def least(solver: str, systems: Sequence[LinearSystem]) -> float | None:
         limits = (longest_step(METHODS[solver], system) for system in systems)
         return min((limit for limit in limits if limit is not None), default=None)
 
     with one_thread():  # small matrices: waiting for other threads takes longer than the work
-        states = [balanced(scene, pitches=pitches) for pitches in np.linspace(0.0, 0.5, ANGLES)]
+        states = [balance_scene(scene, pitches=pitches) for pitches in np.linspace(0.0, 0.5, CAGE_ANGLES)]
         whole = [linearise(model, state) for model, state in states]
         elastic = [linearise(without_friction(model), state) for model, state in states]
         return {solver: (least(solver, whole), least(solver, elastic)) for solver in solvers}

@@ -57,8 +57,8 @@ class TestEveryLevel:
             (7, 9, run.cage_tilt_rad),
             (9, 12, run.roller_force_n),
             (12, 13, run.depth_m),
-            (13, 14, run.out[:, outputs.DRIVE_POWER]),
-            (20, 21, run.out[:, outputs.SPRING_ENERGY]),
+            (13, 14, run.out[:, outputs.MEAN_DRIVE_POWER]),
+            (20, 21, run.out[:, outputs.SPRING_ENERGY_AT_START]),
         ):
             if set(range(first, last)) <= set(columns):
                 assert np.isfinite(values).all()
@@ -112,19 +112,19 @@ N3 = {"surface": {"roughness_class": "N3"}, "bodies": {"cages": 1}}
 REFUSED = [
     *(("paper", {"model": name, "load": {"axial": "49 kN"}}, "axial") for name in ("impulse", "planar")),
     *(
-        ("paper", {"model": name, "bodies": {"free_rollers": True}}, "holds its rollers")
+        ("paper", {"model": name, "bodies": {"free_rollers": True}}, "does not let rollers tilt")
         for name in ("full", "line", "planar")
     ),
     *(
-        ("rig", {"model": name, **N3}, rf"the model {name} knows no waves .* use --model line or slices")
+        ("rig", {"model": name, **N3}, rf"the model {name} does not simulate waves .* use --model line or slices")
         for name in MODELS
         if name not in ("line", "slices")
     ),
-    ("rig", {"model": "full", "oil": {"iso_vg": 150}}, "knows no oil"),
+    ("rig", {"model": "full", "oil": {"iso_vg": 150}}, "does not simulate oil"),
     ("paper", {"model": "line", "defect": {"kind": "roller"}}, "full"),
     ("rig", {"defect": {"kind": "outer", "shape": "cosine", "extent": "2 mm"}}, "cosine"),
-    ("rig", {"defect": HOLE | {"axial": "25 mm"}}, "beside the roller"),
-    ("rig", {"defect": HOLE, "further_defects": [HOLE | {"angle": "0.2 deg"}]}, "a roller meets both"),
+    ("rig", {"defect": HOLE | {"axial": "25 mm"}}, "is not on the roller"),
+    ("rig", {"defect": HOLE, "further_defects": [HOLE | {"angle": "0.2 deg"}]}, "a roller touches both"),
     ("rig", {"defect": HOLE | {"kind": "roller"}, "further_defects": [HOLE | {"kind": "roller"}]}, "two defects"),
 ]
 

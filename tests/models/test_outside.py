@@ -13,7 +13,7 @@ import pytest
 
 from srbval import ConfigurationError, DataError, RunStatus, analyse, load_bearing, write_run
 from srbval.models.outside.names import content_of
-from srbval.models.outside.signals import SimulatedSignals, UnusableSignalsError, recorded, signals_of
+from srbval.models.outside.signals import SimulatedSignals, UnusableSignalsError, recorded_columns, signals_of
 from srbval.models.simulate import simulate, stored_run
 from srbval.recordings import Origin, load_recording, recording_from_run
 from srbval.scene import Scene, load_scene, paper_scene
@@ -224,18 +224,20 @@ def test_forms_of_signals():
     data = xarray.Dataset({"acceleration_m_s2": (("time", "axis"), both)}, {"time": fine}).assign(
         cage_angle_rad=("time", (angle + np.pi) % (2 * np.pi) - np.pi)
     )
-    out = recorded(signals_of(data), one)
+    out = recorded_columns(signals_of(data), one)
     assert out[:, 0] == pytest.approx(signal[150:].reshape(-1, 3).mean(axis=1))
     assert out[:, 1] == pytest.approx(2 * out[:, 0])
     assert np.isnan(out[:, 2]).all()
     assert out[:, 6] == pytest.approx(0.43 * one.shaft_speed_rad_s)
-    along = recorded(SimulatedSignals(fine, signal, drive_power_w=500.0), one)
+    along = recorded_columns(SimulatedSignals(fine, signal, drive_power_w=500.0), one)
     assert (along[:, 0] + along[:, 1]) / np.sqrt(2) == pytest.approx(out[:, 0])
     assert along[0, 13] == pytest.approx(500.0)
     healthy = replace(one, defect=paper_scene().defect)
-    assert (recorded(SimulatedSignals(fine, 0 * signal), healthy)[:, 0] == 0).all(), "a healthy bearing may be silent"
+    assert (recorded_columns(SimulatedSignals(fine, 0 * signal), healthy)[:, 0] == 0).all(), (
+        "a healthy bearing may be silent"
+    )
     with pytest.raises(UnusableSignalsError) as caught:
-        recorded(SimulatedSignals(np.linspace(0, 0.2, 5001), np.ones(5001)), one)
+        recorded_columns(SimulatedSignals(np.linspace(0, 0.2, 5001), np.ones(5001)), one)
     assert "its rate of 25000 Hz is no multiple" in caught.value.args[1]
 
 

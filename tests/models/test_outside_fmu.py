@@ -107,7 +107,7 @@ def test_an_fmu_that_fails_is_a_status(load, status, reason):
     ("old", "new", "text"),
     [
         ('"a_y"', '"a_z"', "acceleration_m_s2: the FMU has no variable 'a_z'; did you mean 'a_y'"),
-        ('unit = "rad/s"', 'unit = "rpm"', "its unit 'rpm' is 'rad/s' in the FMU's description"),
+        ('unit = "rad/s"', 'unit = "rpm"', "the unit 'rpm' differs from the FMU's 'rad/s'"),
         ('unit = "kN"', 'unit = "bar"', "'radial_load' is in 'bar'. Known: N, kN, MN"),
         (', unit = "m/s2"', "", "'a_y' has no unit in the FMU's description; state it here"),
         ("shaft_speed_rad_s", "shaft_speed", "'shaft_speed' is not known; did you mean 'shaft_speed_rad_s'"),

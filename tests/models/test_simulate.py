@@ -14,12 +14,20 @@ from srbval import load_bearing, load_recording, write_run
 from srbval.models import full_run, outputs
 from srbval.models.estimates import BLOCKS, FINER, TOLERANCE, Estimate, StepError
 from srbval.models.full.steps import take_steps
-from srbval.models.full_run import full_model
+from srbval.models.full_run import run_full
 from srbval.models.health import assess
 from srbval.models.run import RunStatus, RunSummary
 from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.models.step_error import CAGE, LONGEST_S, MOST_FINER, block_means, differences, step_error, with_chosen_step
+from srbval.models.step_error import (
+    CAGE_QUANTITY,
+    MAX_PIECE_S,
+    MAX_REFINEMENT,
+    block_means,
+    estimate_errors,
+    step_error,
+    with_chosen_step,
+)
 from srbval.scene import RollerFit, Scene, SpeedProfile, load_scene, paper_scene
 
 STEPS_HZ = 61440.0
@@ -36,7 +44,7 @@ def fast_rig(steps_per_s: int, rpm: float = 3000.0, seconds: float = 0.25) -> Sc
 
 def difference(name: str, first: np.ndarray, second: np.ndarray) -> Estimate:
     """Of two records of samples."""
-    (found,) = differences(*({name: record.reshape(BLOCKS, -1).mean(axis=1)} for record in (first, second)))
+    (found,) = estimate_errors(*({name: record.reshape(BLOCKS, -1).mean(axis=1)} for record in (first, second)))
     return found
 
 
@@ -57,7 +65,7 @@ def test_a_louder_record_is_off_upwards_and_noise_of_rounding_is_no_level():
 def test_the_scatter_is_that_of_the_means():
     """Two records of independent noise: sd of the ratio of their means, over many draws and as each draw tells it."""
     draw = np.random.default_rng(2)
-    found = [difference(CAGE, *(10 + draw.standard_normal((2, 800)))) for _ in range(300)]
+    found = [difference(CAGE_QUANTITY, *(10 + draw.standard_normal((2, 800)))) for _ in range(300)]
     spread = np.std([f.error for f in found])
     assert spread == pytest.approx(math.sqrt(2 / 800) / 10, rel=0.15)
     told = np.sqrt(np.mean([f.scatter**2 for f in found]))
@@ -72,9 +80,9 @@ LOUDER = [23.0, 0.011, 0.008, 0.0076, 0.0064, 0.38, 1.17, 0.5], [0.012, 2.5e-5, 
 @pytest.mark.parametrize(("blocks", "certain"), [(KNOCKS, False), (LOUDER, True)])
 def test_two_knocks_prove_no_error_of_the_step_but_the_level_between_them_does(blocks, certain):
     """By their means the first are 34 % apart, 2.8 standard errors, the others 1600 %, less than one."""
-    (found,) = differences(*({RMS: np.array(squares)} for squares in blocks))
-    assert found.certainly_beyond() is certain
-    assert found.certainly_beyond() or found.open
+    (found,) = estimate_errors(*({RMS: np.array(squares)} for squares in blocks))
+    assert found.certainly_exceeds() is certain
+    assert found.certainly_exceeds() or found.undecided
 
 
 @pytest.mark.parametrize(
@@ -91,8 +99,8 @@ def test_two_knocks_prove_no_error_of_the_step_but_the_level_between_them_does(b
 def test_beyond_open_or_neither(error, scatter, beyond, open_):
     for sign in (1, -1):
         estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
-        assert (estimate.beyond, estimate.open) == (beyond, open_)
-        assert estimate.certainly_beyond() == (beyond and not open_), (
+        assert (estimate.exceeds_tolerance, estimate.undecided) == (beyond, open_)
+        assert estimate.certainly_exceeds() == (beyond and not open_), (
             "by one standard error a finer step, by 2.4 a verdict"
         )
 
@@ -100,14 +108,14 @@ def test_beyond_open_or_neither(error, scatter, beyond, open_):
 def test_two_pairs_of_steps_are_weighed_by_their_variances():
     """Chance at the finer pair is overruled by the coarser one; what is certain is not."""
     coarse, fine = told("band_rms", 0.08, 0.08), told("band_rms", 0.16, 0.08)
-    (both,) = fine.with_coarser(coarse).estimates
+    (both,) = fine.averaged_with(coarse).estimates
     carried = math.hypot(0.02, 0.01)
     share = carried**2 / (carried**2 + 0.08**2)
     assert both.error == pytest.approx(share * 0.16 + (1 - share) * 0.02)
     assert both.scatter == pytest.approx(carried * 0.08 / math.hypot(carried, 0.08))
-    (certain,) = told("band_rms", 0.16, 0.001).with_coarser(coarse).estimates
+    (certain,) = told("band_rms", 0.16, 0.001).averaged_with(coarse).estimates
     assert certain.error == pytest.approx(0.16, rel=0.01)
-    assert told("cage", 0.1, 0.1).with_coarser(coarse) == told("cage", 0.1, 0.1), "another quantity"
+    assert told("cage", 0.1, 0.1).averaged_with(coarse) == told("cage", 0.1, 0.1), "another quantity"
 
 
 def test_the_estimate_is_the_error_against_a_finer_run():
@@ -119,10 +127,10 @@ def test_the_estimate_is_the_error_against_a_finer_run():
     estimated = {e.of: e for e in step_error(scene, BEARING).estimates}
     finer = replace(scene, solver=replace(scene.solver, step_s=1 / 163840))
     run, right = (
-        block_means(s.output_rate_hz, r.cage_rad_s, r.acceleration_m_s2, r.out[:, outputs.DRIVE_POWER])
+        block_means(s.output_rate_hz, r.cage_rad_s, r.acceleration_m_s2, r.out[:, outputs.MEAN_DRIVE_POWER])
         for s, r in ((s, simulate(s, step=Step.UNCHECKED)) for s in (scene, finer))
     )
-    for true in differences(run, right):
+    for true in estimate_errors(run, right):
         name, estimate = true.of, estimated[true.of]
         room = 3 * math.hypot(true.scatter, estimate.scatter) + 0.3 * TOLERANCE[estimate.kind]
         assert abs(estimate.error - true.error) < max(room, 0.5 * abs(true.error)), name
@@ -141,16 +149,16 @@ def test_a_chosen_step_is_legal_and_costs_at_most_eight_times_the_scenes(scene, 
     chosen, error = with_chosen_step(scene, BEARING)
     times = scene.solver.step_s / chosen.solver.step_s
     assert times == pytest.approx(round(times))
-    assert 2 <= times <= MOST_FINER * (1 + 1e-9)
+    assert 2 <= times <= MAX_REFINEMENT * (1 + 1e-9)
     assert error.step_s == pytest.approx(chosen.solver.step_s)
     # Euler's steps leave a twentieth of the losses without a source at any step; bands are beyond by chance or not.
-    assert (error.beyond or abs(error.energy) > TOLERANCE["drive_power"]) is not enough
+    assert (error.needs_finer_steps or abs(error.energy) > TOLERANCE["drive_power"]) is not enough
 
 
 def test_the_chosen_step_of_the_papers_scene_is_known_to_be_fine_enough():
     """In 0.15 s the scatter of rattling rollers hides errors of 5 %; the piece of this run is twice as long."""
     _, error = with_chosen_step(paper_scene(duration="0.3 s"), BEARING)
-    assert error.certain + error.open == ()
+    assert error.certain_excesses + error.undecided_estimates == ()
 
 
 def test_what_a_model_leaves_out_is_no_error_of_the_step():
@@ -183,8 +191,8 @@ def test_the_check_costs_the_same_at_any_output_rate(rate_hz, rpm):
 
     (coarse, steps), (fine, usual) = check(rate_hz), check(500.0)
     assert steps == pytest.approx(usual, rel=0.2)
-    assert sum(steps) <= 1.1 * (1 + FINER) * LONGEST_S * STEPS_HZ
-    assert [e.of for e in coarse.estimates] == [CAGE, "drive power"], "bands that the output does not show"
+    assert sum(steps) <= 1.1 * (1 + FINER) * MAX_PIECE_S * STEPS_HZ
+    assert [e.of for e in coarse.estimates] == [CAGE_QUANTITY, "drive power"], "bands that the output does not show"
     assert coarse.estimates[0].error == pytest.approx(fine.estimates[0].error, abs=1e-4)
 
 
@@ -366,7 +374,7 @@ def test_a_slow_cage_is_physics_when_it_is_converged():
     assert f"BPFI {(1 - fine.cage_ratio) / (1 - rolling) - 1:+.1%} from" in fine.reason
     assert "both drift and broaden" in fine.reason
     drifting = replace(fine, step_error=told("cage", 0.001))
-    assert "cage +0.1 % (standard error 0 %, limit 0.001 %), more the longer the cage's speed" in assess(drifting)[1]
+    assert "cage +0.1 % (standard error 0 %, limit 0.001 %), which grows while the cage's speed" in assess(drifting)[1]
     assert "more radial load, less speed" in fine.reason
     assert 'path = "bearing"' not in fine.reason
 
@@ -388,7 +396,7 @@ def test_the_rings_momentum_balances(path):
         duration="0.1 s", load={"path": path, "gravity": True}, defect={"kind": "outer"}, solver={"name": "ode4"}
     )
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
-    for _, steps in full_model(stats, 0, scene.samples):
+    for _, steps in run_full(stats, 0, scene.samples):
         stats.add(steps.out)
     load_n, interval_s = scene.load.radial_n * load_direction(scene), 1 / scene.output_rate_hz
     missing_n = stats.sums.missing_n(stats.ring, load_n, interval_s)

@@ -14,8 +14,8 @@ from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS, Method
 from srbval.models.step_limits import (
-    Linear,
-    balanced,
+    LinearSystem,
+    balance_scene,
     elastic_limit_s,
     explicit_limit,
     linearise,
@@ -88,8 +88,8 @@ IMAGINARY_LIMITS = {"ode3": np.sqrt(3), "ode4": np.sqrt(8)}
 NEXT_TERM = 2  # the first term left out of the exponential is at most |z|^(order + 1), and some more follow
 
 
-def oscillator(damping_per_s: float = 0.0) -> Linear:
-    return Linear(
+def oscillator(damping_per_s: float = 0.0) -> LinearSystem:
+    return LinearSystem(
         motion=np.ones((1, 1)), stiffness=np.full((1, 1), -(OMEGA**2)), damping=np.full((1, 1), -damping_per_s)
     )
 
@@ -134,7 +134,7 @@ def test_the_limit_is_that_at_rest(speed):
 @pytest.fixture(scope="module")
 def rest():
     contact = {"roller_fit": "printed", "critical_velocity": "0.5 m/s"}
-    return balanced(paper_scene(contact=contact, defect={"kind": "outer"}), pitches=0.25)
+    return balance_scene(paper_scene(contact=contact, defect={"kind": "outer"}), pitches=0.25)
 
 
 def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: float, remembers: bool) -> FloatArray:
@@ -183,7 +183,7 @@ def test_the_kernels_step_grows_as_the_linear_map(name, remembers, steps_per_s, 
 def test_one_roller_tells_the_whole_bearings_limit(scene, solvers):
     model = level_of(scene.model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
     state = equilibrium_state(model)
-    still, at_rest = balanced(scene)
+    still, at_rest = balance_scene(scene)
     whole = linearise(without_friction(still), at_rest)
     for name in solvers:
         limit, expected = elastic_limit_s(METHODS[name], model, state), longest_step(METHODS[name], whole)

@@ -30,8 +30,8 @@ from srbval.models.planar import ring_kernel
 scene = srbval.paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"})
 if sys.argv[1] == "here":
     compile_in_this_process(scene)
-compiler, started = jit._compiler, []
-jit._compiler = lambda kernels: started.append(kernels) or compiler(kernels)
+compiler, started = jit._start_compiler, []
+jit._start_compiler = lambda kernels: started.append(kernels) or compiler(kernels)
 run = srbval.simulate(scene)
 misses = sum(sum(f.stats.cache_misses.values()) for f in vars(ring_kernel).values() if hasattr(f, "stats"))
 print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses, len(started))
@@ -68,7 +68,7 @@ def test_no_kernel_carries_a_copy_of_another():
 
 
 def test_a_failed_process_leaves_no_mark(monkeypatch, tmp_path):
-    monkeypatch.setattr(jit, "_requested", set())
+    monkeypatch.setattr(jit, "_requested_kernels", set())
     monkeypatch.setattr(jit, "_list_of", lambda kernel: tmp_path / kernel)
     jit.precompile(replace(paper_scene(), model="no such model"))
     assert list(tmp_path.iterdir()) == []
@@ -112,12 +112,12 @@ def test_damaged_kernels_are_compiled_again(number, kind, monkeypatch, tmp_path,
         jit.compile_and_list("tiny", compiled)
     (file,) = (tmp_path / "this").glob("*.kernel")
     for place in np.random.default_rng(number).uniform(size=number):
-        jit._found.clear()
+        jit._cached_kernels.clear()
         assert jit._is_stored("tiny")
         assert compiled() == 0
         damaged = file if kind == "of another version" or place < 0.8 else jit._list_of("tiny")
         DAMAGE[kind](damaged, place, tmp_path / "other")
-        jit._found.clear()
+        jit._cached_kernels.clear()
         assert not jit._is_stored("tiny")
         assert capsys.readouterr().err.count("compiled again") == (damaged == file and kind != "deleted")
         jit.compile_and_list("tiny", compiled)

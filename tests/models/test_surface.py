@@ -24,7 +24,7 @@ from srbval.models.full.frames_kernel import SurfaceHeights
 from srbval.models.full.parameters import Parameters, felt_share, make_parameters, state_layout
 from srbval.models.full.steps import rates
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.line import Patch, Piece, line_parameters, patches, piece
+from srbval.models.line import Patch, RaisedPiece, line_parameters, patches, raised_piece
 from srbval.models.simulate import Step, simulate
 from srbval.plan.measures import measure
 from srbval.plan.questions import Question, answers
@@ -58,7 +58,9 @@ def patch(request):
     return patches(geometry(), paper_scene().contact, 0.02, inner=request.param == "inner")[1]
 
 
-def sum_of_points(patch: Patch, depth: float, count: int, raised: Piece | None = None, middle: float = 0.0) -> float:
+def sum_of_points(
+    patch: Patch, depth: float, count: int, raised: RaisedPiece | None = None, middle: float = 0.0
+) -> float:
     """Direct sum over `count` points of a circle, each a spring, against a parabolic gap."""
     x = (np.arange(count) - count / 2 + 0.5) * 2 * math.pi * patch.race_radius_m / count
     lift = np.zeros(count)
@@ -75,7 +77,7 @@ def sum_of_points(patch: Patch, depth: float, count: int, raised: Piece | None =
 @pytest.mark.parametrize("shape", ["flat", "cosine"])
 def test_a_raised_piece_adds_what_its_points_do(patch, depth_m, middle_m, shape):
     defect = {"kind": "outer", "height": "0.1 mm", "extent": "3 mm", "shape": shape}
-    part = piece(paper_scene(defect=defect).defect, patch.spacing_m)
+    part = raised_piece(paper_scene(defect=defect).defect, patch.spacing_m)
     added = patch.raised_force_n(np.array([depth_m]), np.array([middle_m]), part)[0]
     direct = sum_of_points(patch, depth_m, MILLION, part, middle_m) - sum_of_points(patch, depth_m, MILLION)
     assert added == pytest.approx(direct, rel=EDGE, abs=EDGE_N)

@@ -87,5 +87,5 @@ def run_with(state: Fault, acceleration: FloatArray) -> Run:
     """A run of pure rolling with these accelerations of its ring, [n, 3]."""
     run = _rolling(state)
     out = run.out.copy()
-    out[:, outputs.ACCELERATION] = acceleration
+    out[:, outputs.ACCELERATION_XYZ] = acceleration
     return replace(run, out=out)

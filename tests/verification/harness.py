@@ -27,8 +27,8 @@ from srbval.scene import merge
 from srbval.scene import paper_scene as paper_scene
 
 FloatArray = NDArray[np.float64]
-DRIVE_AND_LOAD = [out_col.DRIVE_POWER, out_col.LOAD_POWER]
-LOST = [out_col.FRICTION_POWER, out_col.DAMPING_POWER, out_col.HOUSING_POWER]
+DRIVE_AND_LOAD = [out_col.MEAN_DRIVE_POWER, out_col.MEAN_LOAD_POWER]
+LOST = [out_col.MEAN_FRICTION_POWER, out_col.MEAN_DAMPING_POWER, out_col.MEAN_HOUSING_POWER]
 PAPER_STEP_S = 1 / 61440
 PRINTED_FIT = {"roller_fit": "printed"}  # every roller is pressed by both races: nothing rattles
 LOOSE_FIT = {"radial_play": "3 mm"}  # no roller touches a race
@@ -137,5 +137,5 @@ def stepped(
     for i in range(first, first + steps):
         out = take_steps(model, state, plain, step_s=step_s, intervals=range(i, i + 1), memory=memory).out
         states.append(state.copy())
-        powers.append([out[0, out_col.DRIVE_POWER], out[0, LOST].sum()])
+        powers.append([out[0, out_col.MEAN_DRIVE_POWER], out[0, LOST].sum()])
     return states, np.array(powers)

@@ -57,12 +57,12 @@ def scenes(stage: str) -> Iterator[tuple[str, Any]]:
 def prepare(file: Path) -> None:
     """Store the states from which runs are continued; with the compiled kernels."""
     from srbval.bearing import load_bearing
-    from srbval.models.full_run import full_run
+    from srbval.models.full_run import start_full_run
 
     found = []
     for stage, places in ((PROBE, PROBE_AT), (PUBLISHED, PUBLISHED_AT)):
         for name, scene in scenes(stage):
-            run, done = full_run(scene, load_bearing(scene.bearing)), 0
+            run, done = start_full_run(scene, load_bearing(scene.bearing)), 0
             for place in places:
                 run.advance(done, place - done)
                 done = place

@@ -19,11 +19,11 @@ STEPS = 2
 SAME = 1e-9  # the same arithmetic in another order, through contacts that magnify rounding by 1e4
 MASS_BY_SLICES = 1e-8
 POWERS = {
-    col.DRIVE_POWER: outputs.DRIVE_POWER,
-    col.LOAD_POWER: outputs.LOAD_POWER,
-    col.FRICTION_POWER: outputs.FRICTION_POWER,
-    col.DAMPING_POWER: outputs.DAMPING_POWER,
-    col.HOUSING_POWER: outputs.HOUSING_POWER,
+    col.DRIVE_POWER: outputs.MEAN_DRIVE_POWER,
+    col.LOAD_POWER: outputs.MEAN_LOAD_POWER,
+    col.FRICTION_POWER: outputs.MEAN_FRICTION_POWER,
+    col.DAMPING_POWER: outputs.MEAN_DAMPING_POWER,
+    col.HOUSING_POWER: outputs.MEAN_HOUSING_POWER,
 }
 
 
@@ -48,15 +48,15 @@ def same(found: Any, expected: Any, tolerance: float = SAME) -> None:
 def test_motion(interval):
     _, start, end, _, _, record = interval
     where, seconds = layout_of(start), STEPS * PAPER_STEP_S
-    same(record[outputs.ACCELERATION], (end - start)[where.ring_rate] / seconds)
-    same(record[outputs.DISPLACEMENT], end[where.ring])
-    same(record[outputs.CAGE_TILT], end[where.cage][:2])
+    same(record[outputs.ACCELERATION_XYZ], (end - start)[where.ring_rate] / seconds)
+    same(record[outputs.DISPLACEMENT_XYZ], end[where.ring])
+    same(record[outputs.CAGE_TILT_XY], end[where.cage][:2])
     same(record[outputs.CAGE_SPEED], (end - start)[where.cage][2] / seconds)
 
 
 def test_forces_and_powers(interval):
     _, _, _, mean, _, record = interval
-    same(record[outputs.RING_FORCE], mean[col.RING_FORCE])
+    same(record[outputs.MEAN_RING_FORCE_XYZ], mean[col.RING_FORCE])
     for index, column in POWERS.items():
         assert record[column] == pytest.approx(
             mean[index], rel=SAME, abs=SAME * np.abs(mean[col.FRICTION_POWER : col.INERTIA_XX]).max()
@@ -68,6 +68,8 @@ def test_energies(interval):
     world, start, _, _, first, record = interval
     ring = start[layout_of(start).ring]
     spring = world.housing_stiffness() * float(ring @ ring) / 2
-    assert record[outputs.SPRING_ENERGY] == pytest.approx(spring, rel=SAME)
-    assert record[outputs.CONTACT_ENERGY] == pytest.approx(first[col.CONTACT_ENERGY], rel=SAME)
-    assert record[outputs.BODY_ENERGY] == pytest.approx(world.mechanical_energy(start) - spring, rel=MASS_BY_SLICES)
+    assert record[outputs.SPRING_ENERGY_AT_START] == pytest.approx(spring, rel=SAME)
+    assert record[outputs.CONTACT_ENERGY_AT_START] == pytest.approx(first[col.CONTACT_ENERGY], rel=SAME)
+    assert record[outputs.BODY_ENERGY_AT_START] == pytest.approx(
+        world.mechanical_energy(start) - spring, rel=MASS_BY_SLICES
+    )

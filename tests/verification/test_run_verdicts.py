@@ -17,7 +17,7 @@ from srbval.models.estimates import TOLERANCE, Estimate
 from srbval.models.health import CAUTION, SLIDING, default_solver
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
-from srbval.models.step_error import block_means, differences
+from srbval.models.step_error import block_means, estimate_errors
 from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene
 
@@ -73,10 +73,12 @@ def conditions(count: int, drawn: random.Random) -> Iterator[Condition]:
 def errors(own: Run, right: Run) -> tuple[Estimate, ...]:
     """Errors in cage speed, band levels and drive power against the converged run."""
     first, second = (
-        block_means(run.scene.output_rate_hz, run.cage_rad_s, run.acceleration_m_s2, run.out[:, outputs.DRIVE_POWER])
+        block_means(
+            run.scene.output_rate_hz, run.cage_rad_s, run.acceleration_m_s2, run.out[:, outputs.MEAN_DRIVE_POWER]
+        )
         for run in (own, right)
     )
-    return differences(first, second)
+    return estimate_errors(first, second)
 
 
 def is_off(own: Attempt, right: Attempt) -> bool:

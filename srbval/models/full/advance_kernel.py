@@ -80,9 +80,9 @@ def begin_interval(y, model, mean, out, i):
     for m in range(at.relative_angle, half):
         relative = y[m]
     clear_mean(mean)
-    out[i, out_col.BODY_ENERGY] = mechanical_energy(y, model)
+    out[i, out_col.BODY_ENERGY_AT_START] = mechanical_energy(y, model)
     spring = y[at.ring] ** 2 + y[at.ring + 1] ** 2 + y[at.ring + 2] ** 2
-    out[i, out_col.SPRING_ENERGY] = 0.5 * model.housing_stiffness * spring
+    out[i, out_col.SPRING_ENERGY_AT_START] = 0.5 * model.housing_stiffness * spring
     v = at.ring_rate
     return y[v], y[v + 1], y[v + 2], y[at.cage + 2], relative
 
@@ -105,16 +105,16 @@ def end_interval(y, start, interval, steps_per_output, mean, out, i):
     out[i, out_col.CAGE_TILT_X] = y[at.cage]
     out[i, out_col.CAGE_TILT_Y] = y[at.cage + 1]
     for m in range(3):
-        out[i, out_col.RING_FORCE_X + m] = mean[col.RING_FORCE_X + m] / steps_per_output
-    out[i, out_col.DEEPEST] = mean[col.DEEPEST]
-    out[i, out_col.DRIVE_POWER] = mean[col.DRIVE_POWER] / steps_per_output
-    out[i, out_col.LOAD_POWER] = mean[col.LOAD_POWER] / steps_per_output
-    out[i, out_col.FRICTION_POWER] = mean[col.FRICTION_POWER] / steps_per_output
-    out[i, out_col.DAMPING_POWER] = mean[col.DAMPING_POWER] / steps_per_output
-    out[i, out_col.HOUSING_POWER] = mean[col.HOUSING_POWER] / steps_per_output
-    out[i, out_col.CONTACT_ENERGY] = mean[col.CONTACT_ENERGY]
+        out[i, out_col.MEAN_RING_FORCE_X + m] = mean[col.RING_FORCE_X + m] / steps_per_output
+    out[i, out_col.MAX_PENETRATION] = mean[col.DEEPEST]
+    out[i, out_col.MEAN_DRIVE_POWER] = mean[col.DRIVE_POWER] / steps_per_output
+    out[i, out_col.MEAN_LOAD_POWER] = mean[col.LOAD_POWER] / steps_per_output
+    out[i, out_col.MEAN_FRICTION_POWER] = mean[col.FRICTION_POWER] / steps_per_output
+    out[i, out_col.MEAN_DAMPING_POWER] = mean[col.DAMPING_POWER] / steps_per_output
+    out[i, out_col.MEAN_HOUSING_POWER] = mean[col.HOUSING_POWER] / steps_per_output
+    out[i, out_col.CONTACT_ENERGY_AT_START] = mean[col.CONTACT_ENERGY]
     for m in range(3):
-        out[i, out_col.ROLLING_POWER + m] = mean[col.ROLLING_POWER + m] / steps_per_output
+        out[i, out_col.MEAN_ROLLING_POWER + m] = mean[col.ROLLING_POWER + m] / steps_per_output
 
 
 @kernel_part

@@ -26,7 +26,7 @@ from srbval.models.full import columns as col
 from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters, state_layout
 from srbval.models.full.steps import rates
-from srbval.models.outputs import DEEPEST_M
+from srbval.models.outputs import DEPTH_LIMIT_M
 
 RING_TOLERANCE_N = 1e-2  # residual at which the iteration stops; rounding leaves 1e-5 N at the paper's stiffness
 BALANCED_N = 1.0  # largest residual in balance: a ring with play and no load has no stiffness
@@ -65,10 +65,10 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
             break
         ring, slide, left = _line_search(statics, ring, slide, left, _ring_step(statics, ring, slide, left))
     slide_n, ring_n, deepest = statics.forces(slide, ring)
-    if deepest > DEEPEST_M:
+    if deepest > DEPTH_LIMIT_M:
         raise ConfigurationError(
             f"load or fit overload the contact: a roller would penetrate a race by {deepest * 1e6:.4g} um; "
-            f"the limit is {DEEPEST_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
+            f"the limit is {DEPTH_LIMIT_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
         )
     left_n = max(float(np.abs(slide_n).max()), float(np.abs(ring_n).max()))
     allowed = BALANCED_N + MAX_UNCARRIED_SHARE * float(np.hypot(*external_load(0.0, model.drive)))

@@ -10,7 +10,7 @@ from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.outputs import DEEPEST_M
+from srbval.models.outputs import DEPTH_LIMIT_M
 from srbval.scene import Defect, DefectShape
 
 MOST_POINTS = 500_000  # in a circle
@@ -102,13 +102,13 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 
 
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """Compute how many points on either side of the nearest point a roller can touch, `DEEPEST_M` deep and with bumps.
+    """Compute how many points on either side of the nearest point a roller can touch, `DEPTH_LIMIT_M` deep, with bumps.
 
     A point at distance x along the race is x^2/2 (1/r + 1/R) clear of a roller that just touches the race (circles with
     parallel axes; R is negative for the concave outer race).
     """
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
-    reach_m = math.sqrt(2 * (DEEPEST_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))
+    reach_m = math.sqrt(2 * (DEPTH_LIMIT_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))
     return max(1, math.floor(reach_m / spacing + 0.5))
 
 

@@ -58,7 +58,7 @@ def take_steps(
     rollers, length = len(model.slot_angle), intervals_per_detail or max(len(intervals), 1)
     starts = intervals[::length]
     details = len(starts) if intervals_per_detail else 0
-    out, spins = np.zeros((len(intervals), out_col.COUNT)), np.zeros((details, rollers))
+    out, spins = np.zeros((len(intervals), out_col.COLUMN_COUNT)), np.zeros((details, rollers))
     loads = np.zeros((details, 2, rollers, CIRCLES_PER_RACE))
     coefficients, work = method.coefficients, working_space(memory, len(method.coefficients.b))
     model = model._replace(law=model.law._replace(onset_s=coefficients.onset * step_s))

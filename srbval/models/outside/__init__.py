@@ -1,1 +1,1 @@
-"""Models from outside the package: a Python function of a scene, a program, or an FMU, each in a process of its own."""
+"""Models from outside the package, each in a separate process: a Python function, a program, or an FMU."""

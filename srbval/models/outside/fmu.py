@@ -1,19 +1,19 @@
-"""Co-simulation units of the Functional Mock-up Interface (FMI 2 and 3), run by `fmpy`.
+"""Runs co-simulation units (FMU) of the Functional Mock-up Interface (FMI 2 and 3) with `fmpy`.
 
-A TOML file beside ``bearing.fmu``, ``bearing.toml``, names the unit's variables::
+The TOML file ``bearing.toml`` beside ``bearing.fmu`` names the variables of the FMU::
 
-    [scene]                                # key of a scene file, in SI = variable that is set before the run
+    [scene]                                # key of a scene, in SI = variable that is set before the run
     shaft_speed_rad_s = "shaft_speed"
     "load.radial_n" = { variable = "radial_load", unit = "kN" }
     "defect.kind" = { variable = "defect", none = 0, outer = 1, inner = 2, roller = 3 }
 
-    [signals]                              # signal of `SimulatedSignals`, vectors by axis = variable that is read
+    [signals]                              # signal of `SimulatedSignals`, vectors by axis = output variable
     acceleration_x_m_s2 = "housing.a_x"
     acceleration_y_m_s2 = "housing.a_y"
     cage_angle_rad = "cage.phi"
 
-A variable has the unit of the model description, or the one stated here if there is none. The communication step is the
-scene's solver step.
+The unit of a variable is that in the FMU's model description, otherwise the unit in the TOML file. The communication
+step is the solver step of the scene.
 """
 
 from collections.abc import Mapping
@@ -32,12 +32,12 @@ from srbval.storage.tables import SI_SUFFIX, UNIT_FACTORS, read_toml, walk_leave
 
 SUFFIXES = {"_m_s2": {"m/s2": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "g": 9.80665}, "_w": {"W": 1.0, "kW": 1e3}}
 SUFFIXES |= {suffix: UNIT_FACTORS[dimension] for dimension, suffix in SI_SUFFIX.items()}
-SIGNALS = tuple(one.name for one in fields(SimulatedSignals) if one.name not in ("time_s", "wall_s"))
-SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for axis in "xyz")
+FMU_SIGNALS = tuple(one.name for one in fields(SimulatedSignals) if one.name not in ("time_s", "wall_s"))
+FMU_SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for axis in "xyz")
 
 
 class FmuVariable(NamedTuple):
-    """Variable of an FMU for a `key`, its unit in SI, and its numbers for the words that the key may have."""
+    """Variable of an FMU: scene `key` or signal, name, size of its unit in SI, and numbers in place of words."""
 
     key: str
     name: str
@@ -45,17 +45,17 @@ class FmuVariable(NamedTuple):
     codes: Mapping[str, float]
 
     def number(self, value: Any) -> float:
-        """Value of the key in the variable's unit; `ConfigurationError` for a word without a number."""
+        """Convert a value of the key to the variable's unit; `ConfigurationError` for a word without a number."""
         if isinstance(value, str) and value not in self.codes:
-            raise ConfigurationError(f"{self.key} = {value!r}: the FMU's table states no number for it.")
+            raise ConfigurationError(f"{self.key} = {value!r} has no number in the FMU's TOML file; add one.")
         return float(self.codes.get(value, value)) / self.unit
 
 
 def load_fmu(path: Path) -> Any:
-    """A function of a scene that runs the FMU at `path`, of which nothing is run before.
+    """Return a function that runs the FMU at `path` for a scene; no code of the FMU runs before.
 
-    Raises `ConfigurationError` for a missing library, no co-simulation, an unknown key or variable or a wrong unit;
-    `DataError` for a file that is missing or damaged.
+    Raises `ConfigurationError` if a library is missing, if the FMU has no co-simulation, or for an unknown key,
+    variable or unit; `DataError` if a file is missing or damaged.
     """
     try:
         import fmpy
@@ -66,19 +66,17 @@ def load_fmu(path: Path) -> Any:
     try:
         description = fmpy.read_model_description(str(path))
     except Exception as error:  # a damaged archive or description fails in many ways
-        raise DataError(
-            f"{path}: this FMU cannot be read ({type(error).__name__}: {error}). Export it again."
-        ) from None
+        raise DataError(f"{path}: cannot read this FMU ({type(error).__name__}: {error}). Export it again.") from None
     if description.coSimulation is None:
-        raise ConfigurationError(f"{path}: there is no co-simulation in it; export it as a co-simulation FMU.")
+        raise ConfigurationError(f"{path} contains no co-simulation; export it as a co-simulation FMU.")
     known = {variable.name: variable for variable in description.modelVariables}
-    parts = {"scene": tuple(dict(walk_leaves(scene_dict(paper_scene())))), "signals": SIGNALS}
+    parts = {"scene": tuple(dict(walk_leaves(scene_dict(paper_scene())))), "signals": FMU_SIGNALS}
     given, read = (
         [_variable(f"{where} [{part}]", key, entry, known, allowed) for key, entry in table.get(part, {}).items()]
         for part, allowed in parts.items()
     )
     if not any(one.key.startswith("acceleration") for one in read):
-        raise ConfigurationError(f"{where} [signals]: no acceleration, which is acceleration_m_s2 or x and y of it.")
+        raise ConfigurationError(f"{where} [signals] names no acceleration; add acceleration_m_s2, or its x and y.")
 
     def simulate(scene: Scene) -> Any:
         values, step_s = dict(walk_leaves(scene_dict(scene))), scene.solver.step_s
@@ -101,7 +99,7 @@ def load_fmu(path: Path) -> Any:
 
 
 def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowed: tuple[str, ...]) -> FmuVariable:
-    """The variable that an entry of the table names; its unit must be one of the key's."""
+    """Check an entry of the TOML file against the FMU's variables and the units of the key."""
     if key not in allowed:
         raise UnknownNameError.of(f"{place}: {key!r} is not known", key, allowed)
     codes: dict[str, Any] = {"variable": entry} if isinstance(entry, str) else dict(entry)
@@ -110,7 +108,7 @@ def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowe
         raise UnknownNameError.of(f"{place} {key}: the FMU has no variable {name!r}", name, tuple(known))
     described = known[name].unit or getattr(known[name].declaredType, "unit", None) or ""
     if stated and described and stated != described:
-        raise ConfigurationError(f"{place} {key}: its unit {stated!r} is {described!r} in the FMU's description.")
+        raise ConfigurationError(f"{place} {key}: the unit {stated!r} differs from the FMU's {described!r}.")
     units = SUFFIXES.get(max((suffix for suffix in SUFFIXES if key.endswith(suffix)), key=len, default=""), {"": 1.0})
     unit = stated or described
     if unit not in units and (unit or len(units) > 1):

@@ -1,4 +1,4 @@
-"""Names of models from outside, their sources, and the hash of these, under which results are kept.
+"""Names and source files of models from outside, and the hash of the sources, which identifies stored results.
 
 A scene's `model` may be ``FILE.py:NAME`` or ``package.module:NAME`` (a function, see `signals`), ``FILE.fmu``,
 ``command TEXT`` (a program), or an entry point of the group ``srbval.models`` of an installed package.
@@ -16,11 +16,11 @@ from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
 
-COMMAND, FMU, SOLVERS = "command ", ".fmu", "SOLVERS"
+COMMAND, FMU, SOLVERS_VARIABLE = "command ", ".fmu", "SOLVERS"
 
 
 def is_outside(name: str) -> bool:
-    """True if `name` names a model from outside; `ConfigurationError` for a Python file without a function."""
+    """True if `name` is a model from outside; raises `ConfigurationError` for a Python file without a function."""
     if name.endswith(".py"):
         raise ConfigurationError(f"model {name!r}: name its function too, for example {name}:simulate.")
     return name.startswith(COMMAND) or name.endswith(FMU) or ":" in name or name in entry_points()
@@ -28,12 +28,12 @@ def is_outside(name: str) -> bool:
 
 @cache
 def entry_points() -> dict[str, str]:
-    """Installed models: ``package.module:NAME`` by the name of the entry point."""
+    """Installed models: ``package.module:NAME`` by name of the entry point."""
     return {point.name: point.value for point in importlib.metadata.entry_points(group="srbval.models")}
 
 
 def content_of(name: str) -> str:
-    """A model's name without its folder, and the hash of its sources; `DataError` if there are none."""
+    """Name of a model without its folder, and hash of its source files; raises `DataError` if they are missing."""
     digest = hashlib.sha256()
     for path in sources_of_model(name):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
@@ -41,17 +41,17 @@ def content_of(name: str) -> str:
 
 
 def solvers_of(name: str) -> tuple[str, ...]:
-    """Solvers that a Python model offers by a literal ``SOLVERS = (...)`` in its file, which is not run."""
+    """Solvers that a Python model lists in its file as a literal ``SOLVERS = (...)``; the file is not executed."""
     try:
         tree = ast.parse(sources_of_model(name)[0].read_bytes())
         assigned = [node for node in tree.body if isinstance(node, ast.Assign)]
-        return next(tuple(ast.literal_eval(n.value)) for n in assigned if ast.unparse(n.targets[0]) == SOLVERS)
+        return next(tuple(ast.literal_eval(n.value)) for n in assigned if ast.unparse(n.targets[0]) == SOLVERS_VARIABLE)
     except (IndexError, StopIteration, SyntaxError, TypeError, ValueError):
         return ()
 
 
 def sources_of_model(name: str) -> list[Path]:
-    """Files that a model consists of, its own first: what it imports from its folder, a package, words of a command."""
+    """Source files of a model, its main file first: imported files of its folder, a package, or files of a command."""
     place = entry_points().get(name, name)
     if place.startswith(COMMAND):
         program, *words = shlex.split(place.removeprefix(COMMAND)) or [""]
@@ -65,8 +65,8 @@ def sources_of_model(name: str) -> list[Path]:
         return [own, *(path for path in [own.with_suffix(".toml")] if path.is_file())]
     finder = ModuleFinder(path=[str(own.parent)])
     try:
-        finder.run_script(str(own))  # follows imports and runs none
-    except (SyntaxError, ValueError):  # the run reports it
+        finder.run_script(str(own))  # follows imports without executing them
+    except (SyntaxError, ValueError):  # reported by the run
         return [own]
     files = [getattr(module, "__file__", None) for module in finder.modules.values()]
     beside = {Path(file) for file in files if file}
@@ -74,7 +74,7 @@ def sources_of_model(name: str) -> list[Path]:
 
 
 def _of_module(module: str) -> list[Path]:
-    """Python files of the module's whole package, the module first; finding it by its own name would run code."""
+    """Python files of the package that contains a module, the module first; no code of the package is executed."""
     package, *inner = module.split(".")
     spec = importlib.util.find_spec(package) if package else None
     if spec is None or spec.origin is None:

@@ -1,6 +1,6 @@
-"""The process in which a model from outside runs, ``python -m srbval.models.outside.process``.
+"""Process in which a model from outside runs: ``python -m srbval.models.outside.process``.
 
-Whatever the model does, the answer is a value: the columns of a run, a status with its reason, or a user's error.
+Every outcome is returned as a value: the columns of a run, a status with its reason, or an error of the user.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
 from srbval.models.outside.names import COMMAND, FMU, entry_points
-from srbval.models.outside.signals import UnusableSignalsError, recorded, signals_of
+from srbval.models.outside.signals import UnusableSignalsError, recorded_columns, signals_of
 from srbval.models.run import RunStatus
 from srbval.models.run_file import scene_dict
 from srbval.processes.machine import limit_memory, limit_resource
@@ -32,13 +32,13 @@ from srbval.processes.worker import serve_calls
 from srbval.scene import Scene
 
 Model = Callable[[Scene], Any]
-SCENE_FILE, SIGNAL_FILE = "{scene_json}", "{out_csv}"  # places in the text of a command
-WARM_UP_S = 0.01  # simulated first and not timed: imports within functions, compiling
-REASON = "its signals are finite and not constant; no more is checked of a model from outside"
+SCENE_FILE, SIGNAL_FILE = "{scene_json}", "{out_csv}"  # placeholders in a command
+WARM_UP_S = 0.01  # length of a first run that is not timed: delayed imports, compiling
+REASON = "the signals are finite and not constant; nothing else is checked for a model from outside"
 
 
-class Answer(NamedTuple):
-    """How a run ended, the columns of `outputs` if it ended well, and the time of the model's call [s]."""
+class OutsideResult(NamedTuple):
+    """Result of a model from outside: status, columns of `outputs` if the run succeeded, and computing times [s]."""
 
     status: RunStatus
     reason: str
@@ -47,10 +47,10 @@ class Answer(NamedTuple):
     cpu_s: float = 0.0
 
 
-def answer(request: tuple[Scene, float]) -> Answer | SrbvalError:
-    """Run the scene's model with so much memory [bytes].
+def run_requested_model(request: tuple[Scene, float]) -> OutsideResult | SrbvalError:
+    """Run the model of a scene; `request` is the scene and the memory limit [bytes].
 
-    A wrong name or file is an error, which is returned; whatever the model itself raises is a status.
+    A wrong name or file is returned as an error; every exception of the model becomes a status.
     """
     scene, memory = request
     limit_resource("RLIMIT_CORE", 0)  # a crash leaves no memory dump
@@ -61,34 +61,35 @@ def answer(request: tuple[Scene, float]) -> Answer | SrbvalError:
         kind = next(kind for kind in (ConfigurationError, DataError, SrbvalError) if isinstance(error, kind))
         return kind(str(error))  # not every error can be pickled
     except MemoryError as error:
-        reason = f"it asked for more memory than {memory / 1e9:g} GB, its limit ({error})"
-        return Answer(RunStatus.OUT_OF_MEMORY, reason)
-    except BaseException as error:  # the border where foreign code meets this program; SystemExit too
-        return Answer(RunStatus.RAISED, _place_and_text(error))
+        reason = f"it needed more memory than {memory / 1e9:g} GB, its limit ({error})"
+        return OutsideResult(RunStatus.OUT_OF_MEMORY, reason)
+    except BaseException as error:  # whatever foreign code raises, also SystemExit
+        return OutsideResult(RunStatus.RAISED, _place_and_text(error))
 
 
-def run_model(model: Model, scene: Scene) -> Answer:
-    """Call the model, first for a short scene, and take its signals."""
+def run_model(model: Model, scene: Scene) -> OutsideResult:
+    """Call the model, first for a short scene as a warm-up, and convert its signals to a result."""
     try:
-        with contextlib.suppress(Exception):  # the whole run raises it again, unless the short scene alone fails
+        with contextlib.suppress(Exception):  # the run raises the exception again, unless only the short scene fails
             model(replace(scene, duration_s=min(WARM_UP_S, scene.duration_s), settle_s=0.0))
         wall_s, cpu_s = time.perf_counter(), _worked_s()
         returned = model(scene)
         wall_s, cpu_s = time.perf_counter() - wall_s, _worked_s() - cpu_s
         signals = signals_of(returned)
         own_s = wall_s if signals.wall_s is None else min(float(signals.wall_s), wall_s)
-        return Answer(RunStatus.OK, REASON, recorded(signals, scene), own_s, max(cpu_s - (wall_s - own_s), 0.0))
+        out, own_cpu_s = recorded_columns(signals, scene), max(cpu_s - (wall_s - own_s), 0.0)
+        return OutsideResult(RunStatus.OK, REASON, out, own_s, own_cpu_s)
     except UnusableSignalsError as error:
-        return Answer(*error.args)
-    except SrbvalError as error:  # of the bundled model, which it may call
-        return Answer(RunStatus.RAISED, _place_and_text(error))
+        return OutsideResult(*error.args)
+    except SrbvalError as error:  # raised by a bundled model that the model calls
+        return OutsideResult(RunStatus.RAISED, _place_and_text(error))
 
 
 def load_model(name: str) -> Model:
-    """The model's function of a scene; raises what importing its file raises, `SrbvalError` for a wrong name."""
+    """Load the function of a model; raises the exceptions of importing its file, `SrbvalError` for a wrong name."""
     place = entry_points().get(name, name)
     if place.startswith(COMMAND):
-        return program(place.removeprefix(COMMAND))
+        return command_model(place.removeprefix(COMMAND))
     if place.endswith(FMU):
         from srbval.models.outside.fmu import load_fmu
 
@@ -96,7 +97,7 @@ def load_model(name: str) -> Model:
     source, _, function = place.rpartition(":")
     if source.endswith(".py"):
         file = Path(source).resolve()
-        sys.path.insert(0, str(file.parent))  # for what lies beside it
+        sys.path.insert(0, str(file.parent))  # for modules in the same folder
         spec = importlib.util.spec_from_file_location(file.stem, file)
         assert spec is not None
         assert spec.loader is not None
@@ -111,8 +112,8 @@ def load_model(name: str) -> Model:
     return found
 
 
-def program(text: str) -> Model:
-    """A program as a function of a scene: it reads the scene from a JSON file and writes signals as columns of CSV."""
+def command_model(text: str) -> Model:
+    """Return a function that runs a program, which reads the scene as JSON and writes the signals as columns of CSV."""
     words = shlex.split(text)
     if not words or not any(SIGNAL_FILE in word for word in words):
         raise ConfigurationError(f"command {text!r}: name the file that it writes, as {SCENE_FILE} {SIGNAL_FILE}.")
@@ -138,7 +139,7 @@ def program(text: str) -> Model:
 
 
 def _place_and_text(error: BaseException) -> str:
-    """An exception in a line, with the line of the model's code that it came through last."""
+    """Describe an exception in one line, with the last line of the model's code in its traceback."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [f for f in frames if f.filename != __file__ and "-packages" not in f.filename and f.filename[:1] != "<"]
     place = f", in {Path(own[-1].filename).name} line {own[-1].lineno}" if own else ""
@@ -146,17 +147,17 @@ def _place_and_text(error: BaseException) -> str:
 
 
 def _worked_s() -> float:
-    """Processor time of this process and of those that it started and waited for [s]."""
+    """Processor time of this process and of its finished child processes [s]."""
     spent = os.times()
     return time.process_time() + spent.children_user + spent.children_system
 
 
-def load() -> Callable[[Any], Any]:
-    """Return the function that answers."""
-    from srbval.models.outside import process  # under its own name: answers are pickled
+def import_server() -> Callable[[Any], Any]:
+    """Return the function that serves requests."""
+    from srbval.models.outside import process  # not as __main__, because results are pickled
 
-    return process.answer
+    return process.run_requested_model
 
 
 if __name__ == "__main__":
-    serve_calls(load)
+    serve_calls(import_server)

@@ -1,4 +1,4 @@
-"""Run a scene with a model from outside, in a process of its own with limits of time and memory."""
+"""Runs a scene with a model from outside in a separate process, with limits of time and memory."""
 
 import contextlib
 import math
@@ -16,42 +16,42 @@ from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import check_known
-from srbval.models.outputs import Outputs, chunks
+from srbval.models.outputs import Outputs, split_run
 from srbval.models.outside.names import COMMAND, FMU, content_of, solvers_of
-from srbval.models.outside.process import Answer
+from srbval.models.outside.process import OutsideResult
 from srbval.models.run import RunStatus
 from srbval.models.run_statistics import RunStatistics
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.scene import Scene
 
-SECONDS, GIGABYTES = "SRBVAL_MODEL_SECONDS", "SRBVAL_MODEL_GB"  # environment variables: the limits of a run
-START_S, PER_SIMULATED_S = 60.0, 1000.0  # usual limit of the wall time, and more for each simulated second
+SECONDS, GIGABYTES = "SRBVAL_MODEL_SECONDS", "SRBVAL_MODEL_GB"  # environment variables with the limits of a run
+START_S, PER_SIMULATED_S = 60.0, 1000.0  # default limit of the wall time: start, and for each simulated second
 USUAL_GB = 4.0
-OWN_SOLVER = "own"  # of a model that offers no choice
+OWN_SOLVER = "own"  # name of the solver of a model that offers no choice
 
 _running: set[WorkerProcess] = set()
-_ending: list[None] = []  # one for each that ends all models; meanwhile none starts
+_ending: list[None] = []  # an entry for each active `models_ended`; models cannot start meanwhile
 
 
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The model of the scene, see `srbval.models.hierarchy`; a failure is one row of NaN and the run's status."""
+def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """Run a model from outside; see `srbval.models.hierarchy` for the interface. A failure yields one row of NaN."""
     scene = stats.scene
-    if scene.solver.name == OWN_SOLVER:  # no name that the bundled models, which it may call, would know
+    if scene.solver.name == OWN_SOLVER:  # for bundled models that the model may call
         scene = replace(scene, solver=replace(scene.solver, name=default_solver()))
     _announce(scene.model)
-    found = ask(scene)
+    found = run_in_process(scene)
     stats.wall_s, stats.cpu_s, stats.ended = found.wall_s, found.cpu_s, (found.status, found.reason)
     if found.out is None:
-        yield settle, Outputs(out=np.full((1, col.COUNT), np.nan))
+        yield settle, Outputs(out=np.full((1, col.COLUMN_COUNT), np.nan))
         return
-    for first, count in chunks(0, whole - settle, 0, scene.output_rate_hz):
+    for first, count in split_run(0, whole - settle, 0, scene.output_rate_hz):
         yield settle + first, Outputs(out=found.out[first : first + count])
 
 
 def with_own_solver(scene: Scene) -> Scene:
-    """The scene with a solver that its model offers, the first in place of the usual one; `ConfigurationError` if none.
+    """Replace the default solver of a scene by the first solver that its model from outside offers.
 
-    Raises `DataError` for a model without a file.
+    Raises `ConfigurationError` if the model does not offer the scene's solver, `DataError` if its files are missing.
     """
     content_of(scene.model)
     offered = solvers_of(scene.model) or (OWN_SOLVER,)
@@ -60,26 +60,26 @@ def with_own_solver(scene: Scene) -> Scene:
     return replace(scene, solver=replace(scene.solver, name=name))
 
 
-def ask(scene: Scene) -> Answer:
-    """Run the scene's model in a process; raises a user's error, returns every other failure with its reason."""
+def run_in_process(scene: Scene) -> OutsideResult:
+    """Run the scene's model in a process; raises errors of the user, returns all other failures with their reasons."""
     limit_s = _limit(SECONDS, START_S + PER_SIMULATED_S * (scene.settle_s + scene.duration_s))
     memory = 1e9 * _limit(GIGABYTES, USUAL_GB)
     with tempfile.TemporaryDirectory(prefix="srbval-model-", ignore_cleanup_errors=True) as folder:
-        own = {"TMPDIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}  # nothing is left in the user's folders
+        own = {"TMPDIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}  # leaves nothing in the user's folders
         process = WorkerProcess("srbval.models.outside.process", environment=own, own_group=True)
-        _running.add(process)  # before it starts, so that it can be stopped at any time
+        _running.add(process)  # before the start, so that it can be stopped at any time
         try:
             if _ending:
                 raise CancelledError
-            found: Answer | SrbvalError = process.call((scene, memory), limit_s=limit_s)
+            found: OutsideResult | SrbvalError = process.call((scene, memory), limit_s=limit_s)
         except OverLimitError:
-            reason = f"it did not end within {limit_s:g} s; the environment variable {SECONDS} sets another limit"
-            found = Answer(RunStatus.OUT_OF_TIME, reason)
+            reason = f"it did not end within {limit_s:g} s; the environment variable {SECONDS} changes this limit"
+            found = OutsideResult(RunStatus.OUT_OF_TIME, reason)
         except DiedError as error:
             if process not in _running:
                 raise CancelledError from None
             more = f"perhaps for lack of memory; the environment variable {GIGABYTES} sets its limit"
-            found = Answer(RunStatus.DIED, f"its process ended ({error}), {more}")
+            found = OutsideResult(RunStatus.DIED, f"its process ended ({error}), {more}")
         finally:
             _running.discard(process)
             process.kill()
@@ -91,7 +91,7 @@ def ask(scene: Scene) -> Answer:
 
 @contextlib.contextmanager
 def models_ended() -> Iterator[None]:
-    """End the models that run in other threads, or are about to, with `CancelledError`; none starts within."""
+    """Stop the models that run in other threads, with `CancelledError`; no model can start within the block."""
     _ending.append(None)
     try:
         while _running:
@@ -103,14 +103,14 @@ def models_ended() -> Iterator[None]:
 
 @cache
 def _announce(name: str) -> None:
-    """Say once that a binary is code."""
+    """Warn once that a program or FMU is executed."""
     if name.startswith(COMMAND) or name.endswith(FMU):
         what = name.removeprefix(COMMAND)
-        print(f"srbval: {what} is a program that may do all that you may; run only what you trust", file=sys.stderr)
+        print(f"srbval: {what} is a program with all your permissions; run only what you trust", file=sys.stderr)
 
 
 def _limit(variable: str, usual: float) -> float:
-    """A limit from the environment, or the usual one."""
+    """Read a limit from an environment variable; `usual` if it is not set."""
     text = os.environ.get(variable) or str(usual)
     with contextlib.suppress(ValueError):
         if 0 < float(text) < math.inf:

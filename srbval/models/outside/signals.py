@@ -1,4 +1,4 @@
-"""Signals that a model from outside returns: their forms, what is refused, and the columns of a run made of them."""
+"""Signals that a model from outside returns: accepted forms, checks, and conversion to the columns of a run."""
 
 import math
 from collections.abc import Iterator
@@ -12,27 +12,27 @@ from srbval.models import outputs as col
 from srbval.models.run import RunStatus
 from srbval.scene import SENSOR_ANGLE_RAD, Scene
 
-UNEVEN = 0.02  # of a step, by which a time may be off an even grid
-ROUNDED, MOST_ROUNDED = 1e-6, 0.25  # more, of the largest time and of a step: a column of seven digits
-SAME_RATE = 1e-5  # relative; a grid of one point too many in 1 s is 5e-5 off
+UNEVEN = 0.02  # largest deviation of a time from an even grid, in steps
+ROUNDED, MOST_ROUNDED = 1e-6, 0.25  # further deviation of rounded times, in the largest time, and its limit in steps
+RATE_TOLERANCE = 1e-5  # relative; a grid of one point too many in 1 s is 5e-5 off
 VECTORS = {"acceleration_m_s2": "acceleration_{}_m_s2", "ring_displacement_m": "ring_displacement_{}_m"}
 FIRST_COLUMN = {
     "acceleration_m_s2": col.ACCELERATION_X,
     "ring_displacement_m": col.DISPLACEMENT_X,
     "cage_ratio": col.CAGE_SPEED,
-    "drive_power_w": col.DRIVE_POWER,
+    "drive_power_w": col.MEAN_DRIVE_POWER,
 }
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedSignals:
-    """Signals of a model from outside, in arrays or whatever NumPy makes arrays of.
+    """Signals of a model from outside, as arrays or objects that NumPy converts to arrays.
 
-    `time_s` is even, [n], at the scene's output rate or a multiple of it, of which means are taken. The last
+    `time_s`, [n], has constant steps at the scene's output rate or a multiple, which is reduced by averaging. The last
     `Scene.duration_s` is recorded; earlier times are settling. `acceleration_m_s2` of the outer ring: [n] along the
     sensor's axis, or [n, 2] or [n, 3] along x, y, z. Optional: `cage_ratio` (cage over shaft speed) and
-    `drive_power_w`, numbers or [n]; `cage_angle_rad` [n] in place of the ratio; `ring_displacement_m`, like the
-    acceleration; `wall_s`, the computing time by the model's own clock, without what it prepares.
+    `drive_power_w`, numbers or [n]; `cage_angle_rad`, [n], in place of the ratio; `ring_displacement_m`, like the
+    acceleration; `wall_s`, the computing time measured by the model.
     """
 
     time_s: Any
@@ -45,13 +45,13 @@ class SimulatedSignals:
 
 
 class UnusableSignalsError(Exception):
-    """Signals of which no run can be made; its arguments are a `RunStatus` and the reason."""
+    """Signals cannot be converted to a run; the arguments are a `RunStatus` and the reason."""
 
 
 def signals_of(returned: Any) -> SimulatedSignals:
-    """Take the forms that a model may return: a pair, `SimulatedSignals`, or a mapping, table or dataset of its names.
+    """Convert the value that a model returned: time and acceleration, `SimulatedSignals`, or a mapping of its fields.
 
-    In a mapping a vector may have one entry for each axis, such as ``acceleration_x_m_s2``, and ``time`` is ``time_s``.
+    A mapping, table or data set may have an entry for each axis, ``acceleration_x_m_s2``, and ``time`` for ``time_s``.
     """
     if isinstance(returned, SimulatedSignals):
         return returned
@@ -64,7 +64,7 @@ def signals_of(returned: Any) -> SimulatedSignals:
         axes = "".join(axis for axis in "xyz" if of_axis.format(axis) in returned)
         if axes not in ("", "xy", "xyz"):
             needed = f"x and y are needed, or {name} along the sensor's axis"
-            raise _unusable(f"of {name} it returned {axes} alone; {needed}")
+            raise _unusable(f"it returned only the axes {axes} of {name}; {needed}")
         if axes:
             found[name] = np.stack([np.asarray(returned[of_axis.format(axis)]) for axis in axes], axis=1)
     found |= {"time_s": returned["time"]} if "time" in returned else {}
@@ -73,16 +73,16 @@ def signals_of(returned: Any) -> SimulatedSignals:
     return SimulatedSignals(**found)
 
 
-def recorded(signals: SimulatedSignals, scene: Scene) -> FloatArray:
-    """Columns of `outputs` at the scene's output rate, [samples, COUNT], NaN for what the model does not give.
+def recorded_columns(signals: SimulatedSignals, scene: Scene) -> FloatArray:
+    """Convert signals to `outputs` at the scene's output rate, [samples, COLUMN_COUNT], NaN for signals not given.
 
-    Raises `UnusableSignalsError` for signals that are not finite, uneven, too short, of a wrong shape or rate, or
-    constant although the bearing has a defect.
+    Raises `UnusableSignalsError` if signals are not finite, uneven, too short, of a wrong shape or rate, or constant
+    although the bearing has a defect.
     """
-    time_s = _finite("time_s", signals.time_s, signals.time_s)
+    time_s = _finite_array("time_s", signals.time_s, signals.time_s)
     rate = _even_rate(time_s)
     per = max(1, round(rate / scene.output_rate_hz))
-    if abs(rate / scene.output_rate_hz / per - 1) > SAME_RATE:
+    if abs(rate / scene.output_rate_hz / per - 1) > RATE_TOLERANCE:
         raise _unusable(
             f"its rate of {rate:.8g} Hz is no multiple of the scene's output rate, {scene.output_rate_hz:.8g} Hz; "
             "return the times np.arange(n) / scene.output_rate_hz"
@@ -90,8 +90,8 @@ def recorded(signals: SimulatedSignals, scene: Scene) -> FloatArray:
     if len(time_s) < scene.samples * per:
         asked = f"{scene.duration_s:g} s are recorded, after {scene.settle_s:g} s of settling"
         raise _unusable(f"it returned {len(time_s) / rate:.6g} s; {asked}")
-    out = np.full((scene.samples, col.COUNT), np.nan)
-    for first, values in _columns(signals, scene, time_s):
+    out = np.full((scene.samples, col.COLUMN_COUNT), np.nan)
+    for first, values in _signal_columns(signals, scene, time_s):
         means = values[len(values) - scene.samples * per :].reshape(scene.samples, per, -1).mean(axis=1)
         out[:, first : first + means.shape[1]] = means
     if scene.defects and not np.ptp(out[:, : col.ACCELERATION_Z], axis=0).any():
@@ -99,15 +99,15 @@ def recorded(signals: SimulatedSignals, scene: Scene) -> FloatArray:
     return out
 
 
-def _columns(signals: SimulatedSignals, scene: Scene, time_s: FloatArray) -> Iterator[tuple[int, FloatArray]]:
-    """First column of each signal that is given, with its values, [n, columns]."""
+def _signal_columns(signals: SimulatedSignals, scene: Scene, time_s: FloatArray) -> Iterator[tuple[int, FloatArray]]:
+    """Yield the first output column and the values, [n, columns], of each signal that is given."""
     given = {name: value for name, value in vars(signals).items() if value is not None}
     if "cage_ratio" not in given and "cage_angle_rad" in given:
-        angle = np.unwrap(_finite("cage_angle_rad", given["cage_angle_rad"], time_s))
+        angle = np.unwrap(_finite_array("cage_angle_rad", given["cage_angle_rad"], time_s))
         given["cage_ratio"] = np.gradient(angle, time_s) / scene.mean_shaft_rad_s
     for name, first in FIRST_COLUMN.items():
         if name in given:
-            values = _finite(name, given[name], time_s)
+            values = _finite_array(name, given[name], time_s)
             values = values if values.ndim else np.full(time_s.shape, float(values))
             columns = values if values.ndim > 1 else values[:, None]
             if values.ndim > 2 or len(values) != len(time_s) or columns.shape[1] > (3 if name in VECTORS else 1):
@@ -118,7 +118,7 @@ def _columns(signals: SimulatedSignals, scene: Scene, time_s: FloatArray) -> Ite
 
 
 def _even_rate(time_s: FloatArray) -> float:
-    """Rate of even times [Hz]."""
+    """Sampling rate of times with constant steps [Hz]; raises `UnusableSignalsError` for other times."""
     if time_s.ndim != 1 or len(time_s) < 2 or not time_s[-1] > time_s[0]:
         raise _unusable(f"time_s of the shape {time_s.shape} does not rise")
     rate = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
@@ -132,8 +132,8 @@ def _even_rate(time_s: FloatArray) -> float:
     return rate
 
 
-def _finite(name: str, values: Any, time_s: Any) -> FloatArray:
-    """The values as an array of finite numbers."""
+def _finite_array(name: str, values: Any, time_s: Any) -> FloatArray:
+    """Convert values to an array of finite numbers; raises `UnusableSignalsError` if this is not possible."""
     try:
         found = np.asarray(values, np.float64)
     except (TypeError, ValueError):

@@ -26,7 +26,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import ElementShape, RollingElements, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import POISSON, YOUNG_N_M2, roller_diameter_m
-from srbval.models.line import Patch, Piece, patches, piece
+from srbval.models.line import Patch, RaisedPiece, patches, raised_piece
 from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
@@ -52,7 +52,7 @@ class DefectHeight(NamedTuple):
 
     race: int
     circle: int
-    part: Piece
+    part: RaisedPiece
     middle_m: FloatArray
 
 
@@ -67,7 +67,7 @@ class Slot:
         """Returns the defect for `press` (a function of distance along the race), its reach and the race radius [m]."""
         circle = defect.circle - 1
         patch = self.patches[race][circle]
-        part = piece(defect, patch.spacing_m)
+        part = raised_piece(defect, patch.spacing_m)
         half_m = part.part_m * len(part.offset_m) / 2
         reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + half_m
         return (lambda middle: DefectHeight(race, circle, part, middle)), reach_m, patch.race_radius_m

@@ -11,8 +11,8 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.models import outputs as col
 from srbval.models.hierarchy import geometry_of
-from srbval.models.kinematic import Prescribed, refuse_axial
-from srbval.models.outputs import Outputs, chunks
+from srbval.models.kinematic import PrescribedMotion, refuse_axial
+from srbval.models.outputs import Outputs, split_run
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.contacts import (
     ElementContact,
@@ -37,7 +37,7 @@ KERNEL_KIND = {
     (Fault.ROLLER, 0): ring_kernel.ROLLER_ON_OUTER,
     (Fault.ROLLER, 1): ring_kernel.ROLLER_ON_INNER,
 }
-NO_MOTION = [col.ACCELERATION_Z, col.DISPLACEMENT_Z, col.CAGE_TILT_X, col.CAGE_TILT_Y, col.RING_FORCE_Z]  # no tilt
+NO_MOTION = [col.ACCELERATION_Z, col.DISPLACEMENT_Z, col.CAGE_TILT_X, col.CAGE_TILT_Y, col.MEAN_RING_FORCE_Z]  # no tilt
 BALANCE_STEPS = 60
 RING_DIFFERENCE_M = 1e-8
 LONGEST_MOVE_M = 2e-5
@@ -52,7 +52,7 @@ class PlanarRing:
     """
 
     scene: Scene
-    motion: Prescribed
+    motion: PrescribedMotion
     plain: ForceTable
     defect_of: tuple[int, ...]
     own_step: bool
@@ -64,7 +64,7 @@ class PlanarRing:
         kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
         after, before = time_s + step, time_s - step
         if kind not in (ring_kernel.ON_OUTER, ring_kernel.ON_INNER):
-            turned = self.motion.spun_rad(after) - self.motion.spun_rad(before)
+            turned = self.motion.spin_rad(after) - self.motion.spin_rad(before)
             return np.abs(turned) * self.kernel.defects[table, ring_kernel.ROLLER_RADIUS] / (2 * step)
         turned = self.motion.cage_rad(after) - self.motion.cage_rad(before)
         if kind == ring_kernel.ON_INNER:
@@ -142,7 +142,7 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
             rows.append([kind, fixed, defect.roller - 1, race_radius_m, position_step_m, radius_m])
             bumps.append(bump)
             owners.append(number)
-    motion, (direction_x, direction_y, _) = Prescribed(scene=scene, orders=bearing.orders), load_direction(scene)
+    motion, (direction_x, direction_y, _) = PrescribedMotion(scene=scene, orders=bearing.orders), load_direction(scene)
     kernel = Ring(
         mass=mass,
         stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
@@ -192,12 +192,12 @@ def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     step = 1 / (scene.output_rate_hz * per_output)
 
     def take(first: int, count: int) -> FloatArray:
-        out = np.full((count, col.COUNT), np.nan)
+        out = np.full((count, col.COLUMN_COUNT), np.nan)
         out[:, NO_MOTION] = 0.0
         halves = (first * per_output + np.arange(2 * count * per_output + 1) / 2) * step
         motion = ring.motion
         cage = motion.cage_rad(halves)
-        angles = Motion(cage, motion.shaft_rad(halves), motion.spun_rad(halves), motion.radial_n(halves))
+        angles = Motion(cage, motion.shaft_rad(halves), motion.spin_rad(halves), motion.radial_n(halves))
         advance_ring(y, angles, step, ring.kernel, per_output, out, rate, trial)
         out[:, col.CAGE_SPEED] = np.diff(cage[:: 2 * per_output]) * scene.output_rate_hz
         return out
@@ -205,7 +205,7 @@ def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     started = time.perf_counter()
     take(0, 0)
     stats.compile_s += time.perf_counter() - started
-    for first, count in chunks(settle, whole, 0, scene.output_rate_hz, per_output):
+    for first, count in split_run(settle, whole, 0, scene.output_rate_hz, per_output):
         with stats.timed():
             out = take(first, count)
         yield first, Outputs(out=out)

@@ -136,5 +136,5 @@ def advance_ring(y, motion, step, ring, per_output, out, rate, trial):
         out[i, col.ACCELERATION_X] = (y[RING_V_X] - before_x) / interval
         out[i, col.ACCELERATION_Y] = (y[RING_V_Y] - before_y) / interval
         out[i, col.DISPLACEMENT_X], out[i, col.DISPLACEMENT_Y] = y[RING_X], y[RING_Y]
-        out[i, col.RING_FORCE_X], out[i, col.RING_FORCE_Y] = sum_x / per_output, sum_y / per_output
-        out[i, col.DEEPEST] = deepest
+        out[i, col.MEAN_RING_FORCE_X], out[i, col.MEAN_RING_FORCE_Y] = sum_x / per_output, sum_y / per_output
+        out[i, col.MAX_PENETRATION] = deepest
