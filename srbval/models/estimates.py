@@ -50,7 +50,7 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class StepError:
-    """Estimated errors due to the step, in mean cage speed, RMS in each band, and drive power.
+    """Estimated errors due to the solver's time step, in mean cage speed, RMS in each band, and drive power.
 
     `energy`: part of the energy imbalance that finer steps would remove, as a share of the losses; NaN if unknown.
     `stalled`: true if finer steps were tried and have the same errors.
@@ -86,7 +86,7 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is as large as its quantity: the state that the step settled to is then wrong itself."""
+        """True if an error is 100 % or more; the state at the start of the comparison is then wrong, too."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":

@@ -68,7 +68,7 @@ class FidelityLevel:
 
     @property
     def run(self) -> Callable[..., Any]:
-        """Function that runs a scene with this model, see the interface of the hierarchy."""
+        """Function that runs a scene with this model; the module describes its interface."""
         return import_function(self.place)
 
     @property

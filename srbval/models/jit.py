@@ -269,7 +269,7 @@ def precompile(*scenes: Scene, jobs: int | None = None) -> float:
         return time.perf_counter() - started
 
 
-def expected_s(*scenes: Scene) -> float:
+def expected_compile_s(*scenes: Scene) -> float:
     """Estimate the time that `precompile` will take under the present load [s], from the speed of a short loop."""
     started = time.process_time()
     sum(map(hash, range(PACE_ROUNDS)))
@@ -280,7 +280,7 @@ def expected_s(*scenes: Scene) -> float:
 
 
 def _compile_work(kernel: str) -> float:
-    """Time to compile a kernel, in units of the loop's time in `expected_s`."""
+    """Time to compile a kernel, in units of the loop's time in `expected_compile_s`."""
     model, part, *_ = kernel.split("-")
     return COMPILE_WORK[part] * (SLICES_WORK if model == "slices" else 1.0)
 

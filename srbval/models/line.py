@@ -119,7 +119,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Raised piece of a race in parts of length `part_m`: distance from its middle and height, [parts] each."""
+    """Raised piece of a race in parts of length `part_m`: distances from its middle, and heights, [parts] each."""
 
     offset_m: FloatArray
     height_m: FloatArray

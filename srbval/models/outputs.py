@@ -49,9 +49,9 @@ class Outputs:
 
 
 def split_run(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
-    """Yield the first interval and the number of intervals of each chunk; an interval has so many solver `steps`.
+    """Yield the first interval and the number of intervals of each chunk of a run of `whole` intervals.
 
-    A chunk ends with the settling time, and chunks begin at detailed outputs, one in `per_detail` intervals.
+    A chunk ends with the first `settle` intervals; chunks begin at detailed outputs, one in `per_detail` intervals.
     """
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:

@@ -22,7 +22,7 @@ from srbval.errors import ConfigurationError, NumericsError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, import_function, level_of
-from srbval.models.jit import WITHOUT_KERNELS, expected_s, machine, missing_kernels, precompile
+from srbval.models.jit import WITHOUT_KERNELS, expected_compile_s, machine, missing_kernels, precompile
 from srbval.models.outputs import Outputs
 from srbval.models.run import Run, RunSummary
 from srbval.models.run_file import RunWriter, read_run, read_summary, scene_content, write_run
@@ -68,7 +68,7 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
 
 
 def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
-    """Simulate `scene` like `simulate`, and write the signals to `path` chunk by chunk if the run is usable.
+    """Simulate `scene` like `simulate` and write its signals to `path` in chunks; an unusable run leaves no file.
 
     Raises `DataError` if the file cannot be written, `ConfigurationError` if its name has no suffix of an HDF5 file.
     """
@@ -87,7 +87,7 @@ def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = si
     own = [scene for scene in scenes if not level_of(scene.model).outside]
     if not missing_kernels(*own):
         return 0.0
-    with stage(progress, f"Compile the models, once for all runs (about {expected_s(*own):.0f} s)"):
+    with stage(progress, f"Compile the models, once for all runs (about {expected_compile_s(*own):.0f} s)"):
         return precompile(*own, jobs=jobs)
 
 

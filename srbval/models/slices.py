@@ -138,7 +138,7 @@ def _slice_table(
 
 
 def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
-    """Limits of the search for candidates: each roller has one contact with a race, and another near an opening."""
+    """Parameters of the search for contacts: near a defect, a roller touches the window of the defect."""
     search = [RaceSearch(1.0, 1.0, *own_stretch(race.window_of, 1)) for race in races]
     windows = max(len(race.rows) for race in races) + on_rollers
     highest = np.zeros((2, windows))
@@ -222,15 +222,15 @@ class SlicedContact:
     def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
         """Windows for the defects on the race and `on_rollers`; `ConfigurationError` if defects are too close."""
         found = Openings(
-            rows=[self._rows(self._edges(None), None)],
-            of_rollers=[self._rows(self._edges(defect), defect) for defect in on_rollers],
+            rows=[self._slice_rows(self._slice_edges(None), None)],
+            of_rollers=[self._slice_rows(self._slice_edges(defect), defect) for defect in on_rollers],
             middle_rad=[0.0],
             window_of=np.zeros((2, RACE_POSITIONS), np.int64),
         )
         for defect in defects:
             if defect.kind is not (Fault.INNER if self.inner else Fault.OUTER):
                 continue
-            rows = self._rows(self._edges(defect), defect)
+            rows = self._slice_rows(self._slice_edges(defect), defect)
             middle = self.scene.load.zone_rad + defect.angle_rad
             # a roller touches a raised piece before its middle is above it
             raised = math.sqrt(2 * max(0.0, defect.height_m) / float(self.gap_curvature_1_m(np.zeros(1))[0]))
@@ -246,21 +246,21 @@ class SlicedContact:
             found.middle_rad.append(middle)
         return found
 
-    def _edges(self, defect: Defect | None) -> FloatArray:
+    def _slice_edges(self, defect: Defect | None) -> FloatArray:
         """Edges of the slices along the roller [m], finer in the middle, in a hole and at the ends of a defect."""
         half = self.geometry.roller_width_m / 2
         even = np.linspace(-1, 1, self.scene.line_contact.slices + 1)
         edges = half * np.sign(even) * np.abs(even) ** GRADING
         if defect is None:
             return edges
-        low, high, _ = self._across(defect)
+        low, high, _ = self._defect_ends(defect)
         cuts = np.linspace(low, high, HOLE_SLICES + 1 if defect.shape is DefectShape.HOLE else 2)
         outside = (edges < low - THINNEST_M) | (edges > high + THINNEST_M)
         if defect.shape is not DefectShape.HOLE:
             outside |= (edges > low + THINNEST_M) & (edges < high - THINNEST_M)
         return np.sort(np.append(edges[outside], cuts))
 
-    def _across(self, defect: Defect) -> tuple[float, float, float]:
+    def _defect_ends(self, defect: Defect) -> tuple[float, float, float]:
         """Both ends of a defect along the roller, limited to the roller's ends, and the defect's middle [m]."""
         if defect.shape is DefectShape.COSINE:
             raise ConfigurationError("defect shape = 'cosine': the slices model has 'flat' (with ramps) and 'hole'.")
@@ -273,7 +273,7 @@ class SlicedContact:
             raise ConfigurationError(f"defect axial_m = {middle:g} m is not on the roller (+-{half:g} m): move it.")
         return low, high, middle
 
-    def _rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
+    def _slice_rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
         """Table of the slices between `edges` along the roller, [col.SLICE_ROWS, slices], with a defect's opening."""
         middle, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         length = self.geometry.roller_width_m
@@ -292,7 +292,7 @@ class SlicedContact:
         rows[col.SLICE_BEND] = bend * width**2
         rows[col.SLICE_SAG] = self.gap_curvature_1_m(middle) / 2
         if defect is not None:
-            low, high, centre = self._across(defect)
+            low, high, centre = self._defect_ends(defect)
             inside = (middle > low) & (middle < high)
             points = defect.points * 2 * math.pi * self.radius_m / self.scene.contact.points_per_circle
             half = np.full(len(middle), (defect.extent_m if defect.extent_m is not None else points) / 2)

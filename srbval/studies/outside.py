@@ -19,7 +19,7 @@ from srbval.campaign.cases import cost_of
 from srbval.comparison.comparison import Row
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
-from srbval.models.jit import expected_s
+from srbval.models.jit import expected_compile_s
 from srbval.models.outside.names import is_outside, solvers_of
 from srbval.models.outside.run import OWN_SOLVER
 from srbval.models.run import RunStatus, works
@@ -223,7 +223,7 @@ def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, f
 def _estimate_time(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
     """Expected time of all runs with compiling, and of compiling alone [s]; `first` contains probe runs by solver."""
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
-    compile_s = expected_s(*bundled)
+    compile_s = expected_compile_s(*bundled)
     total_s = compile_s + sum(cost_of(scene)[0] for scene in bundled)
     for scene in (scene for scene in scenes if is_outside(scene.model)):
         tried, start_s = first[scene.solver.name]
