@@ -68,7 +68,11 @@ class RunWriter:
                 for dimension, scale in enumerate(DETAIL_DIMENSIONS.get(name, ("time_s",))):
                     dataset.dims[dimension].attach_scale(self._file[scale])
         self._file.attrs.update({"fs_hz": fs_hz, **_attributes(summary)})
-        self._file.summary = _summary_text(summary)
+        kept = {name: getattr(summary, name) for name in RunSummary.__dataclass_fields__ if name not in NOT_KEPT}
+        error = summary.step_error and dataclasses.asdict(summary.step_error)
+        own = {"chosen_step_s": summary.scene.solver.step_s, "step_error": error}
+        stored = {"stored_utc": datetime.now(UTC).isoformat(timespec="seconds")}
+        self._file.summary = json.dumps(kept | own | stored).encode()  # with infinities
 
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
         if name not in self._file:
@@ -95,14 +99,6 @@ def write_run(run: Run, path: str | Path) -> None:
         writer = RunWriter(file, run.scene)
         writer.append(run)
         writer.finish(run)
-
-
-def _summary_text(run: RunSummary) -> bytes:
-    """JSON of a summary, with infinities, without the scene except for its step."""
-    kept = {name: getattr(run, name) for name in RunSummary.__dataclass_fields__ if name not in NOT_KEPT}
-    error = run.step_error and dataclasses.asdict(run.step_error)
-    own = {"chosen_step_s": run.scene.solver.step_s, "step_error": error}
-    return json.dumps(kept | own | {"stored_utc": datetime.now(UTC).isoformat(timespec="seconds")}).encode()
 
 
 def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
