@@ -8,7 +8,7 @@ FINER_STEP_MARGIN = 1.0  # standard errors by which an error must exceed its tol
 TAIL_PROBABILITY = 0.025  # probability, on either side, that an error exceeds its tolerance by chance alone
 MIN_DEGREES_OF_FREEDOM = 0.1  # of Student's t, for a single block, which has no scatter
 ORDER_UNCERTAINTY = 0.2  # relative, of an estimate: at second order the error would be 16/15 d, not 4/3 d
-FINER = 4  # an error is estimated by comparison with steps so many times finer
+REFINEMENT = 4  # an error is estimated by comparison with steps so many times finer
 MAX_REMAINING_SHARE = 0.5  # finer steps help if less than this share of an error remains with a quarter of the step
 BLOCKS = 8  # blocks of a piece; the larger scatter of blocks and of pairs counts, because the cage's speed wanders
 
@@ -102,7 +102,7 @@ class StepError:
 
         Half of the expected error counts as a further standard error, because the order of convergence is uncertain.
         """
-        expected = {e.of: e for e in coarser.extrapolated_to(FINER).estimates}
+        expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:

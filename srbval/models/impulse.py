@@ -1,9 +1,9 @@
 """Impulse model: force pulses at the passages of a defect, with random slip, load-zone modulation and one resonance.
 
 McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as a process of stationary increments
-(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Length and height of a pulse are those of the contact force of a
-roller on the defect at its angle in the load zone (see `srbval.models.planar.contacts`). The ring responds as a mass on
-the springs of housing and contacts, linearised about static balance.
+(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). A pulse has the length and height of the contact
+force of a roller on the defect at this angle of the load zone (see `srbval.models.planar.contacts`). The ring responds
+as a mass on the springs of housing and contacts, linearised about static balance.
 
 If only the orders of a bearing are known, only the line frequencies are right: half-sine pulses of constant length act
 on the housing's mass and spring. The height of a pulse is the load of the rolling element after Stribeck's distribution

@@ -1,7 +1,7 @@
 """Run files: HDF5 with names and units on every variable, readable by xarray (`engine="h5netcdf"`).
 
 A file is written chunk by chunk under another name and renamed only if the run ends well. The summary of the run
-precedes the file's checksum, so that a run can be read back bit for bit: `read_summary`, `read_run`.
+precedes the file's checksum, so that a run can be read back bit for bit: `read_summary`, `read_run_file`.
 """
 
 import dataclasses
@@ -112,7 +112,7 @@ def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
     return RunSummary(**kept, scene=scene, step_error=error, cage_course=course, status=status)
 
 
-def read_run(path: Path, summary: RunSummary) -> Run:
+def read_run_file(path: Path, summary: RunSummary) -> Run:
     """Read the run that has this summary from its file; raises `OSError` or `LookupError` for another file."""
     import h5py
 

@@ -106,7 +106,7 @@ class RunStatistics:
 
     @contextmanager
     def timed(self) -> Iterator[None]:
-        """Add the wall time and the processor time of a block of code to those of the run."""
+        """Add the wall time and the processor time of a block of code to the run's times."""
         started, worked = time.perf_counter(), time.thread_time()
         yield
         self.wall_s += time.perf_counter() - started

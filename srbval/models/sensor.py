@@ -9,7 +9,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 
-FILTER_ORDER = 4  # order of the Butterworth band-pass
+BAND_FILTER_ORDER = 4  # order of the Butterworth band-pass
 FILTER_S = 0.05  # length of a path's filters
 
 
@@ -49,7 +49,7 @@ def hann(length: int) -> FloatArray:
 def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     from scipy.signal import butter
 
-    return butter(FILTER_ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
+    return butter(BAND_FILTER_ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
 
 
 @dataclass

@@ -25,7 +25,7 @@ from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, import
 from srbval.models.jit import WITHOUT_KERNELS, expected_compile_s, machine, missing_kernels, precompile
 from srbval.models.outputs import Outputs
 from srbval.models.run import Run, RunSummary
-from srbval.models.run_file import RunWriter, read_run, read_summary, scene_content, write_run
+from srbval.models.run_file import RunWriter, read_run_file, read_summary, scene_content, write_run
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent, stage
@@ -168,7 +168,7 @@ def stored_run(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = 
     """Read the stored run of a scene, or simulate the scene and store the run."""
     scene = _with_outside_solver(scene)
     content = run_content(scene, step)
-    found = RUNS.load(content, lambda table: read_run(RUNS.path(content), read_summary(table, scene)))
+    found = RUNS.load(content, lambda table: read_run_file(RUNS.path(content), read_summary(table, scene)))
     if found is None:
         found = simulate(scene, step=step, progress=progress)
         _store(found, content, partial(write_run, found))

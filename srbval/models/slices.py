@@ -261,7 +261,7 @@ class SlicedContact:
         return np.sort(np.append(edges[outside], cuts))
 
     def _defect_ends(self, defect: Defect) -> tuple[float, float, float]:
-        """Both ends of a defect along the roller, limited to the roller's ends, and the defect's middle [m]."""
+        """Ends of a defect along the roller, limited to the roller's ends, and the defect's middle [m]."""
         if defect.shape is DefectShape.COSINE:
             raise ConfigurationError("defect shape = 'cosine': the slices model has 'flat' (with ramps) and 'hole'.")
         half, gap = self.geometry.roller_width_m / 2, self.geometry.raceway_radius_m * self.geometry.tilt_rad / 2

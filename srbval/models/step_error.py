@@ -13,7 +13,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.estimates import BLOCKS, FINER, Estimate, StepError
+from srbval.models.estimates import BLOCKS, REFINEMENT, Estimate, StepError
 from srbval.models.full_run import FullRun, start_full_run
 from srbval.models.hierarchy import level_of
 from srbval.models.run_statistics import RunningSums, RunStatistics
@@ -79,7 +79,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     chosen, error = _search(steady, bearing, start, most)
     if error.undecided_estimates and not error.stalled and scene.duration_s > PIECE_S:
         longer = _Piece(steady, bearing, start.with_finer_steps(1), longer=LONG_PIECE_FACTOR).error()
-        for finer in (1, 2, FINER):
+        for finer in (1, 2, REFINEMENT):
             known = longer.extrapolated_to(finer)
             if start.steps_per_output * finer <= most and not (known.certain_excesses or known.undecided_estimates):
                 return with_steps(start.steps_per_output * finer), known
@@ -92,12 +92,12 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
     steps, first = start.steps_per_output, piece.error()
     second = error = first
     while True:
-        for finer in (1, 2, FINER):
+        for finer in (1, 2, REFINEMENT):
             if steps * finer <= most and not error.extrapolated_to(finer).needs_finer_steps:
                 return steps * finer, error.extrapolated_to(finer)
-        if steps * FINER > most:
+        if steps * REFINEMENT > most:
             break
-        steps *= FINER
+        steps *= REFINEMENT
         if error.is_useless:
             piece = _Piece(scene, bearing, start.with_finer_steps(steps // start.steps_per_output))
         second = piece.error(1 if error.is_useless else steps // start.steps_per_output)
@@ -137,8 +137,8 @@ class _Piece:
         self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
-        """Estimate the errors of steps `finer` times as fine as the run's, against `FINER` times finer steps."""
-        for times in (finer, FINER * finer):
+        """Estimate the errors of steps `finer` times as fine as the run's, against `REFINEMENT` times finer steps."""
+        for times in (finer, REFINEMENT * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
                 out, sums = out[round(SETTLING_SHARE * self.length) :], RunningSums()
@@ -151,10 +151,10 @@ class _Piece:
                     bands_below_hz=self.bands_below_hz,
                 )
                 self.known[times] = sums.energy_imbalance(1 / self.rate_hz), means
-        (gap, means), (remains, right) = self.known[finer], self.known[FINER * finer]
+        (gap, means), (remains, right) = self.known[finer], self.known[REFINEMENT * finer]
         step_s = self.run.step_s / finer
         found = StepError(step_s=step_s, estimates=estimate_errors(means, right), energy=gap - remains)
-        return replace(found.extrapolated_to((FINER - 1) / FINER), step_s=step_s)
+        return replace(found.extrapolated_to((REFINEMENT - 1) / REFINEMENT), step_s=step_s)
 
 
 def block_means(

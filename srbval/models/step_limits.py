@@ -35,7 +35,7 @@ RAY = np.arange(0.005, 12.0, 0.005)  # values of |h lambda| that are tested; no 
 ROUNDING = 1e-9  # excess of |R| over one that counts as stable
 # Growth of a step's map beyond that of the system which counts as stable [1/s]; negligible in any run.
 GROWTH_PER_S = 1.0
-SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e-2  # shortest and longest step tested for implicit methods
+MIN_STEP_S, MAX_STEP_S = 1e-7, 1e-2  # shortest and longest step tested for implicit methods
 PER_OCTAVE = 2
 BISECTIONS = 10
 # Changes for central differences: far above rounding, and far below the smoothing width of a point, 1e-8 m, and the
@@ -75,9 +75,7 @@ def longest_step(method: Method, system: LinearSystem) -> float | None:
         return spectral_radius(step_map(method, system, h)) <= math.exp(grows * h) + ROUNDING
 
     low = 0.0
-    for h in np.geomspace(
-        SHORTEST_STEP_S, LONGEST_STEP_S, round(PER_OCTAVE * math.log2(LONGEST_STEP_S / SHORTEST_STEP_S)) + 1
-    ).tolist():
+    for h in np.geomspace(MIN_STEP_S, MAX_STEP_S, round(PER_OCTAVE * math.log2(MAX_STEP_S / MIN_STEP_S)) + 1).tolist():
         if not stable(h):
             return _bisect(low, h, stable)
         low = h
@@ -248,7 +246,7 @@ def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, tuple[float | Non
     """Predict the longest stable step [s] of each solver for a scene, with friction and without.
 
     Above the limit with friction an explicit method chatters within bounds; above the limit without friction the
-    rollers bounce ever higher. None: all steps up to `LONGEST_STEP_S` are stable.
+    rollers bounce ever higher. None: all steps up to `MAX_STEP_S` are stable.
     """
 
     def least(solver: str, systems: Sequence[LinearSystem]) -> float | None:

@@ -12,7 +12,7 @@ import pytest
 
 from srbval import load_bearing, load_recording, write_run
 from srbval.models import full_run, outputs
-from srbval.models.estimates import BLOCKS, FINER, TOLERANCE, Estimate, StepError
+from srbval.models.estimates import BLOCKS, REFINEMENT, TOLERANCE, Estimate, StepError
 from srbval.models.full.steps import take_steps
 from srbval.models.full_run import run_full
 from srbval.models.health import assess
@@ -191,7 +191,7 @@ def test_the_check_costs_the_same_at_any_output_rate(rate_hz, rpm):
 
     (coarse, steps), (fine, usual) = check(rate_hz), check(500.0)
     assert steps == pytest.approx(usual, rel=0.2)
-    assert sum(steps) <= 1.1 * (1 + FINER) * MAX_PIECE_S * STEPS_HZ
+    assert sum(steps) <= 1.1 * (1 + REFINEMENT) * MAX_PIECE_S * STEPS_HZ
     assert [e.of for e in coarse.estimates] == [CAGE_QUANTITY, "drive power"], "bands that the output does not show"
     assert coarse.estimates[0].error == pytest.approx(fine.estimates[0].error, abs=1e-4)
 

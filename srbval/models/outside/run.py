@@ -24,7 +24,7 @@ from srbval.models.run_statistics import RunStatistics
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.scene import Scene
 
-SECONDS, GIGABYTES = "SRBVAL_MODEL_SECONDS", "SRBVAL_MODEL_GB"  # environment variables with the limits of a run
+TIME_VARIABLE, MEMORY_VARIABLE = "SRBVAL_MODEL_SECONDS", "SRBVAL_MODEL_GB"  # environment variables with limits
 START_S, PER_SIMULATED_S = 60.0, 1000.0  # default limit of the wall time: start, and for each simulated second
 USUAL_GB = 4.0
 OWN_SOLVER = "own"  # name of the solver of a model that offers no choice
@@ -62,8 +62,8 @@ def with_own_solver(scene: Scene) -> Scene:
 
 def run_in_process(scene: Scene) -> OutsideResult:
     """Run the scene's model in a process; raises errors of the user, returns all other failures with their reasons."""
-    limit_s = _limit(SECONDS, START_S + PER_SIMULATED_S * (scene.settle_s + scene.duration_s))
-    memory = 1e9 * _limit(GIGABYTES, USUAL_GB)
+    limit_s = _limit(TIME_VARIABLE, START_S + PER_SIMULATED_S * (scene.settle_s + scene.duration_s))
+    memory = 1e9 * _limit(MEMORY_VARIABLE, USUAL_GB)
     with tempfile.TemporaryDirectory(prefix="srbval-model-", ignore_cleanup_errors=True) as folder:
         own = {"TMPDIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}  # leaves nothing in the user's folders
         process = WorkerProcess("srbval.models.outside.process", environment=own, own_group=True)
@@ -73,12 +73,12 @@ def run_in_process(scene: Scene) -> OutsideResult:
                 raise CancelledError
             found: OutsideResult | SrbvalError = process.call((scene, memory), limit_s=limit_s)
         except OverLimitError:
-            reason = f"it did not end within {limit_s:g} s; the environment variable {SECONDS} changes this limit"
+            reason = f"it did not end within {limit_s:g} s; the environment variable {TIME_VARIABLE} sets this limit"
             found = OutsideResult(RunStatus.OUT_OF_TIME, reason)
         except DiedError as error:
             if process not in _running:
                 raise CancelledError from None
-            more = f"perhaps for lack of memory; the environment variable {GIGABYTES} sets its limit"
+            more = f"perhaps for lack of memory; the environment variable {MEMORY_VARIABLE} sets its limit"
             found = OutsideResult(RunStatus.DIED, f"its process ended ({error}), {more}")
         finally:
             _running.discard(process)

@@ -14,7 +14,7 @@ from srbval.scene import SENSOR_ANGLE_RAD, Scene
 
 UNEVEN = 0.02  # largest deviation of a time from an even grid, in steps
 ROUNDED, MOST_ROUNDED = 1e-6, 0.25  # further deviation of rounded times, in the largest time, and its limit in steps
-RATE_TOLERANCE = 1e-5  # relative; a grid of one point too many in 1 s is 5e-5 off
+RATE_DEVIATION = 1e-5  # relative; a grid of one point too many in 1 s is 5e-5 off
 VECTORS = {"acceleration_m_s2": "acceleration_{}_m_s2", "ring_displacement_m": "ring_displacement_{}_m"}
 FIRST_COLUMN = {
     "acceleration_m_s2": col.ACCELERATION_X,
@@ -82,7 +82,7 @@ def recorded_columns(signals: SimulatedSignals, scene: Scene) -> FloatArray:
     time_s = _finite_array("time_s", signals.time_s, signals.time_s)
     rate = _even_rate(time_s)
     per = max(1, round(rate / scene.output_rate_hz))
-    if abs(rate / scene.output_rate_hz / per - 1) > RATE_TOLERANCE:
+    if abs(rate / scene.output_rate_hz / per - 1) > RATE_DEVIATION:
         raise _unusable(
             f"its rate of {rate:.8g} Hz is no multiple of the scene's output rate, {scene.output_rate_hz:.8g} Hz; "
             "return the times np.arange(n) / scene.output_rate_hz"
