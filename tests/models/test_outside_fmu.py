@@ -145,5 +145,5 @@ def test_an_fmu_on_the_bench_and_in_a_validation(old, new, codes, text, command,
 
 def test_a_file_that_is_no_fmu(fmu):
     fmu.write_bytes(b"PK nothing")
-    with pytest.raises(DataError, match=r"bearing\.fmu: this FMU cannot be read"):
+    with pytest.raises(DataError, match=r"bearing\.fmu: cannot read this FMU"):
         simulate(scene())
