@@ -153,7 +153,7 @@ def test_a_file_is_what_its_name_says(command, content, better, tmp_path, srbval
     path = tmp_path / "x.csv"
     said = srbval_text(*command.split(), "-o", path, code=2).err
     assert f"the format is {content}, not .csv; choose the name {better}" in said
-    with pytest.raises(ConfigurationError, match="HDF5 is written"):
+    with pytest.raises(ConfigurationError, match="the format is HDF5"):
         simulate_to_file(srbval.paper_scene(), path)
     assert list(tmp_path.iterdir()) == []
 
