@@ -174,13 +174,13 @@ def check_table6_sums(
         yield check_race_sum({"source": name, "origin": "published", **orders, **stated})
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
     slip = paper[Fault.OUTER].bearing.rolling_elements * (cage[Fault.OUTER] - cage[Fault.INNER])
-    yield _read_pair("our model, two runs", "simulated", paper, slip)
+    yield _check_recorded_sum("our model, two runs", "simulated", paper, slip)
     if all(s in rig and read_first_harmonic(rig[s], s)[0].detected for s in RACE_DEFECTS):
         rpm = rig[Fault.OUTER].recording.nominal_rpm
-        yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
+        yield _check_recorded_sum(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
 
 
-def _read_pair(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> dict[str, Any]:
+def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> dict[str, Any]:
     orders, ci95 = [], []
     for fault in (Fault.OUTER, Fault.INNER):
         (_, found_hz, ci95_hz), speed = read_first_harmonic(sides[fault], fault), sides[fault].speed

@@ -26,10 +26,10 @@ State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minut
 def result_states(now: Fingerprint) -> list[State]:
     """State of every study's result and of every other bundled result, sorted by name."""
     names = sorted({*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))})
-    return [state for name in names if (state := _state(name, newest_result(name), now))]
+    return [state for name in names if (state := _describe(name, newest_result(name), now))]
 
 
-def _state(name: str, result: StoredResult | None, now: Fingerprint) -> State:
+def _describe(name: str, result: StoredResult | None, now: Fingerprint) -> State:
     """State of a result: kind, `fresh` or the reason `why` not, origin; empty if neither result nor study exists."""
     if result is None and name not in study_names():
         return {}
@@ -63,7 +63,7 @@ def recompute(
             f"srbval study run {recorded[0]}"
         )
     revision, now = git_revision(), fingerprint(jobs=jobs, progress=progress)
-    states = [(one, _state(one.name, newest_result(one.name), now)) for one in studies if one.name not in recorded]
+    states = [(one, _describe(one.name, newest_result(one.name), now)) for one in studies if one.name not in recorded]
     wanted = [(study, state) for study, state in states if every or not state["fresh"]]
     yield from (state for _, state in states if state["fresh"] and not every)
     minutes = sum(study.minutes for study, _ in wanted)
@@ -82,4 +82,4 @@ def recompute(
         ):
             found, stored = make_result(study.name, options, prefix_tasks(progress, study.name), **origin)
         message(f"{study.name}: stored after {(time.perf_counter() - started) / 60:.1f} minutes")
-        yield _state(study.name, read_result(stored["file"]), now) | {"sound": found.sound}
+        yield _describe(study.name, read_result(stored["file"]), now) | {"sound": found.sound}

@@ -203,10 +203,10 @@ def _source_table(raw: Any) -> Any:
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
     """Find files by path, pattern or start of a registered name; `DataError` if a name is not found or ambiguous."""
     names = (name for name in source.file or () if isinstance(name, str))
-    return tuple(path for name in names for path in _files_named(name, folder, side))
+    return tuple(path for name in names for path in _find_files(name, folder, side))
 
 
-def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
+def _find_files(name: str, folder: Path, side: str) -> Iterator[Path]:
     if (folder / name).is_file():
         yield folder / name
         return

@@ -134,7 +134,7 @@ STATE_WORDS = {
     Fault.HEALTHY: ("healthy", "normal", "baseline", "nodefect"),
 }
 RIG = "torino"  # the name in a case for all registered records of the paper's rig
-SAME_LOAD = 0.02  # relative difference up to which two stated radial loads are the same
+MAX_LOAD_DIFFERENCE = 0.02  # relative difference up to which two stated radial loads are the same
 
 
 def state_in_name(name: str) -> Fault | None:
@@ -181,7 +181,7 @@ def pair_files(
     theirs, pairs = groups["measured"], []
     for own in groups["simulated"].to_dict("records"):
         apart = (theirs["radial_n"] - own["radial_n"]).abs()
-        fits = theirs[(theirs["state"] == own["state"]) & ~(apart > SAME_LOAD * abs(own["radial_n"]))]
+        fits = theirs[(theirs["state"] == own["state"]) & ~(apart > MAX_LOAD_DIFFERENCE * abs(own["radial_n"]))]
         if fits.empty:
             raise ConfigurationError(
                 f"{Path(own['path'][0]).name}: no measured file has the state {Fault(own['state']).label} and the same "

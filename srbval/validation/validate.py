@@ -29,7 +29,7 @@ from srbval.validation.compare import compare_pair, same_speed, table_of
 from srbval.validation.sides import SideReading, load_files, read_files, registered_pairs, run_scene, stated_state
 
 SIDES = ("simulated", "measured")
-SAME_POINT = 0.01  # relative difference of speeds up to which two race lines are added
+MAX_SUM_SPEED_DIFFERENCE = 0.01  # relative difference of speeds up to which two race lines are added
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -165,7 +165,7 @@ def validate(
     effects = effects_of(stored.content) if stored is not None else {}
     numbered, count = list(enumerate(case.pair, start=1)), len(case.pair)
 
-    def compared(numbered_pair: tuple[int, CasePair]) -> PairReading | SrbvalError:
+    def try_pair(numbered_pair: tuple[int, CasePair]) -> PairReading | SrbvalError:
         try:
             return _read_and_compare(*numbered_pair, case, effects, progress)
         except SrbvalError as error:
@@ -173,7 +173,7 @@ def validate(
 
     progress("compare the pairs", 0.0)
     rows, pairs, failed = list[Row](), list[Row](), list[tuple[int, SrbvalError]]()
-    for (number, _), one in zip(numbered, _in_order(compared, numbered, jobs or usable_cores()), strict=True):
+    for (number, _), one in zip(numbered, _in_order(try_pair, numbered, jobs or usable_cores()), strict=True):
         if isinstance(one, SrbvalError):
             failed.append((number, one))
         else:
@@ -270,7 +270,7 @@ def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]
             inner = min(of[Fault.INNER], key=lambda row: abs(row["speeds_hz"][place] - shaft_hz), default=None)
             if inner is None or not (outer[f"{name}_ci95"] and inner[f"{name}_ci95"]):
                 continue  # a line computed from the cage speed is no test of the shaft speed
-            if abs(inner["speeds_hz"][place] / shaft_hz - 1) > SAME_POINT:
+            if abs(inner["speeds_hz"][place] / shaft_hz - 1) > MAX_SUM_SPEED_DIFFERENCE:
                 continue
             pair = {"source": f"{side}, {60 * shaft_hz:.5g} rpm", "origin": side, "rolling_elements": rolling_elements}
             pair |= {"bpfo_order": outer[name], "bpfi_order": inner[name], "stated_rpm": 60 * shaft_hz}
