@@ -128,7 +128,7 @@ def test_a_damaged_table_of_cases(whole: Path, folder: Path) -> None:
     raw = (folder / CAMPAIGN_JSON).read_bytes()
     (folder / CAMPAIGN_JSON).write_bytes(raw[: len(raw) // 2])
     assert damaged_names(folder) == {CAMPAIGN_JSON}
-    with pytest.raises(DataError, match=r"damaged .*results are kept"):
+    with pytest.raises(DataError, match=r"damaged .*keep the results"):
         campaign_status(folder)
     with pytest.raises(ConfigurationError, match="belongs to another campaign than 'other'"):
         resume(folder, name="other")
