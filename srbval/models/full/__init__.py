@@ -1,6 +1,6 @@
 """The full model: 38 rollers, cage and outer ring, point clouds against barrel rollers (Giraudo et al. 2025, sect. 2).
 
-82 free coordinates and one driven. State vector, for N rollers (row 1 first, then row 2):
+82 free coordinates, and the prescribed shaft angle. State vector, for N rollers (row 1 first, then row 2):
 
 ==================  ===================================================
 ``y[0:N]``          slide of each roller along its slot [m]
@@ -13,18 +13,18 @@
 ``y[D+2N+3:]``      outer ring velocity [m/s]
 ==================  ===================================================
 
-With a cage for each row, either half has one more at its end, D = 2N + 7: by how much row 2's cage is ahead of row 1's
-about their common axis [rad], and its rate [rad/s]; see `second_cage_kernel`.
+With a cage for each row, D = 2N + 7: coordinates and velocities each end with one more entry, the angle by which row
+2's cage is ahead of row 1's about their common axis [rad], and its rate [rad/s]; see `second_cage_kernel`.
 
-Slot axes of a roller: x along the slot (outwards, tilted by alpha), y along the race, z along the roller. With the
-slide u, L = d_p / cos(alpha), the cage's angular velocity w, the spin s, force F and torque T of both races on the
-roller, Newton-Euler projected on the generalised speeds (Kane & Levinson, Dynamics: Theory and Applications, 1985,
-ch. 6):
+Slot axes of a roller: x along the slot (outwards, tilted by alpha), y along the race, z along the roller. L = d_p /
+cos(alpha) is the distance of the roller's centre from the bearing's, u the slide, w the cage's angular velocity, s the
+spin; F and T are force and torque of both races on the roller, m, I_a and I_t its mass and moments of inertia about and
+across its axis. Newton-Euler projected on the generalised speeds (Kane & Levinson 1985, Dynamics, ch. 6):
 
 * slide: m u'' = m (L + u) (w_y^2 + w_z^2) + F_x
 * spin: I_a s' = T_z; the roller is a symmetric top, so neither the cage nor the tilt enters
 * cage with its rollers: (I_c + sum [m (L+u)^2 (1 - x x) + I_t (1 - z z)]) w' = - w x (I_c w) + the sum of, in slot
   axes, x: T_x - G w_y; y: T_y + G w_x - (L+u) F_z + m (L+u)^2 w_x w_z - 2 m (L+u) u' w_y;
   z: (L+u) F_y - m (L+u)^2 w_x w_y - 2 m (L+u) u' w_z; with G = I_a s - I_t w_z
-* outer ring: (m_o + m_h) v' = F_load - K_h r - C_h v - the sum of the outer race's F
+* outer ring (o) with housing (h): (m_o + m_h) v' = F_load - K_h r - C_h v - the sum of the outer race's F
 """

@@ -1,6 +1,6 @@
-"""Kernels: advance the full model and average its outputs over each output interval.
+"""Kernels (compiled functions): advance the full model in time, and average its outputs over each output interval.
 
-Each family of methods has its own kernel, because a run compiles only one of them.
+Each family of solver methods has its own kernel, because a run compiles only the kernel that it uses.
 """
 
 import math
@@ -20,15 +20,15 @@ from srbval.models.solvers import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 @partial(kernel_part, fastmath=False)  # the same rounding in every caller
 def time_of_step(first_step, number, step):
-    """Compute the time at which a step begins [s], `number` steps after the first; bit-identical for every method."""
+    """Compute the time [s] at which step number `first_step` + `number` begins; bit-identical for every method."""
     return (first_step + number) * step
 
 
 @kernel
 def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, work, out):
-    """Advance the state `y` in place over the output intervals of `out`, from step number `first_step`.
+    """Advance the state `y` in place with a Runge-Kutta method, from step number `first_step`, and fill `out`.
 
-    `out` has one row per interval, with the columns of `outputs`; `method`: `Coefficients`; `work`: `WorkingSpace`.
+    `out`: one row per output interval, columns see `models.outputs`; `method`: `Coefficients`; `work`: `WorkingSpace`.
     Powers are averaged with the weights of the stages, so that the energy balance closes to the order of the method.
     """
     interval = step * steps_per_output
@@ -69,10 +69,9 @@ ADVANCE = {RUNGE_KUTTA: advance_runge_kutta, ROSENBROCK: advance_rosenbrock, LEA
 
 @inlined
 def begin_interval(y, model, mean, out, i):
-    """Clear the running mean, and write the energies at the start of output interval `i` into `out`.
+    """Clear the running mean, and write the energies at the start of output interval `i` into row `i` of `out`.
 
-    Returns the ring velocity x, y, z, the cage angle, and the relative angle of a second cage (0 without a second
-    cage).
+    Returns the ring velocity x, y, z, the cage angle, and a second cage's angle relative to the first, 0 with one cage.
     """
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)
@@ -89,7 +88,7 @@ def begin_interval(y, model, mean, out, i):
 
 @inlined
 def end_interval(y, start, interval, steps_per_output, mean, out, i):
-    """Write the means over output interval `i` and the displacements at its end; `start`: from `begin_interval`."""
+    """Write the means over output interval `i` and displacements at its end to `out`; `start`: of `begin_interval`."""
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)
     v0, v1, v2, turned, relative = start
@@ -119,7 +118,7 @@ def end_interval(y, start, interval, steps_per_output, mean, out, i):
 
 @kernel_part
 def mechanical_energy(y, model):
-    """Compute kinetic energy and potential energy in gravity of rollers, cage and outer ring, not of the shaft [J]."""
+    """Compute the kinetic and gravitational potential energy of rollers, cage and outer ring [J], without the shaft."""
     n = model.slot_angle.shape[0]
     at = state_indices(n, y.shape[0] // 2)
     turn = y[at.cage + 2]

@@ -1,14 +1,14 @@
-"""Layout of the state vector and of the arrays that the kernels share.
+"""Layout of the full model's state vector, and of the arrays that its compiled functions (kernels) share.
 
 Kernels import this module as ``col``; the compiler replaces the names by their numbers.
 
-**Workspace** (`space`): each roller has a slot, and a column for each race. The processor handles `LANES` neighbouring
-columns (a lane group) at a time, so each quantity is a row of one flat array; rows begin `STRIDE` entries apart.
-Rollers are sorted by slot angle, with both rows alternating (row 1, row 2, row 1, ...), and padded to whole lane
-groups: loaded rollers are then neighbours, and lane groups without contact are skipped. The roller in slot p meets the
-outer race in column p and the inner race in column ``RACE + p``. Columns that need more points than their lane group
-are copied to common groups, from `COMPACTED` on. A column with its own points (near a defect, or of a damaged roller)
-is copied to `SINGLE` or behind, one per lane group.
+**Workspace** (the array `space`): a *slot* is the place of one roller, a *column* is the contact of one roller with one
+race. The processor computes `LANES` neighbouring columns (a *lane group*) at a time, so each quantity is a row of the
+flat array; rows begin `STRIDE` entries apart. Rollers are sorted by slot angle, with both rows of the bearing
+alternating, and padded to whole lane groups: loaded rollers are then neighbours, and lane groups without contact are
+skipped. The roller in slot p meets the outer race in column p and the inner race in column ``RACE + p``. Columns that
+need more race points than their lane group are copied to common groups, from column `COMPACTED` on. A column with its
+own race points (near a defect, or of a damaged roller) is copied to a group of its own, from column `SINGLE` on.
 
 Row 2 mirrors row 1 at the mid-plane: it uses the points of row 1, with the shaft axes of its columns reversed.
 """
@@ -125,7 +125,7 @@ RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
 
 
 def aligned_zeros(size: int) -> NDArray[np.float64]:
-    """Allocate zeros, shape [size], aligned to a cache line, so that no lane group straddles two lines."""
+    """Allocate `size` zeros aligned to a cache line, so that no group of `LANES` numbers is in two cache lines."""
     per_line = CACHE_LINE // 8
     whole = np.zeros(size + per_line)
     skipped = -whole.ctypes.data % CACHE_LINE // 8
@@ -139,7 +139,7 @@ CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, thre
 class StateIndices(NamedTuple):
     """Index of the first entry of each part of a state vector; the velocities begin with `slide_rate`.
 
-    `relative_angle` and `relative_rate` belong to a second cage; without it they are the indices of the next part.
+    `relative_angle` and `relative_rate` belong to a second cage; with one cage they are the indices of the next part.
     """
 
     slide: int
@@ -155,7 +155,7 @@ class StateIndices(NamedTuple):
 
 
 def indices_of(rollers: int, half: int) -> StateIndices:
-    """Compute the indices for `rollers` rollers in both rows together and `half` coordinates."""
+    """Compute the `StateIndices` for `rollers` rollers (both rows together) and `half` coordinates."""
     cage = 2 * rollers
     return StateIndices(
         0, rollers, cage, cage + 3, cage + 6, half, half + rollers, half + cage, half + cage + 3, half + cage + 6
@@ -166,11 +166,11 @@ state_indices = kernel_part(indices_of)  # for kernels
 
 
 class StateLayout:
-    """Slices of a state vector: ``y[layout.ring]`` is the ring displacement.
+    """Slices of the parts of a state vector: ``y[layout.ring]`` is the outer ring's displacement.
 
-    `half` is the number of coordinates; the velocities follow them. `velocities` lists the parts of the second half in
-    order, `parts` all parts; `shaft_cage_rate` is the cage angular velocity about the shaft axis. With one cage
-    `relative_angle` and `relative_rate` are empty and not listed.
+    `half` is the number of coordinates, and of the velocities that follow them. `parts` lists all slices in order,
+    `velocities` the slices of the velocities; `shaft_cage_rate` is the cage angular velocity about the shaft axis.
+    `relative_angle` and `relative_rate` belong to a second cage; with one cage they are empty and not listed.
     """
 
     def __init__(self, rollers: int, cages: int = 1) -> None:
@@ -185,6 +185,6 @@ class StateLayout:
 
 
 def layout_of(state: NDArray[np.float64]) -> StateLayout:
-    """Compute the layout of a state vector from its length."""
+    """Compute the `StateLayout` of a state vector from its length."""
     rollers, more = divmod(len(state) // 2 - CAGE_AND_RING, 2)
     return StateLayout(rollers, 1 + more)

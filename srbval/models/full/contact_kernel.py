@@ -1,7 +1,7 @@
 """Kernel: contact forces and torques between the points of a race and barrel rollers.
 
-All vectors are in the slot axes of a roller: x along the slot (outwards), y along the race, z along the roller, origin
-at the roller's centre. For the array layout see `columns`.
+All vectors are in the slot axes of a roller: x along its slot in the cage (outwards), y along the race, z along the
+roller, origin at the roller's centre. For the array `space` and its columns see `columns`.
 """
 
 import math
@@ -22,7 +22,7 @@ LONGEST_ONSET_M = 1e-5
 
 
 class ContactLaw(NamedTuple):
-    """Profile of the rollers and constants of the contact law, eqs (18) and (19); numbers only."""
+    """Profile of the rollers, and constants of Giraudo's contact law (2025): force, eq. (18); friction, eq. (19)."""
 
     profile_radius: float  # of the roller's profile arc [m]
     roller_radius: float  # at the roller's middle [m]
@@ -36,7 +36,7 @@ class ContactLaw(NamedTuple):
 
 
 class PointLaw(NamedTuple):
-    """Contact law of one point, with derived constants for the innermost loop; see `ContactLaw`."""
+    """Contact law of one race point: a `ContactLaw` with derived constants for the innermost loop."""
 
     profile_radius: float
     inner_radius: float  # of the circle of the profile's centres about the roller's axis [m]
@@ -53,7 +53,7 @@ class PointLaw(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Points ``points[race, window, :, first:last]`` that a roller may touch, see `point_cloud.Windows`."""
+    """Race points that a roller may touch, ``points[race, window, :, first:last]``, see `point_cloud.Windows`."""
 
     points: Any
     race: int
@@ -64,12 +64,12 @@ class Candidates(NamedTuple):
 
 @kernel_part
 def contact_columns(law, candidates, space, start, stop, damping, patch):
-    """Add the contact forces of race points (`candidates`) to the rollers of the columns from `start` to `stop` - 1.
+    """Add the contact forces of race points (`candidates`) to the columns `start` to `stop` - 1 of `space`.
 
-    For each candidate: penetration of the barrel in closed form, normal force by eq. (18) without pulling, friction by
-    eq. (19). The inner loop runs over columns, so that a lane group is computed at once. Unless `damping` is None, the
-    secant damping matrix is summed too, see `damping_kernel`. With a `patch` (see `srbval.models.line`) a candidate
-    represents the continuous contact of a whole circle.
+    A column is the contact of one roller with one race, and the inner loop runs over columns. For each point:
+    penetration of the barrel in closed form, normal force by the paper's eq. (18) without tension, friction by eq.
+    (19). Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With a `patch`, a point
+    represents the continuous contact of its whole circle of points, see `srbval.models.line`.
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
@@ -112,7 +112,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
 
 @inlined
 def law_of_point(law):
-    """Compute the derived constants of a `ContactLaw`."""
+    """Convert a `ContactLaw` to a `PointLaw`, with its derived constants."""
     critical = law.critical_velocity
     slope = law.static_friction / critical
     fall = (law.static_friction - law.dynamic_friction) / (0.5 * critical)
@@ -134,7 +134,7 @@ def law_of_point(law):
 
 @inlined
 def place_of_point(radial, tangential, axial, space, j):
-    """Compute the position of a race point relative to the roller's centre in column `j`, slot axes [m]."""
+    """Convert a race point's position to slot axes [m], origin at the centre of the roller in workspace column `j`."""
     return (
         space[col.O_X + j] + radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
         space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
@@ -144,7 +144,7 @@ def place_of_point(radial, tangential, axial, space, j):
 
 @inlined
 def approach_and_slip(place, normal, space, j):
-    """Compute the velocity of the race relative to the roller at a place [m/s]: along the normal, then slip x, y, z."""
+    """Compute the race's velocity relative to the roller at a place [m/s]: along the normal, then slip x, y, z."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
@@ -157,7 +157,7 @@ def approach_and_slip(place, normal, space, j):
 
 @inlined
 def add_contact(place, normal, pressure, friction, space, j):
-    """Add the normal force `pressure` and `friction` at a place to the force and torque sums of column `j`."""
+    """Add a normal force (`pressure`) and `friction` [N] at a place to force and torque on the roller in column `j`."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     g_x, g_y, g_z = friction
@@ -187,14 +187,14 @@ def penetration(law, p_x, p_y, p_z):
 
 @inlined
 def point_spring_and_damper(law, depth, u_n, share, damping):
-    """Compute a point's spring force [N], damping coefficient [N s/m] and stored elastic force [N], eq. (18).
+    """Compute a race point's spring force [N] and damping coefficient [N s/m], eq. (18), and its elastic force [N].
 
-    A point that comes into contact meets C_c times its speed at once, some 600 N: a step that finds it a little earlier
-    or later causes first-order noise. Unless `damping` is None, spring and damper of an approaching point are therefore
-    averaged at constant speed over ``law.onset_s``, but over at most `LONGEST_ONSET_M`. The average replaces the
-    smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact when the damper's pull
-    equals the spring's push, without a jump. The stored force ignores the average: additional work of the averaged
-    spring is lost.
+    In the paper's eq. (18) a point that comes into contact meets the whole damper force, some 600 N, at once: a step
+    that finds it a little earlier or later causes first-order noise. Unless `damping` is None, spring and damper of an
+    approaching point are therefore averaged at constant speed over ``law.onset_s``, but over at most `LONGEST_ONSET_M`.
+    The average replaces the smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact
+    when the damper's pull equals the spring's push, without a jump. The elastic force is not averaged: additional work
+    of the averaged spring counts as lost. `u_n`: speed of separation; `share` of stiffness and damping.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -217,14 +217,14 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
 
 @inlined
 def normal_force(spring, viscous, u_n):
-    """Compute the normal force by eq. (18) with the depth rate -`u_n` [N]; it is never negative."""
+    """Compute the force of a `spring` [N] and a damper (`viscous`, at speed of separation `u_n`), at least 0 [N]."""
     normal = spring - viscous * u_n
     return normal if normal > 0.0 else 0.0
 
 
 @inlined
 def point_friction(law, normal, q_x, q_y, q_z):
-    """Compute friction at slip q, eq. (19), at most its slope at rest: force over slip [N s/m], force, power [W]."""
+    """Compute friction at slip velocity q, the paper's eq. (19): force over slip [N s/m], force [N], lost power [W]."""
     dynamic = law.dynamic_friction
     square = q_x * q_x + q_y * q_y + q_z * q_z
     slip = math.sqrt(square) + 1e-300
@@ -238,7 +238,7 @@ def point_friction(law, normal, q_x, q_y, q_z):
 
 @inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Compute the friction of a continuous contact (patch) in three parts of equal load; see `part_friction`."""
+    """Compute the friction of a continuous contact (patch) from three parts of equal load, see `part_friction`."""
     reach = e_x * e_x + e_y * e_y + e_z * e_z
     third = normal * (1.0 / 3.0)
     drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)
@@ -252,12 +252,12 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
 
 @kernel_part
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
-    """Compute friction over mean slip for one part of a patch [N s/m].
+    """Compute friction force over slip [N s/m] of one part of a continuous contact (patch) with the load `normal`.
 
     The slip varies over the part from q + e (`mean` - `half`) to q + e (`mean` + `half`); `reach` is the square of e.
-    Pivoting about the normal adds slip across it: `pivot` is the square of this slip at the patch's edge. The result is
-    eq. (19) averaged over these slips: the critical velocity becomes at least their range, and the excess of static
-    over dynamic friction counts only for the part of the range in which it acts.
+    When the contact pivots about its normal, slip across q is added: `pivot` is its square at the patch's edge. The
+    result is the paper's eq. (19) averaged over these slips: the critical velocity becomes at least their range, and
+    the excess of static over dynamic friction counts only for the part of the range in which it acts.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean
@@ -278,7 +278,7 @@ def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, n
 
 @inlined
 def add_damping(viscous, drag, place, normal, space, j):
-    """Add a point's secant damping to the sums of column `j`: `viscous` along the normal, `drag` across it [N s/m]."""
+    """Add a point's damping [N s/m], `viscous` along the normal, `drag` across, to the matrix of contact column `j`."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     along_normal = viscous - drag
@@ -308,6 +308,6 @@ def elastic(law, damping):
 
 @kernel_part
 def with_friction(law, damping, static, dynamic, critical):
-    """Returns the contact law with another damping and other constants of friction, eq. (19)."""
+    """Returns the contact law with other damping [N s/m], friction coefficients and `critical` slip speed [m/s]."""
     profile, roller = law.profile_radius, law.roller_radius
     return ContactLaw(profile, roller, law.stiffness, damping, law.smoothing, static, dynamic, critical, law.onset_s)

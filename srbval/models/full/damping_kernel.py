@@ -4,15 +4,15 @@ The secant damping matrix of a contact, force on its roller over the velocity u 
 
     C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|,   c = C_c if the contact damps,
 
-the secant of eq. (19), never negative, and the damper of eq. (18). Two effects are left out: friction depends on the
-damper's part of the normal force, and mu falls with the slip. With u = V + W x p at a point p of the roller, the sums
-over a column's points are the matrix of force and torque against V, W_y (index P) and W_z (index S). W_x, the rotation
-about the slot, is left out: its lever arm is only as long as the contact. In the generalised speeds (slide u', spin s,
-cage w_y and w_z, ring v; slot axes): outer race V = (v_x - u', v_y - L w_z, v_z + L w_y), W = (., -w_y, -s); inner race
-the same without v.
+with normal n, normal force N, slip u_t: the secant of the paper's eq. (19), never negative, and the damper of eq. (18).
+Left out: the damper's part of the normal force in the friction, and the decrease of mu with the slip. With u = V + W x
+p at a point p of the roller, the sums over a contact's points are the matrix of force and torque against V, W_y (index
+P) and W_z (index S). W_x, the rotation about the slot, is left out: its lever arm is only as long as the contact. In
+the generalised speeds (slide u', spin s, cage w_y and w_z, ring v; slot axes) and with L from the bearing's to the
+roller's centre: outer race V = (v_x - u', v_y - L w_z, v_z + L w_y), W = (., -w_y, -s); inner race the same without v.
 
-M / h + D is an arrow matrix: a 2 x 2 block for each roller, bordered by cage and ring, 6 x 6. The blocks are
-eliminated, and the border is factored by Cholesky's method (Golub & Van Loan, Matrix Computations, 2013, sect. 4.2).
+With masses M, step h and damping D, M / h + D is an arrow matrix: a 2 x 2 block for each roller, bordered by cage and
+ring, 6 x 6. The blocks are eliminated, the border is factored by Cholesky's method (Golub & Van Loan 2013, sect. 4.2).
 """
 
 import math
@@ -29,11 +29,11 @@ BORDER = 6  # cage angular velocity, ring velocity, world axes
 
 @kernel_part
 def factor(weight, model, totals, factors):
-    """Factor M / `weight` + D (mass and damping matrices) for `solve`, with the rollers' speeds eliminated.
+    """Factor the matrix M / `weight` + D of an implicit step for `solve`; M: masses, D: friction and contact damping.
 
-    The rollers' 2 x 2 blocks are stored in their slots, cage and ring in `factors`, [6, 6]. D contains the columns'
-    damping sums. `weight` [s], above 0: step times the method's implicit coefficient. `totals`: from `right_hand_side`,
-    at the same state.
+    The rollers' 2 x 2 blocks are inverted in the workspace, the remaining 6 x 6 matrix of cage and ring is factored in
+    `factors`. `weight` [s], above 0: step times the method's implicit coefficient. `totals`: from `right_hand_side` at
+    the same state.
     """
     space = model.scratch.space
     slots = np.uint64(model.scratch.slots)
@@ -137,7 +137,7 @@ def factor(weight, model, totals, factors):
 
 @kernel_part
 def factor_relative(second, own, factors):
-    """Eliminate cage and ring from the equation of the second cage's relative rate; `own`: its diagonal entry."""
+    """Eliminate cage and ring from the equation of a second cage's relative speed; `own`: diagonal entry there."""
     if second is None:
         return
     b = col.RELATIVE_BORDER
@@ -153,7 +153,7 @@ def factor_relative(second, own, factors):
 
 @kernel_part
 def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
-    """Compute the relative acceleration under `load`, and correct the accelerations `g0` to `g5` of cage and ring."""
+    """Compute a second cage's relative acceleration; returns it, then `g0` to `g5` (first cage, ring) corrected."""
     if second is None:
         return 0.0, g0, g1, g2, g3, g4, g5
     b, f = col.RELATIVE_BORDER, col.RELATIVE_FOLLOWED
@@ -173,7 +173,7 @@ def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
 
 @inlined
 def factor_border(factors):
-    """Replace the lower triangle of a symmetric matrix by its Cholesky factor, with the diagonal inverted."""
+    """Replace the lower triangle of a symmetric 6 x 6 matrix by its Cholesky factor, with the diagonal inverted."""
     for j in range(BORDER):
         for i in range(j, BORDER):
             left = factors[i, j]
@@ -186,8 +186,8 @@ def factor_border(factors):
 def solve(weight, model, totals, factors, rate):
     """Replace the accelerations a in `rate` by x with (M + h D) x = M a (mass matrix M, damping matrix D).
 
-    h is the `weight`; the rest of `rate` is unchanged. `factors` and the rollers' slots come from `factor`, called with
-    the same `weight` and `totals`.
+    h is the `weight`; the rest of `rate` is unchanged. Call `factor` before, with the same `weight` and `totals`; it
+    fills `factors` and the workspace.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, rate.shape[0] // 2)
@@ -264,7 +264,7 @@ def solve(weight, model, totals, factors, rate):
 
 @inlined
 def solve_border(factors, g0, g1, g2, g3, g4, g5):
-    """Solve for one right-hand side by forward and backward substitution with the factor of `factor_border`."""
+    """Solve the equations of cage and ring, 6 x 6, for the right-hand side `g0` to `g5`; see `factor_border`."""
     g0 *= factors[0, 0]
     g1 = (g1 - factors[1, 0] * g0) * factors[1, 1]
     g2 = (g2 - factors[2, 0] * g0 - factors[2, 1] * g1) * factors[2, 2]

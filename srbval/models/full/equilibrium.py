@@ -1,19 +1,18 @@
 """Start of a run: ring and rollers in static balance with the load, cage and rollers rolling.
 
-The unknowns are the three displacements of the ring and the slide of each roller. Without friction the contact forces
-have a potential that is convex for small displacements, and a roller's slide affects only its own balance and the
-ring's balance. So the problem is solved in two nested steps. For a given ring, a bracketed Newton iteration finds all
-slides at once. Around it, a Newton iteration finds the ring: its stiffness is the Schur complement of the slides, and
-its line search uses only the gradient. Forces come from `right_hand_side`, so that every effect in the model is
-balanced.
+The unknowns are the three displacements of the ring and the slide of each roller along its slot. Without friction the
+contact forces have a potential that is convex for small displacements, and a roller's slide affects only its own
+balance and the ring's balance. So the problem is solved in two nested steps. For a given ring position, a bracketed
+Newton iteration finds all slides at once. Around it, a Newton iteration finds the ring position: its stiffness is the
+Schur complement of the slides, and its line search uses only the gradient. Forces come from `right_hand_side`, so that
+every effect in the model is balanced.
 
-A run is settled from its first sample (`test_a_run_is_settled_from_its_first_sample`): RMS acceleration in the first
-roller passage is 0.95 to 1.01 times the acceleration in later passages. Two roller passages, 0.02 s at 710 rpm, settle
-a run.
+A run is settled from its first sample (`test_a_run_is_settled_from_its_first_sample`): RMS acceleration while the first
+roller passes is 0.95 to 1.01 times the later RMS. To settle, a run needs two roller passages, 0.02 s at 710 rpm.
 
-The cage's tilt is not balanced: with the printed fit it creeps to 20 microradians in 0.1 s, without effect on the ring.
-If the rollers alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: settle
-for one turn of the cage (0.2 s), and in proportion at other speeds.
+The cage's tilt is not balanced: with the paper's roller diameter it grows to 20 microradians in 0.1 s, without effect
+on the ring. If the rollers alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need
+0.15 s: settle for one turn of the cage (0.2 s), and in proportion at other speeds.
 """
 
 from collections.abc import Callable
@@ -48,14 +47,14 @@ SPIN_HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of th
 
 
 def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> FloatArray:
-    """Compute the state at time zero in static balance, shape [4 N + 12] for N rollers, with cage and rollers rolling.
+    """Compute the state vector at time zero: ring and rollers in static balance, cage and rollers rolling.
 
     The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and the
     rollers' centrifugal force at the rolling cage speed, which presses unloaded rollers outwards. The cage is turned by
     `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
 
-    Raises `ConfigurationError` if a roller penetrates a raceway deeper than the contact search reaches, or if more than
-    `MAX_UNCARRIED_SHARE` of the load is not carried.
+    Raises `ConfigurationError` if a roller penetrates a raceway deeper than the contact search reaches, or if the
+    rollers leave more than `MAX_UNCARRIED_SHARE` of the load unsupported.
     """
     statics = Statics(model, cage_angle_rad)
     ring = np.zeros(3)
@@ -83,7 +82,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
 
 
 class Statics:
-    """Model at rest: no friction, shaft fixed at its angle at time zero."""
+    """Model without friction, its shaft fixed at the angle at time zero, for the static balance."""
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
         self.layout = state_layout(model)
@@ -96,7 +95,7 @@ class Statics:
         self.y[self.layout.cage] = 0.0, 0.0, cage_angle_rad
 
     def forces(self, slide: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-        """Compute force along each slot [N], [2 M], force on the ring [N], [3], and the deepest penetration [m]."""
+        """Compute each roller's force along its slot, the ring's force [N], and the deepest penetration [m]."""
         model, layout = self.rest, self.layout
         self.y[layout.slide], self.y[layout.ring] = slide, ring
         found = rates(model, 0.0, self.y)
@@ -105,12 +104,12 @@ class Statics:
         return slide_n, model.ring_mass * found.rate[layout.ring_rate], float(found.totals[col.DEEPEST])
 
     def slide_stiffness(self, slide: FloatArray, ring: FloatArray, slide_n: FloatArray) -> FloatArray:
-        """Compute the stiffness of each roller along its slot [N/m], shape [2 M]; a slide affects no other roller."""
+        """Compute each roller's stiffness along its slot [N/m]; `slide_n`: forces at `slide`, from `forces`."""
         return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
 
 
 def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Find the slides near `slide` that balance the rollers for a given ring, and the force left on the ring [N]."""
+    """Find the slides that balance the rollers at a given ring position; also returns the force on the ring [N]."""
     model = statics.rest
     clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
     far = clearance + float(np.linalg.norm(ring)) + SLIDE_RANGE_M
@@ -128,7 +127,7 @@ def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tu
 
 
 def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray) -> FloatArray:
-    """Compute the Newton step of the ring [m], [3], with the slides following; at most `LONGEST_STEP_M` long."""
+    """Compute a Newton step of the ring's position, [3], at most `LONGEST_STEP_M`, with the rollers in balance."""
     slide_n, _, _ = statics.forces(slide, ring)
     stiffness = statics.slide_stiffness(slide, ring, slide_n)
     moved = [statics.forces(slide, ring + NUDGE_M * axis) for axis in np.eye(3)]
@@ -145,7 +144,7 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten `step` until the force along it reverses by at most `OVERSHOOT`; returns ring, slides and force left."""
+    """Shorten the ring's `step` until the force along it reverses by at most `OVERSHOOT`; returns the new balance."""
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
         trial = ring + share * step
@@ -158,10 +157,10 @@ def _line_search(
 
 
 def rolling_speeds(model: Parameters) -> tuple[float, float]:
-    """Compute cage speed and roller spin of pure rolling at the middle circle, at time zero [rad/s].
+    """Compute the cage speed and the roller spin of pure rolling in the middle of the contacts, at time zero [rad/s].
 
-    The cage turns at (1 - d cos(alpha) / D) / 2 times the shaft speed (Randall 2011, sect. 2.2.3); the spin brings the
-    outer contact to rest.
+    The cage turns at (1 - d cos(alpha) / D) / 2 times the shaft speed, with roller diameter d and pitch diameter D
+    (Randall 2011, sect. 2.2.3); the spin brings the outer contact to rest.
     """
     pitch_radius = model.centre_distance * model.tilt_cosine
     shaft = shaft_motion(0.0, model.drive)[0]
@@ -170,11 +169,11 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
 
 
 def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
-    """Returns `state` with the cage speed and roller spins at which friction balances on each roller and on the cage.
+    """Find the cage speed and roller spins at which friction balances on cage and rollers; returns `state` with them.
 
-    The three circles of a contact have different rolling radii and cannot all roll, so friction decides. Bisection
-    finds the cage speed, and an inner bisection the spins. A roller without traction gets the median spin of the other
-    rollers; a cage without traction keeps the speed of pure rolling. All other velocities are zero.
+    The three circles of points of a contact have different rolling radii and cannot all roll, so friction decides.
+    Bisection finds the cage speed, and an inner bisection the spins. A roller without traction gets the median spin of
+    the other rollers; a cage without traction keeps the speed of pure rolling. All other velocities are zero.
     """
     cage, _ = rolling_speeds(model)
     width = abs(cage) * CAGE_RANGE
@@ -188,7 +187,7 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
 
 
 def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
-    """Set the cage speed [rad/s], and the spins so that friction has no torque about the rollers' axes."""
+    """Copy `state` with the given `cage` speed [rad/s] and the spins at which friction has no torque on the rollers."""
     layout = state_layout(model)
     spins = layout.spin
     y = state.copy()
@@ -208,8 +207,7 @@ def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatAr
 def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
     """Find the zero of each component of the falling function `f` by bisection between `low` and `high`.
 
-    A component without a zero gets the median of the other zeros, or the middle of the range if no component has a
-    zero.
+    A component without a zero gets the median of the others' zeros, or the middle of the range if none has a zero.
     """
     middle = (low + high) / 2
     passes = (f(low) > MIN_ACCELERATION_RAD_S2) & (f(high) < -MIN_ACCELERATION_RAD_S2)

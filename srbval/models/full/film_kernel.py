@@ -1,11 +1,12 @@
-"""Kernels: friction of the oil film under a slice.
+"""Kernels: friction of the oil film in a slice of a contact.
 
 Eyring's law at the slice's mean pressure p (see `srbval.models.film`), and the friction of touching asperities:
 
     drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
 
-with the load share s of the asperities. The drag is averaged over the two Gauss points of the slice, because the slip u
-differs between its ends. Logarithm and exponential are written out: library calls would prevent vector instructions.
+with slip u, normal force N, the asperities' share s and friction mu_b, Eyring's stress tau_0, film thickness h and
+viscosity eta. The drag is averaged over the slice's two Gauss points, because the slip differs between its ends.
+Logarithm and exponential are written out: library calls would prevent vector instructions.
 """
 
 import math
@@ -35,12 +36,12 @@ LOG_MIDDLE, MIDDLE_BITS = 1.1, 1061158912  # the bits of 0.75
 
 
 class FilmLaw(NamedTuple):
-    """Constants of the film's friction; all are numbers except `curve`.
+    """Constants of the oil film's friction; all are numbers except `curve`.
 
     `curve`, [2 races, 8]: polynomial in the mean pressure [GPa] for log2(viscosity / viscosity without pressure) -
-    log2(film / reference film); `hertz`: pi E* / 8 [Pa]; `thickness`: the reference film at 1 m/s [m]; `per_thickness`:
-    Eyring's slip speed without pressure over the film [1/s]; `eyring`: stress [Pa]; `roughness` [m]; `boundary`:
-    coefficient of friction of asperities; `heating`: see `oil_kernel.OilLaw`.
+    log2(film / reference film); `hertz`: pi E* / 8 [Pa]; `thickness` of the reference film at 1 m/s [m];
+    `per_thickness`: Eyring's slip speed without pressure over the film [1/s]; `eyring`: Eyring's stress [Pa];
+    `roughness` [m]; `boundary`: coefficient of friction of asperities; `heating`: see `oil_kernel.OilLaw`.
     """
 
     curve: Any
@@ -55,7 +56,7 @@ class FilmLaw(NamedTuple):
 
 @kernel_part
 def law_in_film(law, slices, cage, shaft):
-    """Adapt the contact law to the film of the slices, if any, at these speeds [rad/s]; see `film_at_speed`."""
+    """Adapt the contact law to the `slices`' oil film, if any, at cage and shaft speed [rad/s]; see `film_at_speed`."""
     if slices is None:
         return law
     return film_at_speed(law, slices, slices.film, cage, shaft)
@@ -63,10 +64,10 @@ def law_in_film(law, slices, cage, shaft):
 
 @kernel_part
 def film_at_speed(law, slices, film, cage, shaft):
-    """Adapt the contact law to a `film` at these speeds [rad/s]; no change without film, or if the critical ratio is 0.
+    """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s]; unchanged if `film` is None.
 
-    Eyring's slip speed replaces the critical velocity. The static coefficient becomes the film's share, 1 - s, and the
-    dynamic coefficient the friction of the asperities, s mu_b.
+    Eyring's slip speed replaces the critical velocity, the film's share of the load, 1 - s, the static coefficient, and
+    the friction of the asperities, s mu_b, the dynamic coefficient. Unchanged, too, if the critical ratio is 0.
     """
     if film is None:
         return law
@@ -101,7 +102,7 @@ def logarithm(x):
 
 @kernel_part
 def film_on_race(film, law, race):
-    """Collect the numbers that `film_drag` needs for one race, in single precision; None without a film."""
+    """Collect the constants that `film_drag` needs for one race, in single precision; None without a film."""
     if film is None:
         return None
     curve = film.curve
@@ -123,7 +124,7 @@ def film_on_race(film, law, race):
 
 @kernel_part
 def film_drag(film, sagging, normal, length, square, more):
-    """Compute friction over slip of a slice [N s/m], in single precision, whose square roots are five times as fast.
+    """Compute friction force over slip [N s/m] of a slice in an oil film, in single precision, which is faster.
 
     `film`: from `film_on_race`; `sagging`: half the curvature of the gap along the race [1/m]; `length` of contact [m];
     `square` of the slip; `more`: difference in slip between the slice's middle and its ends [m/s].

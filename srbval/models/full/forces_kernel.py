@@ -1,8 +1,8 @@
-"""Kernels: forces of all contacts in a plan, damaged rollers included.
+"""Kernels: forces of all contacts between rollers and races, damaged rollers included.
 
 A height h of a roller's surface is treated as if the race's point were higher by h along its own normal n_p. The spring
-force S then also does work on the angle th from the defect to the point, d(depth) = -(n n_p) h'(th) d(th). Besides -S
-n, the spring's potential energy therefore gives a force on the roller of -S (n n_p) h'(th) / rho along the direction
+force S of the contact (roller's normal n) then also does work on the angle th from the defect to the point, d(depth) =
+-(n n_p) h'(th) d(th). Besides -S n, the roller therefore gets a force of -S (n n_p) h'(th) / rho along the direction
 e_th in which th grows, at the distance rho of the race's point (virtual work: Goldstein, Poole & Safko, Classical
 Mechanics, 2002, sect. 1.4).
 """
@@ -25,12 +25,13 @@ FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's single columns are s
 def evaluate_contacts(
     law, rotation, model, groups, single, first_circle, end_circle, damping, patch, slices, first_time
 ):
-    """Add the contact forces of the circles from `first_circle` to `end_circle` - 1 to the columns of the plan.
+    """Add the forces of the race's circles of points `first_circle` to `end_circle` - 1 to the workspace's columns.
 
-    With a `patch`, all columns except single ones have one continuous contact per circle; with `slices`, all columns
-    have slices, and a circle means a third of the contact. Single columns of damaged rollers have their own points,
-    which depend on the rollers' `rotation` relative to their slots, [2 M] [rad]. If `first_time` is `FIRST_TIME`, these
-    points, or the openings under slices, are found first, and the flanks of the defects push along the race.
+    A column is the contact of one roller with one race. With a `patch`, each circle makes one continuous contact,
+    except in single columns (near a defect, or of a damaged roller); with `slices`, a circle means a third of the
+    contact. Damaged rollers have their own points, which depend on their `rotation` in their slots [rad]. If
+    `first_time` is `FIRST_TIME`, these points, or the openings (defects) under slices, are found first, and the
+    defects' flanks push along the race.
     """
     points = model.races.points
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
@@ -39,7 +40,7 @@ def evaluate_contacts(
 
 @kernel_part
 def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
-    """Add the contact forces of slices, see `evaluate_contacts`."""
+    """Add the forces of contacts cut into slices; arguments as in `evaluate_contacts`, no effect without `slices`."""
     if slices is None:
         return
     space, plan = model.scratch.space, model.scratch.plan
@@ -50,7 +51,7 @@ def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, e
 
 @kernel_part
 def evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time):
-    """Add the contact forces of points, see `evaluate_contacts`."""
+    """Add the forces of contacts with race points; arguments as in `evaluate_contacts`, no effect without `points`."""
     if points is None:
         return
     space, plan, starts = model.scratch.space, model.scratch.plan, model.races.starts
@@ -81,13 +82,13 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
 
 @kernel_part
 def roller_in(slot, rollers):
-    """Compute the number of the roller in a slot: rows alternate in the slots, and follow each other in the state."""
+    """Convert a `slot` of the workspace, where rows alternate, to a roller's number in the state: row 1, then row 2."""
     return slot // 2 + (slot % 2) * (rollers // 2)
 
 
 @kernel_part
 def normal_loads(model, rotation, groups, compacted, single, loads):
-    """Fill `loads` with the normal force of each race's circles on each roller [N]; overwrites the columns' sums."""
+    """Fill `loads`, [2 races, rollers, 3 circles], with normal forces [N]; overwrites the forces in the workspace."""
     space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
     law = elastic(model.law, model.law.damping)
     for circle in range(CIRCLES_PER_RACE):
@@ -105,7 +106,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 
 @kernel_part
 def raised_points(model, roller, rotation, candidates, spare, space, column):
-    """Copy race points to the window `spare`, raised at each point by the surface height of a damaged roller."""
+    """Copy race points to the list (window) `spare`, each raised by a damaged roller's surface height at that point."""
     points, race, window, first, last = candidates
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
@@ -122,7 +123,7 @@ def raised_points(model, roller, rotation, candidates, spare, space, column):
 
 @kernel_part
 def lift_at(model, roller, rotation, x, y, z):
-    """Compute height [m] and slope [m/rad] of a damaged roller's surface at a point; flat edges have no slope."""
+    """Compute height [m] and slope [m/rad] of a damaged roller's surface at a point; flat defects have no slope."""
     radius, defects = model.law.roller_radius, model.roller_defects
     lift, rise = 0.0, 0.0
     for d in range(defects.shape[0]):
@@ -142,10 +143,10 @@ def lift_at(model, roller, rotation, x, y, z):
 
 @kernel_part
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
-    """Add the forces along the race of the flanks of a roller's defects to the sums of `column`.
+    """Add the forces with which the flanks of a roller's defects push along the race to the sums of `column`.
 
-    `spare`: the window filled by `raised_points`. `column` is the first of its own lane group; the next column stores
-    its sums meanwhile. Only the spring pushes: force and energy balance both leave out the damper's work on the angle.
+    `spare`: window of race points filled by `raised_points`. The next column, free in its lane group, stores the sums
+    meanwhile. Only the spring pushes: force and energy balance both leave out the damper's work on the angle.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)

@@ -1,4 +1,4 @@
-"""Kernel: slot axes of every roller, position and motion of both races relative to it, number of points in reach.
+"""Kernel: slot axes of every roller, position and motion of both races relative to it, number of race points in reach.
 
 Slot axes of a roller: x along the slot, outwards, y along the race, z along the roller; see `srbval.models.full`.
 """
@@ -45,13 +45,13 @@ def cage_axes(tilt):
 
 @inlined
 def tilted_about_x(tilt, w_y, w_z):
-    """Compute the components along z and y in axes tilted about x only, in which the second gimbal angle turns."""
+    """Convert components y and z of a vector from world axes to axes tilted about x only; returns first z, then y."""
     return tilt.cos_x * w_z - tilt.sin_x * w_y, tilt.cos_x * w_y + tilt.sin_x * w_z
 
 
 @inlined
 def slot_axes(axes, c, s, along, across):
-    """Compute the slot axes x, y and z of a roller in world coordinates, nine values.
+    """Compute the axes x, y and z of a roller's slot in world coordinates, nine values.
 
     `axes` of the cage, see `cage_axes`; `c`, `s`: cosine and sine of the slot's angle; `along` and `across`: components
     of the slot's direction in the cage's plane and along its axis.
@@ -73,7 +73,7 @@ def slot_axes(axes, c, s, along, across):
 
 
 class RaceLimits(NamedTuple):
-    """Limits of the candidate search on one race, see `parameters.RaceSearch`; `onwards`: rolling sense, 1 or -1."""
+    """Limits of `parameters.RaceSearch` as inverse lengths [1/m], and the sense of rolling on the race (1 or -1)."""
 
     per_spacing: float
     per_clearance: float
@@ -83,7 +83,11 @@ class RaceLimits(NamedTuple):
 
 
 class SearchConstants(NamedTuple):
-    """Constants of the candidate search on both races: points per circle, and lead at which approaching points act."""
+    """Constants for finding the race points near a roller.
+
+    `points` of a circle; `most`: most candidates of a circle; `lead_s`, `most_lead`: time and largest distance before
+    contact at which a point begins to act [s, m].
+    """
 
     points: float
     per_radian: float
@@ -94,7 +98,7 @@ class SearchConstants(NamedTuple):
 
 
 class SurfaceHeights(NamedTuple):
-    """Surface heights at even angles [m]: `races`, [2 races, 2 rows, H], and `rollers`, [2 M, K]; H = K = 0 if smooth.
+    """Surface heights [m] at even angles: `races`, [2 races, 2 rows, H], `rollers`, [rollers, K]; H = K = 0 if smooth.
 
     A race's angle begins at its first point, a roller's angle at the slot's outward direction at time zero.
     """
@@ -105,13 +109,13 @@ class SurfaceHeights(NamedTuple):
 
 @inlined
 def race_limits(race, onwards):
-    """Compute the `RaceLimits` of a race."""
+    """Convert a `RaceSearch` to `RaceLimits`; `onwards`: sense of rolling on the race, 1 or -1."""
     return RaceLimits(1.0 / race.spacing, 1.0 / race.clearance, race.own_middle, race.own_half, onwards)
 
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy slides, slide rates and spins from state `y` to the slots, alternating both rows, and clear the damage."""
+    """Copy rollers' slides, slide rates and spins from state `y` to the workspace; set its heights of defects to 0."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -125,10 +129,10 @@ def read_rollers(y, at, half, space):
 
 @kernel_part
 def face_defects(defects, radius, rotation, space):
-    """Add the heights of `defects` that may meet a race to the damage of the roller's column for that race [m].
+    """Sum the heights [m] of the rollers' `defects` that may meet a race now, for each roller and race.
 
-    `rotation` of the rollers relative to their slots [rad]; the outer race is in front of a roller, the inner race
-    behind.
+    The sums are stored in the row `DAMAGE` of the workspace `space`. `rotation` of the rollers relative to their slots
+    [rad]; the outer race is in front of a roller, the inner race behind.
     """
     half = rotation.shape[0] // 2
     for d in range(defects.shape[0]):
@@ -143,7 +147,7 @@ def face_defects(defects, radius, rotation, space):
 
 @kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
-    """Compute axes, race motion and points in reach of all rollers at state `y`; `count`: points per circle."""
+    """Compute slot axes, race motion and number of race points in reach of all rollers; `count`: points of a circle."""
     space = model.scratch.space
     turn = y[at.cage + 2]
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
@@ -246,11 +250,11 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
 
 @inlined
 def count_candidates(search, race, depth, offset, lead, aside, angle, here, patch, space, column):
-    """Store a roller's depth, its position among a race's points, and its number of points in reach, in its `column`.
+    """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
 
     `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: additional depth
     within the averaging time of an onset [m]; `aside`: largest distance of the roller from its meridian [m]; `angle` of
-    the roller from the race's first point [rad]; `here`: True if the slot contains a roller.
+    the roller from the race's first point [rad]; `here`: True if the slot contains a roller; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
@@ -275,7 +279,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
 
 @kernel_part
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
-    """Compute the number of points of each circle in a roller's window: all that may be in contact, at most `most`.
+    """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
     `depth`: in units of the clearance of a point one spacing aside, with all margins; `depth_ahead`: the same for
     points ahead, which act before they touch; `aside`: largest distance of the roller from its meridian, and `position`
@@ -300,7 +304,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 
 @kernel_part
 def candidate_code(candidates):
-    """Encode a number of candidates: the sum over a lane group counts its columns with one, two and three points."""
+    """Encode a number of points: the sum of many codes counts the contacts with at least one, two and three points."""
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
         + (NEEDS_TWO if candidates > 1.0 else 0.0)
@@ -310,11 +314,11 @@ def candidate_code(candidates):
 
 @kernel_part
 def add_heights(surface, rotation, count, space):
-    """Raise the races under all columns by the surface heights; `rotation` of the rollers [rad].
+    """Move the races towards the rollers by the heights of both surfaces; `rotation` of the rollers [rad].
 
     A height moves the race of one contact nearer to its roller along the slot. Along the normal the movement is smaller
-    by the cosine of its lean, 0.6 % at a contact's ends. The slope of a wave does not tilt the normal, and its passing
-    does not act on the damper (2 % of the force at 3 kHz and 10 us).
+    by the cosine of its angle to the slot, 0.6 % at a contact's ends. The slope of a wave does not tilt the normal, and
+    its rate does not act on the damper (2 % of the force at 3 kHz with a time constant of 10 us).
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:

@@ -37,16 +37,16 @@ WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 @kernel
 def rates_and_loads(t, y, model, rate, totals, loads):
-    """Evaluate `right_hand_side` without damping sums; callable from Python."""
+    """Evaluate `right_hand_side` without the contacts' damping matrices; callable from Python."""
     right_hand_side(t, y, model, rate, totals, loads, None)
 
 
 @kernel_part
 def right_hand_side(t, y, model, rate, totals, loads, damping):
-    """Compute `rate` (shape of `y`) and `totals`, [col.TOTALS], for state `y` at time `t` [s].
+    """Compute the time derivative `rate` of the state `y` at time `t` [s], and the `totals` listed in `columns`.
 
-    `loads`: array for the normal forces [N], shape [2 races, 2 M, 3 circles], or None. `damping`: `WITH_DAMPING` if the
-    columns' damping sums are needed, see `damping_kernel`; otherwise None.
+    `loads`: array for the normal forces [N], shape [2 races, rollers, 3 circles], or None. `damping`: `WITH_DAMPING` if
+    the contacts' damping matrices are needed, see `damping_kernel`; otherwise None.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, y.shape[0] // 2)
@@ -203,10 +203,9 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
 @kernel_part
 def couples_on_cages(law, row, model, slots, relative, on_cages):
-    """Add the couples in a `row` of the slots [N m] to the torques on the relative angle and on the cages.
+    """Add the rollers' couples [N m] in a `row` of the workspace to the torques on the cages; no effect without `law`.
 
-    The couples act about the rollers' axes as the cages guide them. Without the `law` of the row the torques are
-    unchanged.
+    The couples act about the rollers' axes. `relative`: torque on a second cage's relative angle; `on_cages`: x, y, z.
     """
     if law is None:
         return relative, on_cages
@@ -223,7 +222,7 @@ def couples_on_cages(law, row, model, slots, relative, on_cages):
 
 @inlined
 def ring_motion(t, y, at, model, on_ring, rate, totals):
-    """Compute the outer ring's rates under `on_ring` [N], housing and load, and the powers of load and housing."""
+    """Compute the outer ring's rates under the rollers' force `on_ring` [N], and the powers of load and housing [W]."""
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
     ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
     rate[at.ring], rate[at.ring + 1], rate[at.ring + 2] = ring_vx, ring_vy, ring_vz
@@ -242,7 +241,7 @@ def ring_motion(t, y, at, model, on_ring, rate, totals):
 
 @kernel_part
 def shaft_motion(t, drive):
-    """Compute speed and angle of the shaft at time `t` [rad/s, rad]; speed is linear in the table, constant outside."""
+    """Compute the shaft's speed [rad/s] and angle [rad] at time `t` [s]; speed: linear between entries of `drive`."""
     table = drive.speed
     last = table.shape[1] - 1
     if t <= table[0, 0]:
@@ -257,7 +256,7 @@ def shaft_motion(t, drive):
 
 @kernel_part
 def entry_before(times, t):
-    """Find the index of the last of the rising `times` before `t`, which is between the first and the last of them."""
+    """Find the index of the last of the rising `times` that is less than `t`; `t` is between the first and the last."""
     before, behind = 0, times.shape[0] - 1
     while behind - before > 1:
         middle = (before + behind) // 2
@@ -270,7 +269,7 @@ def entry_before(times, t):
 
 @kernel_part
 def external_load(t, drive):
-    """Compute radial and axial load [N] at time `t`: linear between the table's entries, constant outside."""
+    """Compute radial and axial load [N] at time `t` [s]: linear between the entries of `drive`, constant outside."""
     table = drive.load
     last = table.shape[1] - 1
     if t <= table[0, 0]:

@@ -21,8 +21,8 @@ class OilLaw(NamedTuple):
     """Constants of the oil's forces on rollers; all are numbers except `rolling`.
 
     `rolling`, [2 races, 2]: couple at 1 rad/s [N m], over the square root of the load for a contact shorter than its
-    roller, over the fourth root for a contact as long as its roller; `heating`: L of shear heating at 1 m/s; `drag`:
-    force over the square of a roller's speed [kg/m]; `pocket`: coefficient of friction in the pockets.
+    roller, over the fourth root for a contact as long as its roller; `heating`: number L of shear heating at 1 m/s;
+    `drag`: force over the square of a roller's speed [kg/m]; `pocket`: coefficient of friction in the cage's pockets.
     """
 
     rolling: Any
@@ -33,19 +33,19 @@ class OilLaw(NamedTuple):
 
 @kernel_part
 def rolling_speed(slices, cage, shaft):
-    """Compute the speed of contacts over the rollers' surface [m/s], mean of both races; arguments in rad/s."""
+    """Compute the speed at which contacts roll over the rollers [m/s], mean of both races; `cage`, `shaft`: [rad/s]."""
     return 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
 
 
 @kernel_part
 def thermal_share(heating, rolling):
-    """Compute 3.94 / (3.94 + L^0.62) with L = `heating` u^2, see `film.thermal_factor`."""
+    """Compute the share of film and resistance left by shear heating: 3.94 / (3.94 + L^0.62), L = heating rolling^2."""
     return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
 
 
 @kernel_part
 def rate_power(rate):
-    """Compute rate^0.6484 from square roots; Goksem & Hargreaves' exponent is 0.648."""
+    """Compute rate^0.6484 from square roots, which is fast; the exponent of Goksem & Hargreaves is 0.648."""
     half = math.sqrt(np.float32(rate))
     eighth = math.sqrt(math.sqrt(half))
     last = math.sqrt(math.sqrt(math.sqrt(eighth)))
@@ -54,7 +54,7 @@ def rate_power(rate):
 
 @kernel_part
 def resist_rolling(space, j, short, full):
-    """Add the rolling resistance to the torque of column `j`; returns its power [W]. Factors: see `OilLaw.rolling`."""
+    """Add the rolling resistance to the torque in column `j`; returns its power [W]; factors: see `OilLaw.rolling`."""
     root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
     shorter, longest = short * root, full * math.sqrt(root)
     rate = space[col.W_Z + j]
@@ -66,9 +66,9 @@ def resist_rolling(space, j, short, full):
 
 @kernel_part
 def add_oil_forces(oil, model, slots, cage, shaft, totals):
-    """Add rolling resistance and pocket friction to the columns' torques; fill the couples on cages, and the powers.
+    """Add the oil's rolling resistance and the pockets' friction to the rollers' torques, and the powers to `totals`.
 
-    The columns' forces must already contain the sums of their copies. Nothing happens without `oil`.
+    Also fills the couples on the cages. `scatter_sums` must have completed the contact forces. No effect without `oil`.
     """
     if oil is None:
         return

@@ -1,4 +1,4 @@
-"""Parameters of the kernels: all numbers of a scene, in one flat tuple of floats and arrays."""
+"""Parameters of the kernels: all numbers of a scene, in one named tuple of floats and arrays."""
 
 import math
 from collections.abc import Sequence
@@ -40,8 +40,8 @@ class RaceSearch(NamedTuple):
     """Limits for finding the points of one race that a roller may touch.
 
     `spacing`: smallest distance of neighbouring points [m]; `clearance`: smallest gap between a roller that just
-    touches and a point one spacing aside [m]; `own_middle`, `own_half`: middle and half width, in points, of the
-    stretch that contains all points with a window of their own.
+    touches and a point one spacing aside [m]; `own_middle`, `own_half`: middle and half width, counted in points, of
+    the stretch that contains all points near the race's defects.
     """
 
     spacing: float
@@ -51,9 +51,9 @@ class RaceSearch(NamedTuple):
 
 
 class Races(NamedTuple):
-    """Point clouds of both raceways for the kernels, outer race first, see `point_cloud.Windows`.
+    """Point clouds of both raceways for the kernels, outer race first, in windows; see `point_cloud.Windows`.
 
-    `points`, [2, W, col.POINT_ROWS, candidates]: with a spare window for each damaged roller at the end; None if
+    `points`, [2, W windows, col.POINT_ROWS, candidates]: at the end a spare window for each damaged roller; None if
     contacts are slices; `starts`: [2, W, 4]; `window_of`: [2 races, 2 rows, points]; `highest`: [2, W] [m]; `plain`:
     number of windows of undisplaced points; `height`: largest distance of a point from the mid-plane [m].
     """
@@ -71,7 +71,7 @@ class Races(NamedTuple):
 class Scratch(NamedTuple):
     """Working space of the kernels; each run has its own, so threads must not share parameters.
 
-    `space` and `plan`: see `columns`; `slots` for rollers, padded to a multiple of `col.LANES`.
+    `space` and `plan`: see `columns`; `slots`: places for rollers, padded to a multiple of `col.LANES`.
     """
 
     space: FloatArray
@@ -80,10 +80,10 @@ class Scratch(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Piecewise linear speed and load over the run's time [s]; a constant has one entry.
+    """Shaft speed and load over the run's time [s], linear between the entries; a constant has one entry.
 
     `speed`, shape [3, k]: time, shaft speed [rad/s], shaft angle [rad]; `load`, [3, k]: time, radial and axial force
-    [N].
+    [N]; `direction_cosine`, `direction_sine` of the radial force.
     """
 
     speed: FloatArray
@@ -183,7 +183,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
 
 def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Compute the angle of each roller in the cage, row 1 first, [2 M] [rad]: evenly spaced, plus random offsets."""
+    """Compute the angle of each roller in the cage, [rollers] [rad], row 1 first: evenly spaced, plus offsets."""
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
@@ -212,7 +212,7 @@ def state_layout(model: Parameters) -> StateLayout:
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
-    """Compute the scene's roller diameter [m]: raceway gap less the radial play, or the value printed in Table 1."""
+    """Compute the scene's roller diameter [m]: gap between the races less radial play, or the paper's (Table 1)."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
@@ -225,7 +225,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
-    """Build the windows of points of both races, with `spares` for damaged rollers, and the limits of the search."""
+    """Build the `Races` of a scene, with `spares` windows for damaged rollers and the limits of the point search."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
@@ -264,7 +264,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 
 
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
-    """Find the shortest stretch that contains all points near defects: its middle and half width, in points."""
+    """Find the stretch of a race with all points near defects, whose window is at least `plain`: middle, half width."""
     count = window_of.shape[1]
     points = np.flatnonzero((window_of >= plain).any(axis=0))
     if len(points) == 0:
@@ -276,7 +276,7 @@ def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
 
 
 def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:
-    """Place the points of each circle of both rows of a race, displaced by the race's defects."""
+    """Place the points of each circle of both rows of the race `kind`, displaced by the race's defects."""
     own = [d for d in scene.defects if d.kind is kind]
     n, zone = scene.contact.points_per_circle, scene.load.zone_rad
     return [
@@ -289,7 +289,7 @@ def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[
 
 
 def _drive(scene: Scene) -> Drive:
-    """Build the drive tables in run time, which begins `settle_s` before the recorded time."""
+    """Build the tables of speed and load over the run's time, which begins `settle_s` before the recorded time."""
     load, direction = scene.load_profile, scene.load.direction_rad
     time, speed = np.array([0.0]), np.array([scene.shaft_speed_rad_s])
     if scene.speed_profile is not None:
@@ -309,7 +309,7 @@ def _drive(scene: Scene) -> Drive:
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Convert the defects of rollers to an array for the kernels, shape [D, col.DEFECT_COLUMNS]."""
+    """Convert the rollers' defects to an array for the kernels, one per line, shape [D, col.DEFECT_COLUMNS]."""
     rows, count = [], geometry.rollers_per_row
     for d in scene.defects:
         if d.kind is Fault.ROLLER:
@@ -322,12 +322,12 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
 
 
 def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
-    """Compute the position along the roller's axis at which a circle of row 1 meets the roller's outer side [m]."""
+    """Compute the position along the axis of a roller in row 1 at which race circle 1, 2 or 3 meets it [m]."""
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
 def _scratch(slot_angle: FloatArray) -> Scratch:
-    """Allocate working space for every roller on both races and a single column of each; fill in the constants."""
+    """Allocate the workspace for rollers at these slot angles [rad], row 1 first, and fill in its constants."""
     count = len(slot_angle)
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
@@ -375,19 +375,19 @@ def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: f
 def contact_half_m(load_n_m: float, curvature_1_m: float) -> float:
     """Compute the half length along the race of a line contact of steel under a load per length [m].
 
-    b^2 = 4 P R / (pi E*), 1 / R the `curvature_1_m` of the gap (Johnson 1985, Contact Mechanics, sect. 4.2; quoted from
-    memory, not checked).
+    b^2 = 4 P R / (pi E*), P the load per length, 1 / R the `curvature_1_m` of the gap, E* the contact modulus (Johnson
+    1985, Contact Mechanics, sect. 4.2; quoted from memory, not checked).
     """
     modulus = YOUNG_N_M2 / (2 * (1 - POISSON**2))
     return math.sqrt(4 * load_n_m / (math.pi * curvature_1_m * modulus))
 
 
 def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
-    """Compute the share J_0(k b) of a wave's amplitude that moves the bodies of a contact of half length b; k in rad/m.
+    """Compute the share J_0(k b) of a wave's height by which it moves the bodies in a contact of half length b.
 
-    A small height h under a line contact moves its bodies by the mean of h, weighted with the pressure of one
-    additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's pressure over the
-    load); for a wave this mean is J_0. Waves beyond the first zero, shorter than 2.6 b, are ignored.
+    k [rad/m]: `per_length_1_m`. A small height h under a line contact moves its bodies by the mean of h, weighted with
+    the pressure of one additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's
+    pressure over the load); for a wave this mean is J_0. Waves beyond its first zero, shorter than 2.6 b, are ignored.
     """
     from scipy.special import j0, jn_zeros
 
@@ -396,7 +396,7 @@ def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
 
 
 def sum_waves(orders: FloatArray, amplitudes_m: FloatArray, phases_rad: FloatArray, size: int) -> FloatArray:
-    """Sum the waves at `size` even angles of each body [m], [bodies, size]; `phases_rad`: [bodies, orders]."""
+    """Sum each body's surface waves at `size` even angles [m], [bodies, size]; `phases_rad`: [bodies, orders]."""
     lines = np.zeros((len(phases_rad), size // 2 + 1), dtype=np.complex128)
     lines[:, orders.astype(int)] = amplitudes_m * np.exp(1j * phases_rad) * (size / 2)
     return np.fft.irfft(lines, n=size)

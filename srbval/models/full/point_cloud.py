@@ -1,4 +1,4 @@
-"""Point clouds of the raceways (paper, eqs 16 and 17), and the points that a roller can touch."""
+"""Point clouds of the raceways (Giraudo et al. 2025, eqs 16 and 17), and the points that a roller can touch."""
 
 import math
 from collections.abc import Sequence
@@ -19,10 +19,9 @@ SAGITTA_SHARE = 0.98  # share of a point's clearance by its circle's curvature: 
 
 
 class Circle(NamedTuple):
-    """Circle of points: radius and height above the mid-plane [m], and the surface normal.
+    """Circle of race points: radius and height above the mid-plane [m], and the surface normal.
 
-    The normal (`normal_radial`, `normal_axial`) points from the raceway to the rollers; the height is for row 1 (z >
-    0).
+    The normal (`normal_radial`, `normal_axial`) points from the raceway to the rollers; the height is for row 1, z > 0.
     """
 
     radius_m: float
@@ -32,22 +31,22 @@ class Circle(NamedTuple):
 
 
 def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute circle p of the outer raceway, eq. (17), on a sphere about the bearing centre."""
+    """Compute the circle of the outer raceway at p times the tilt angle, the paper's eq. (17), on a sphere."""
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(radius * c, radius * s, -c, -s)
 
 
 def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute circle p of the inner raceway, eq. (17) with its sign corrected: radius C_x **minus** R_x cos(p alpha).
+    """Compute the circle of the inner raceway at p times the tilt angle alpha, the paper's eq. (17), corrected.
 
-    With the printed plus, the inner raceway would be outside the outer one.
+    The radius is C_x **minus** R_x cos(p alpha); with the printed plus, the inner raceway would be outside the outer.
     """
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(geometry.inner_centre_radial_m - radius * c, geometry.inner_centre_axial_m - radius * s, c, s)
 
 
 class CirclePoints(NamedTuple):
-    """Points of one circle of one row: angle [rad], displacement along the normal [m], share of K_c and C_c.
+    """Points of one circle of one row: angle [rad], displacement along the normal [m], share of stiffness and damping.
 
     `cell` is the number of the undisplaced, unrefined point that a point represents or replaces. All arrays are [n].
     """
@@ -59,7 +58,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """Place `count` even points on a circle (eq. 16) and apply its defects, whose angles begin at `zone_rad`."""
+    """Place `count` even points on a circle (the paper's eq. 16), displaced by defects at angles after `zone_rad`."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -76,7 +75,7 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
 
 
 def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
-    """Compute a defect's height as a share of its full height, `across` extents from its middle; 0 beyond its edge."""
+    """Compute a defect's height relative to its full height, at `across` extents from its middle; 0 outside."""
     inside = np.abs(across) <= 0.5
     return np.where(inside, 0.5 + 0.5 * np.cos(2 * np.pi * across) if shape is DefectShape.COSINE else 1.0, 0.0)
 
@@ -87,7 +86,7 @@ def wrapped(angle: FloatArray) -> FloatArray:
 
 
 def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float, times: int) -> CirclePoints:
-    """Replace points within the extent and one spacing more by `times` as many, each with 1 / `times` of the share."""
+    """Replace points in and beside a defect by `times` as many, each with 1 / `times` of stiffness and damping."""
     spacing = 2 * math.pi / count
     near = np.abs(wrapped(points.angle - middle)) <= extent_rad / 2 + spacing
     if np.count_nonzero(near) * times + len(near) > MOST_POINTS:
@@ -102,10 +101,10 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 
 
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """Compute how many points on either side of the nearest point a roller can touch, `DEPTH_LIMIT_M` deep, with bumps.
+    """Compute how many points on either side of the nearest point a roller can touch, `DEPTH_LIMIT_M` deep in the race.
 
     A point at distance x along the race is x^2/2 (1/r + 1/R) clear of a roller that just touches the race (circles with
-    parallel axes; R is negative for the concave outer race).
+    parallel axes; R is negative for the concave outer race). Points may be up to `highest_m` above the race.
     """
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     reach_m = math.sqrt(2 * (DEPTH_LIMIT_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))
@@ -113,19 +112,19 @@ def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_pe
 
 
 def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
-    """Compute the least clearance [m] of a point one spacing aside of a roller that just touches."""
+    """Compute the least gap [m] between a roller that just touches a race and a point one spacing aside."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     return SAGITTA_SHARE * spacing**2 / 2 * (1 / roller_radius_m + 1 / race_radius_m)
 
 
 class Windows(NamedTuple):
-    """Candidate points around each point of a race, in the frame of that point's meridian; row 2 is mirrored.
+    """Windows of a race: the points that a roller may touch when it is nearest to a given point; row 2 is mirrored.
 
-    `points`, W arrays [col.POINT_ROWS, candidates]: see `columns`. `starts`, [W, 4]: first candidate of each circle,
-    and the end. The first windows contain undisplaced points: window ``c - 1`` has the c nearest of each circle, around
-    the nearest point for odd c, around the point before the roller for even c. `window_of`, [2, points]: window of each
-    nearest point, the last undisplaced one or a window of its own. `highest`, [W]: highest displacement in the window
-    [m].
+    `points`, W arrays [col.POINT_ROWS, candidates]: see `columns`, in the frame of the given point's meridian.
+    `starts`, [W, 4]: first candidate of each circle, and the end. The first windows contain undisplaced points: window
+    ``c - 1`` has the c nearest of each circle, around the nearest point for odd c, around the point before the roller
+    for even c. `window_of`, [2 rows, points]: window of each nearest point, the last undisplaced one or, near a defect,
+    a window of its own. `highest`, [W]: highest displacement in the window [m].
     """
 
     points: list[FloatArray]
@@ -137,7 +136,7 @@ class Windows(NamedTuple):
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
-    """Build the windows of a race: the points that a roller may touch, `half` to either side of the nearest one."""
+    """Build the `Windows` of a race with `count` points per circle, `half` of them to either side of the nearest."""
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))
@@ -168,7 +167,7 @@ def candidate_windows(
 
 
 def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntArray:
-    """Find the points of the plain circle that are at most `half` points from a displaced or refined point; sorted."""
+    """Find the numbers of points at most `half` points from a displaced or refined point of any circle; sorted."""
     marked = np.zeros(3 * count + 1, dtype=np.int64)
     for circle in points:
         cell = circle.cell[(circle.lift != 0) | (circle.share != 1)]
@@ -180,7 +179,7 @@ def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntA
 def _window(
     circles: Sequence[Circle], points: Sequence[CirclePoints], nearest: int, offsets: IntArray, count: int
 ) -> list[FloatArray]:
-    """Build one window: the candidates of each circle, [col.POINT_ROWS, candidates]."""
+    """Build one window: per circle, the points at `offsets` from point `nearest`, [col.POINT_ROWS, candidates]."""
     columns = []
     for circle, own in zip(circles, points, strict=True):
         near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))

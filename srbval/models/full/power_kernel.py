@@ -1,8 +1,8 @@
 """Kernels: torque and powers of the forces that an implicit step applies.
 
-Forces are evaluated at speeds v. Friction and contact damping, linear in the speeds, then move the bodies as at v + x:
-M k = F(v) - D x, with the accelerations k. The shaft's motion is prescribed, so no equation contains its torque; the
-torque follows from the shaft's own row d of D. With u = (v, shaft speed W) the losses are u D u:
+Forces F are evaluated at speeds v. Friction and contact damping D, linear in the speeds, then move the bodies (masses
+M) as at v + x: M k = F(v) - D x, with the accelerations k. The shaft's motion is prescribed, so no equation contains
+its torque; it follows from the shaft's own row d of D. With u = (v, shaft speed W) the losses are u D u:
 
     torque on the shaft = torque at v - d x,   losses = losses at v + (2 v + x) D x + 2 W d x,   D x = M (a - k)
 
@@ -20,9 +20,9 @@ from srbval.models.jit import kernel_part
 def shaft_row(model, factors):
     """Compute the damping torque on the shaft per slide, spin and cage rate: the shaft's row of D, sign reversed.
 
-    The results are stored in the rollers' slots and in the row `SHAFT_ROW` of `factors`. A turning shaft moves the
-    inner race by (0, L z_z, -L y_z) past a roller and turns it by (., y_z, z_z), with the components y_z and z_z of the
-    slot's axes along the shaft. See `damping_kernel`, for the same state.
+    D is the matrix of `damping_kernel`. The results are stored in the workspace and in the row `SHAFT_ROW` of
+    `factors`. A turning shaft moves the inner race by (0, L z_z, -L y_z) past a roller and turns it by (., y_z, z_z),
+    with the components y_z and z_z of the slot's axes along the shaft.
     """
     space, second = model.scratch.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0
@@ -48,7 +48,7 @@ def shaft_row(model, factors):
 
 @kernel_part
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
-    """Correct torque and powers in `totals` for the implicit change x of the speeds; for v, x, a and k see the module.
+    """Correct torque and powers in `totals` for the change x of the speeds by an implicit step; see `power_kernel`.
 
     `speeds`: v; `beyond`: x; `braked`: a - k, all of the state's shape. `shaft`: speed [rad/s]; `inertia`: totals from
     which `factors` were computed. The power of friction keeps its value at v; the other changed losses, except the

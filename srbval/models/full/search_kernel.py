@@ -1,10 +1,10 @@
 """Kernels: find the points of a race that each roller may touch.
 
-Candidates follow from the roller's angle, without a search among points. `frames_kernel.candidate_count` computes how
-many points of a circle a column needs; a lane group of columns gets a window with enough points for most of its
-columns. Columns that need more, or that alone of their group need any, are copied to common groups ("compacted").
-Columns with their own points, near a defect of a race or of a damaged roller, are copied to a group each ("single").
-The result is the `plan`, see `columns`.
+Candidates follow from the roller's angle, without a search among points. A column is the contact of one roller with one
+race; a lane group is `LANES` columns that are computed together, with one window of race points. Its window has enough
+points (`frames_kernel.candidate_count`) for most of its columns. Columns that need more, or that alone of their group
+need any, are copied to common groups ("compacted"). Columns with their own points, near a defect of a race or of a
+damaged roller, are copied to a group each ("single"). The result is the `plan`, see `columns`.
 """
 
 import math
@@ -69,20 +69,20 @@ def plan_contacts(slots, races, space, plan, count):
 
 @kernel_part
 def plan_group(plan, row, race, window, first):
-    """Enter in `plan` that the lane group from column `first` on meets the points of a `window` of the race."""
+    """Enter in `plan` that the `LANES` contacts from column `first` on use the race points of `window`."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
 @kernel_part
 def plan_copy(plan, row, column, points):
-    """Enter in `plan` that a `column` is to be copied, and how many `points` it needs; its new place follows later."""
+    """Enter in `plan` that the contact in `column` is to be copied, and how many race points it needs."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Gather the copied columns of a race in common lane groups; each group gets the points of its neediest column."""
+    """Enter in `plan` groups of a race's contacts that are to be copied; a group gets the points its neediest needs."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -101,7 +101,7 @@ def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
 
 @kernel_part
 def code_of_group(begin, space):
-    """Sum the codes of a lane group's columns, which count their candidate points, see `candidate_code`."""
+    """Sum the codes of `LANES` contacts from column `begin` on: counts of needed points, see `candidate_code`."""
     code = 0.0
     for lane in range(np.uint64(col.LANES)):
         code += space[col.CANDIDATE_CODE + begin + lane]
@@ -110,7 +110,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Enter in `plan` the columns of a lane group that need their own points; returns the new number of them."""
+    """Enter in `plan` the contacts of a lane group that need race points of their own; returns their new number."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -137,7 +137,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 def points_of_group(code, begin, space):
     """Choose the cheapest number of points per circle for a lane group; returns it and the largest number needed.
 
-    Columns that need more points are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
+    Contacts that need more points are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
     """
     one, two, three = code % 64, code // 64 % 64, code // 4096
     if three == 0:
@@ -162,7 +162,7 @@ def points_of_group(code, begin, space):
 
 @kernel_part
 def deepest_of(slots, space):
-    """Compute the deepest penetration of all rollers and races [m]; overwrites the unused row `TWICE_ENERGY`."""
+    """Compute the deepest penetration of all rollers and races [m]; overwrites row `TWICE_ENERGY` of `space`."""
     for p in range(np.uint64(slots)):
         outer, inner = space[col.MIDDLE_DEPTH + p], space[col.MIDDLE_DEPTH + col.INNER + p]
         space[col.TWICE_ENERGY + p] = outer if outer > inner else inner
@@ -187,7 +187,7 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Turn the race axes of a column, or of its copy, to the middle of its window of points."""
+    """Turn the race axes of a contact's column, or of its copy, to the middle of its window of race points."""
     m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
     n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
@@ -198,7 +198,7 @@ def turn_to_window(original, copy, slot, shift, spacing, space):
 
 @kernel_part
 def prepare_columns(groups, slots, space, plan, spacing, damping):
-    """Turn columns that are not copied to their windows, `spacing` [rad] between points; clear all columns' sums."""
+    """Turn contacts that need no copy towards their windows of race points, and clear the sums of all contacts."""
     for i in range(groups):
         if plan[i, col.GROUP_FIRST] < col.COMPACTED:
             start = np.uint64(plan[i, col.GROUP_RACE] * col.RACE)
@@ -222,7 +222,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a column except its axes A and B, clear the copy's sums, and move the original out of the rollers' reach."""
+    """Copy a contact's column (not its axes A and B), clear the copy's sums, and move the original out of reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]
@@ -233,10 +233,9 @@ def copy_column(original, copy, space, damping):
 
 @kernel_part
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
-    """Copy the compacted and the single columns, and turn each copy to its own window.
+    """Copy the compacted and single contacts (see `plan_contacts`), and turn each copy to its window of race points.
 
-    `spacing`: for compacted columns, see `spacing_of_windows`; single columns use `count` points per circle, or
-    `slices`.
+    `spacing`: of compacted ones, see `spacing_of_windows`; single contacts have `count` points per circle, or `slices`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
@@ -253,7 +252,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
 
 @kernel_part
 def scatter_sums(compacted, single, space, plan, damping):
-    """Add the sums of the copied columns to the original columns."""
+    """Add the sums of force, torque and energy of the copied contacts to the original columns."""
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
         add_column(np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO]), space, damping)
     for i in range(single):
@@ -263,7 +262,7 @@ def scatter_sums(compacted, single, space, plan, damping):
 
 @kernel_part
 def add_column(original, copy, space, damping):
-    """Add the sums of a column's copy to the original column."""
+    """Add the sums of force, torque and energy in the column `copy` to the column `original`."""
     for row in range(col.FIRST_SUM, col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM):
         start = np.uint64(row * col.STRIDE)
         space[start + original] += space[start + copy]

@@ -16,14 +16,14 @@ from srbval.models.jit import kernel_part
 
 
 class SecondCage(NamedTuple):
-    """Moment of inertia of row 2's cage about its axis [kg m2]; the other inertia values include both cages."""
+    """Moment of inertia of row 2's cage about its axis [kg m2]; the model's other inertia values include both cages."""
 
     axial: float
 
 
 @kernel_part
 def turn_of_second(y, at, second):
-    """Compute cosine and sine of the angle of row 2's cage, its relative angle and rate [rad/s]; zeros without it."""
+    """Compute cosine and sine of row 2's cage angle, its relative angle [rad] and rate [rad/s]; zeros with one cage."""
     if second is None:
         return 0.0, 0.0, 0.0, 0.0
     turn = y[at.cage + 2] + y[at.relative_angle]
@@ -32,7 +32,7 @@ def turn_of_second(y, at, second):
 
 @kernel_part
 def cage_angle(second, cosine, sine, turned, side):
-    """Returns cosine and sine of the angle of the cage that guides a roller on this `side` (row 1's or row 2's)."""
+    """Returns cosine and sine of the angle of the cage that guides a roller on this `side` (1: row 1, -1: row 2)."""
     if second is None:
         return cosine, sine
     return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
@@ -56,7 +56,7 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Compute the torques on the relative angle and on both cages [N m], less the gyroscopic terms of its rate.
+    """Compute the torques on the cages' relative angle and on both cages [N m], less its rate's gyroscopic terms.
 
     Also fills the relative rate's inertia in `totals`. `torque_on_cages` and the cages' `axis`: x, y, z, world axes.
     """
@@ -108,7 +108,7 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
 
 @kernel_part
 def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
-    """Eliminate the relative rate; returns the torque on the cages and their inertia (xx, yy, zz, xy, xz, yz)."""
+    """Eliminate a second cage's relative rate; returns torque on the cages and inertia (xx, yy, zz, xy, xz, yz)."""
     if second is None:
         return on_cages, inertia
     g_x, g_y, g_z = on_cages
@@ -128,7 +128,7 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
 
 @kernel_part
 def fill_relative_rates(second, y, at, totals, torque, rate):
-    """Compute the rates of the relative angle from the rates of row 1's cage."""
+    """Compute the rates of a second cage's relative angle and speed from the rates of row 1's cage, in `rate`."""
     if second is None:
         return
     taken = totals[col.RELATIVE_X] * rate[at.cage_rate] + totals[col.RELATIVE_Y] * rate[at.cage_rate + 1]
@@ -139,9 +139,9 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 @kernel_part
 def relative_border(second, weight, model, totals, factors):
-    """Fill the row `RELATIVE_BORDER` with the relative rate's part of M / `weight` + D; returns its diagonal entry.
+    """Compute a second cage's row of the matrix M / `weight` + D (masses, damping) of an implicit step, in `factors`.
 
-    The relative rate turns a roller of row 2 about the roller's axis with the factor `tilt_cosine`.
+    Returns its diagonal entry. Row 2's rollers turn about their own axes at `tilt_cosine` times the relative rate.
     """
     if second is None:
         return 0.0
@@ -181,7 +181,7 @@ def relative_border(second, weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Add the relative acceleration to the cages' right-hand side; compute the relative rate's right-hand side."""
+    """Compute the right-hand sides of the cages (`g0` to `g2`, corrected) and of a second cage's relative rate."""
     if second is None:
         return g0, g1, g2, 0.0
     space, per = model.scratch.space, 1.0 / weight
@@ -198,7 +198,7 @@ def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
 
 @kernel_part
 def rate_about_roller(second, w_z, relative, side, tilt_cosine):
-    """Compute the rate of a roller's cage about the roller's axis, from the rate of row 1's cage."""
+    """Compute the rate of a roller's cage about the roller's axis [rad/s] from `w_z`, the rate of row 1's cage."""
     if second is None:
         return w_z
     return w_z + tilt_cosine * relative if side < 0.0 else w_z
@@ -215,7 +215,7 @@ def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
 
 @kernel_part
 def relative_energy(second, turned, along):
-    """Compute twice the kinetic energy that the relative rate adds [J]; `along`: cage rate about the axis [rad/s]."""
+    """Compute twice the energy added by a second cage's relative rate [J]; `along`: rate about their axis [rad/s]."""
     if second is None:
         return 0.0
     return second.axial * turned[3] * (2.0 * along + turned[3])

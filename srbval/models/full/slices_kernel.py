@@ -1,14 +1,14 @@
 """Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008).
 
 A slice of a race is in the roller's meridian, or at the edge of an opening in the race, see `foot_of_slice`. Its gap to
-the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width the gap is linear: with the
+the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w the gap is linear: with the
 penetration running from e_2 to e_1, e_1 - e_2 = s, and the law q = k e^(10/9) of a line contact per length,
 
     force  F = (9/19) k w / s (e_1^(19/9) - e_2^(19/9)),  its slope dF/de = k w / s (e_1^(10/9) - e_2^(10/9)),
     energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)).
 
-Negative ends count as zero: the force is smooth while a slice comes into contact. The damper is a time constant times
-the slope (0.25e-5 to 2.5e-5 s after E. Krämer; quoted from memory, not checked).
+Negative ends count as zero: the force is smooth while a slice comes into contact. The damper's coefficient is the slope
+times a time constant (0.25e-5 to 2.5e-5 s after E. Krämer; quoted from memory, not checked).
 """
 
 import math
@@ -51,14 +51,14 @@ LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of 
 
 
 class SliceTable(NamedTuple):
-    """Slices of both races, and their force law.
+    """Slices into which the contacts with both races are cut, and their force law.
 
-    `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening;
-    `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the opening from
-    the race's first point [rad]; `reach`, [2, W]: distance from an opening's middle within which a roller meets it [m];
-    `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which friction reaches its
-    limit, 0 for a critical velocity independent of the speed; `outer_radius`, `inner_radius`: of the races at the
-    middle of their contacts, about the shaft [m]; `film`: `FilmLaw` if a film's shear is the friction, or None.
+    `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening (by
+    a defect); `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the
+    opening from the race's first point [rad]; `reach`, [2, W]: distance from an opening's middle within which a roller
+    meets it [m]; `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which friction
+    reaches its limit, 0 for a critical velocity independent of the speed; `outer_radius`, `inner_radius`: of the races
+    at the middle of their contacts, about the shaft [m]; `film`: `FilmLaw` if a film's shear is the friction, or None.
     """
 
     rows: Any
@@ -76,8 +76,7 @@ class SliceTable(NamedTuple):
 def ninth_root(x, inverse):
     """Compute x^(1/9) for x above 1e-37; `inverse` is 1 / x.
 
-    A first guess in single precision, whose roots take a fifth of the time, is refined by two terms of the series of
-    (y^9 / x)^(-1/9) about 1.
+    A first guess in single precision is refined by two terms of the series of (y^9 / x)^(-1/9) about 1, to be fast.
     """
     u = np.float64(math.sqrt(math.sqrt(math.sqrt(np.float32(x)))))
     y = ROOT_0 + u * (ROOT_1 + u * (ROOT_2 + u * (ROOT_3 + u * ROOT_4)))
@@ -93,7 +92,7 @@ def slice_spring(stiffness, depth, spread, bend, least):
 
     `stiffness`: k w [N/m^(10/9)]; `depth`: mean penetration; `spread`: its difference between the ends; `bend`:
     curvature of the gap along the roller times w^2; `least`: smallest spread, above 0; all lengths in m. The offset is
-    the distance of the load's middle from the slice's middle towards the deeper end, over the width.
+    the distance of the load's middle from the slice's middle towards the deeper end, over the slice's width w.
 
     If a slice touches on a share t of its width, a line replaces the bent gap: lower by bend (1 - t^2) / 12 at the
     deeper end, flatter by bend (1 - t) / 2. With the deepest penetration e and r = spread / e, at most 1, e^(19/9) - (e
@@ -121,10 +120,10 @@ def slice_spring(stiffness, depth, spread, bend, least):
 
 @inlined
 def friction_of_slice(law, slip, more):
-    """Compute coefficient of friction over slip [s/m], averaged from `slip` - `more` to `slip` + `more`; both above 0.
+    """Compute the friction coefficient over slip [s/m], averaged from `slip` - `more` to `slip` + `more`; both above 0.
 
-    Eq. (19) is a ramp to the static coefficient, less a ramp half as wide by which it falls to the dynamic coefficient;
-    the average is the difference of the integral over the range.
+    The paper's eq. (19) is a ramp to the static coefficient, less a ramp half as wide by which it falls to the dynamic
+    coefficient; the average is the difference of the integral over the range.
     """
     critical = law.critical_velocity
     high, low = slip + more, abs(slip - more)
@@ -139,11 +138,11 @@ def friction_of_slice(law, slip, more):
 
 @kernel_part
 def law_at_speed(law, slices, cage, shaft):
-    """Set the critical velocity of lubricated traction at these speeds [rad/s]; unchanged without `slices`.
+    """Set the critical velocity of lubricated traction at these speeds [rad/s]; no change without `slices`.
 
     The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed u, to its limit at the
-    critical ratio. u is the speed of the contacts over the roller's surface, the mean of both races; both rows use row
-    1's cage.
+    critical ratio. u is the speed of the contacts over the roller's surface, the mean of both races; both rows of
+    rollers use row 1's cage. No change if the critical ratio is 0.
     """
     if slices is None:
         return law
@@ -155,7 +154,7 @@ def law_at_speed(law, slices, cage, shaft):
 
 @kernel_part
 def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping):
-    """Add the forces of the slices from `first_third` to `end_third` - 1 of each contact to the columns of the plan."""
+    """Add the forces of the slices in the thirds `first_third` to `end_third` - 1 of each contact to the workspace."""
     for group in range(groups):
         race = plan[group, col.GROUP_RACE]
         first, end = slices.starts[race, 0, first_third], slices.starts[race, 0, end_third]
@@ -178,11 +177,11 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 @kernel_part
 def find_openings(slices, single, plan, space, rotation, model):
-    """Find the opening under each single column's roller: its window and its distance.
+    """Find the opening (defect) under the roller of each contact that is computed alone: its window and distance.
 
     `rotation` of all rollers [rad]. An opening of the roller takes precedence over an opening of the race. The row
-    `POSITION` of a copied column then contains the distance of the roller's meridian beyond the opening's middle, along
-    the race: an angle [rad] for the race, a length [m] for the roller, which the plan marks by `ON_ROLLER`.
+    `POSITION` of the contact's copy then contains the distance of the roller's meridian beyond the opening's middle,
+    along the race: an angle [rad] for the race, a length [m] for the roller, which the plan marks by `ON_ROLLER`.
     """
     defects, spare_of, rollers = model.roller_defects, model.spare_of, rotation.shape[0]
     per_point, roller_radius = 2.0 * math.pi / model.races.window_of.shape[2], model.law.roller_radius
@@ -241,7 +240,7 @@ def face_roller(space, start, stop):
 
 @kernel_part
 def touches(law, slices, race, i, space, start, stop):
-    """True if a slice of a sound race touches the roller of any of these columns."""
+    """True if slice `i` of a race without defect touches the roller in any of the columns `start` to `stop` - 1."""
     point_law = law_of_point(law)
     radial, axial = slices.rows[race, 0, col.SLICE_RADIAL, i], slices.rows[race, 0, col.SLICE_AXIAL, i]
     normal_radial = slices.rows[race, 0, col.SLICE_NORMAL_RADIAL, i]
@@ -260,7 +259,7 @@ def touches(law, slices, race, i, space, start, stop):
 
 @inlined
 def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
-    """Compute the sine of the angle at which a gap opens along its slice, and the race's tangent, x and z."""
+    """Compute the sine of the angle between race and roller surface along a slice, and the race's tangent, x and z."""
     r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
     r_z = normal_radial * space[col.A_Z + j] + normal_axial * space[col.Z_Z + j]
     return n_x * r_z - n_z * r_x, r_z, -r_x
@@ -268,11 +267,11 @@ def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
 
 @kernel_part
 def slice_columns(law, slices, film, race, window, first, last, space, start, stop, damping, away, on_roller):
-    """Add the forces of a race's slices to the columns from `start` to `stop` - 1; see `contact_columns`.
+    """Add the forces of a race's slices to the columns `start` to `stop` - 1 (contacts of a roller with the race).
 
     `away`: distance of the column's roller from the window's opening, see `find_openings`, or None. Over an opening of
     the race the force acts along the roller's normal; over an opening of the roller, which meets the race with its
-    edge, along the race's normal. `film` of the slices.
+    edge, along the race's normal. `film`: of the slices; other arguments as in `contact_columns`.
     """
     begin, end = np.uint64(start), np.uint64(stop)
     point_law = law_of_point(law)
@@ -327,7 +326,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
 
 @inlined
 def normal_of_race(radial, tangential, axial, space, j):
-    """Compute the normal into the race, slot axes, from the components of the outward normal in the column's frame."""
+    """Convert the race's outward normal from the frame of column `j` to slot axes, and reverse it (into the race)."""
     return (
         -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
         -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],

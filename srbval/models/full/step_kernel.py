@@ -19,12 +19,12 @@ from srbval.models.jit import inlined, kernel_part
 
 
 class WorkingSpace(NamedTuple):
-    """Arrays that a step works in, and the running mean over an output interval.
+    """Arrays in which a step is computed, and the running mean over an output interval.
 
-    `rates`: [stages, size]; `trial` and `braked`: [size]; `factors`, [col.FACTOR_ROWS, BORDER], and `frozen`,
-    [col.TOTALS]: the factored border and the totals from which it was computed; `totals` of the latest evaluation and
-    their `mean`, see `add_to_mean`, both [col.TOTALS]; `ahead`, [size]: memory of a leapfrog from the step before,
-    zeros at the start of a run.
+    `rates`, [stages, size], `trial` and `braked`, [size]: parts of a step; `factors`, [col.FACTOR_ROWS, BORDER], and
+    `frozen`, [col.TOTALS]: factored matrix of cage and ring, and the totals from which it was computed; `totals` of the
+    latest evaluation and their `mean`, see `add_to_mean`, both [col.TOTALS]; `ahead`, [size]: change of velocities
+    predicted by the leapfrog's step before, zeros at the start of a run.
     """
 
     rates: FloatArray
@@ -38,7 +38,7 @@ class WorkingSpace(NamedTuple):
 
 
 def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
-    """Allocate the arrays for a method of `stages` stages; `memory`: the leapfrog's `ahead`, of the state's size."""
+    """Allocate the arrays of a method with `stages` stages; `memory`: array to use as `WorkingSpace.ahead`."""
     size = len(memory)
     return WorkingSpace(
         rates=np.zeros((max(2, stages), size)),
@@ -62,7 +62,7 @@ def clear_mean(mean):
 
 @kernel_part
 def add_to_mean(totals, weight, mean, first):
-    """Add `weight` times the totals to `mean`.
+    """Add `weight` times the `totals` (forces, powers, energies) to the running mean of an output interval.
 
     Two totals differ: the deepest penetration becomes the deepest so far, and the contact energy keeps its value at the
     start of the interval (`first`: True at the start of a step).
@@ -78,7 +78,7 @@ def add_to_mean(totals, weight, mean, first):
 
 @inlined
 def runge_kutta_step(y, t, step, method, model, work):
-    """Advance `y` in place from time `t` by `step` with a Runge-Kutta method; add the weighted totals to the mean."""
+    """Advance state `y` from time `t` by `step` with a Runge-Kutta method; add forces and powers to `work.mean`."""
     size = y.shape[0]
     rates, trial, totals = work.rates, work.trial, work.totals
     a, b, c, powers = method.a, method.b, method.c, method.powers
@@ -101,10 +101,10 @@ def runge_kutta_step(y, t, step, method, model, work):
 
 @inlined
 def rosenbrock_step(y, t, step, method, model, work):
-    """Advance `y` in place from time `t` by `step` with a Rosenbrock method; add the weighted totals to the mean.
+    """Advance state `y` from time `t` by `step` with a Rosenbrock method; add forces and powers to `work.mean`.
 
-    With equal weights of the stages, the mean force acts at each stage's speeds plus the stage's solution u: the
-    `beyond` of `power_kernel`.
+    With equal weights of the stages, the mean force acts at each stage's speeds plus the stage's solution u (argument
+    `beyond` of `add_implicit_powers`).
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
@@ -142,14 +142,14 @@ def rosenbrock_step(y, t, step, method, model, work):
 
 @inlined
 def leapfrog_step(y, t, step, method, model, work):
-    """Advance `y` in place from time `t` by `step` with a leapfrog `method`; add the totals to the mean.
+    """Advance state `y` from time `t` by `step` with a leapfrog `method`; add forces and powers to `work.mean`.
 
     `ahead` of `work`: predicted change of the velocities, at which forces are linearised; it is updated for the next
     step. With x the velocities less the predicted velocities, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles move in the middle of the step, with the mean of both velocities;
-    if no roller is damaged or wavy, no force depends on these angles, and the predicted velocities suffice. With the
-    solutions k1 and k2 the mean force of the step acts at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead, with one
-    solution at gamma h k1 - ahead: the `beyond` of `power_kernel`.
+    if no roller is damaged or wavy, no force depends on these angles, and the predicted velocities suffice. The mean
+    force of the step acts at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead for two solutions k1 and k2 of the linear
+    equations, at gamma h k1 - ahead for one: the argument `beyond` of `add_implicit_powers`.
     """
     size = y.shape[0]
     b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead

@@ -1,4 +1,4 @@
-"""Documented calls of the full model's kernels: rates of a state, and steps of a method."""
+"""Python calls of the full model's kernels: rates of a state, and steps of a method."""
 
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ class Rates(NamedTuple):
     """Time derivative of a state, and its contact forces.
 
     `rate` has the state's shape; `totals`, shape [col.TOTALS]: see `columns`; `load_n`: normal forces [N], shape [outer
-    and inner race, 2 M rollers, 3 circles].
+    and inner race, rollers, 3 circles].
     """
 
     rate: FloatArray
@@ -30,7 +30,7 @@ class Rates(NamedTuple):
 
 
 def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
-    """Evaluate the equations of motion once."""
+    """Evaluate the equations of motion at one time and state."""
     rate, totals = np.zeros_like(state), np.zeros(col.TOTALS)
     loads = np.zeros((2, len(model.slot_angle), CIRCLES_PER_RACE))
     rates_and_loads(time_s, state, model, rate, totals, loads)
@@ -51,7 +51,7 @@ def take_steps(
     """Advance `state` in place over the output `intervals` of `steps_per_output` steps each.
 
     `intervals` counts from the start of the run and so determines the time; an empty range only compiles. `memory`, of
-    the state's shape, carries the method's memory from call to call and is updated in place; None at a start. Details
+    the state's shape, carries the leapfrog's memory from call to call and is updated in place; None at a start. Details
     (spins and contact loads) are stored every `intervals_per_detail` intervals, 0 for never.
     """
     memory = np.zeros_like(state) if memory is None else memory

@@ -1,4 +1,4 @@
-"""Kernels: rollers that tilt about the tangent and slide along their axes, in balance at every moment.
+"""Kernels: rollers that tilt about the tangent of the race and slide along their axes, in balance at every moment.
 
 Without friction a contact's force acts on the line through the centres of the two arcs that touch. For a roller in
 balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through the centres
@@ -6,7 +6,7 @@ of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. W
 
     tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift w = o_z cos(tilt) - o_x sin(tilt)  along  z'
 
-turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; laminae keep
+turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; slices keep
 their place along the roller. The columns' frames then belong to the roller. Without skew, friction has no component
 along the axis: it only delays the balance, and tilting and sliding themselves are frictionless here. The cage guides a
 roller about its slot, so the skew moment acts on the cage. Nothing happens if rollers are fixed (`free` is None).
@@ -22,7 +22,7 @@ FREE = 1  # for `Parameters.free`
 
 @kernel_part
 def tilt_rollers(free, model, slots):
-    """Tilt and shift all rollers, store both in the slots' rows, and transform the columns to the rollers' frames."""
+    """Compute tilt and axial shift of all rollers, and transform their columns of `space` to the rollers' frames."""
     if free is None:
         return
     space = model.scratch.space
@@ -65,10 +65,10 @@ def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
 
 @kernel_part
 def sums_in_slots(free, model, slots):
-    """Transform the columns' forces, and the inner race's torque, back to slot axes about the slot's centre.
+    """Transform the rollers' forces, and the inner race's torque, from tilted frames to slot axes at the slot's centre.
 
     The outer race's torque is set so that the sum of both torques acts on the cage about x and y, and on the roller's
-    spin about z; a couple about the slot's z is left for the cages.
+    spin about z; a couple about the slot's z is left for the cages. No effect if rollers are fixed (`free` is None).
     """
     if free is None:
         return
@@ -86,7 +86,7 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Transform a column's force to slot axes; returns its torque about x', through the slot's centre [N m]."""
+    """Transform the force in column `j` to slot axes; returns its torque [N m] about x', through the slot's centre."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y
