@@ -51,10 +51,10 @@ class OpenInput:
         return self.low + (self.high - self.low) * share
 
 
-Drawn = tuple[Scene, tuple[float, float]]  # a scene, and the band of the envelope [Hz]
+DrawnScene = tuple[Scene, tuple[float, float]]  # a scene, and the band of the envelope [Hz]
 
 
-def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | None]) -> Drawn:
+def scene_at_shares(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | None]) -> DrawnScene:
     """Set every input to the value at its share (cumulative probability); None keeps the scene's own value.
 
     Returns the scene and the envelope band [Hz]. Raises `ConfigurationError` for an input that the scene lacks.

@@ -126,7 +126,7 @@ def identify(
         ratio, cross_u_db, sidebands = _fit_cross_ratio(turning, bearing, lambda tried: path_of(gains(tried), tried))
     gain = gains(ratio)
     for _ in range(ROUNDS):
-        shown_db = locked_db(behind(pair.run, path_of(gain, ratio)), bearing, bands, order)
+        shown_db = locked_db(record_behind_path(pair.run, path_of(gain, ratio)), bearing, bands, order)
         gain = gain * 10 ** (_interpolate_missing(levels - shown_db) / 20)
     scatter = float(np.std(20 * np.log10(gain), ddof=min(1, gain.size - 1)))
     u_db = np.hypot(u_db, scatter * (np.bincount(place) > 1))
@@ -167,8 +167,8 @@ def _fault_and_speed(record: Recording) -> tuple[Fault, float]:
     return record.state, record.speed.value_hz
 
 
-def behind(run: Run, path: SensorPath | None) -> Recording:
-    """Recording of a run by a sensor behind a path."""
+def record_behind_path(run: Run, path: SensorPath | None) -> Recording:
+    """Recording of a run by a sensor at the end of a path from the ring."""
     sensor = SensorFilter(path, run.scene.output_rate_hz, run.scene.load.direction_rad)
     return recording_from_run(replace(run, sensor_m_s2=sensor.add(run.acceleration_m_s2)))
 
@@ -245,7 +245,7 @@ def _fit_cross_ratio(
     run_order = line_order(pair.run, bearing)
 
     def behind_ratio(log_ratio: float) -> FloatArray:
-        return sidebands(behind(pair.run, path_with(math.exp(log_ratio))), run_order)[0]
+        return sidebands(record_behind_path(pair.run, path_with(math.exp(log_ratio))), run_order)[0]
 
     def misfit(log_ratio: float) -> float:
         return float(np.sum(((behind_ratio(log_ratio) - wanted) / u) ** 2))

@@ -94,8 +94,10 @@ def asked_of(kind: Fault) -> tuple[Question, ...]:
     return tuple(q for q in Question if kind.scene_word in (MEANING[q].states or (kind.scene_word,)))
 
 
-def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dict[Question, AnswerValues | None]:
-    """Answers of a successful run to every question; None if the run is too short or has no answer.
+def answer_questions(
+    run: Run, bearing: Bearing, healthy: Recording | None = None
+) -> dict[Question, AnswerValues | None]:
+    """Compute what a successful run answers to each question; None if the run is too short or has no answer.
 
     Levels of the increment by the defect need `healthy`, the same model's record without the defect. Line frequencies
     follow from the mean cage speed (BPFO for a healthy bearing, none for a roller defect), since reading a line from a

@@ -5,7 +5,7 @@ from srbval.scene.parts import Contact, Defect, DefectShape, LoadPath, RollerFit
 from srbval.scene.read import (
     RigInput,
     changes_at,
-    draws,
+    draw_rig_changes,
     load_scene,
     merge,
     paper_scene,

@@ -249,6 +249,6 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
     return [[float(share) for share in row] for row in sequence.random_base2(power)]
 
 
-def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
+def draw_rig_changes(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
     """Draw scene changes of all inputs at once, by a Sobol sequence; see `changes_at`."""
     return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]

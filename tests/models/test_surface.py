@@ -27,7 +27,7 @@ from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.line import Patch, RaisedPiece, line_parameters, patches, raised_piece
 from srbval.models.simulate import Step, simulate
 from srbval.plan.measures import measure
-from srbval.plan.questions import Question, answers
+from srbval.plan.questions import Question, answer_questions
 from srbval.scene import RollerFit, Scene, paper_scene
 from tests.verification.harness import geometry
 
@@ -117,7 +117,7 @@ def test_the_line_model_is_the_limit_of_ever_denser_points(fit):
     scenes = (dense_scene(500, model="line"), dense_scene(500), dense_scene(DENSE))
     runs = [simulate(replace(s, duration_s=1.0, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
     line, paper, dense = (measure(run) for run in runs)
-    floors = [answers(run, load_bearing("skf-22240"))[Question.NOISE_FLOOR] for run in runs]
+    floors = [answer_questions(run, load_bearing("skf-22240"))[Question.NOISE_FLOOR] for run in runs]
     assert line.cage_ratio == pytest.approx(dense.cage_ratio, rel=CAGE_TOLERANCE)
     assert QUIETER * floors[0][0] < floors[1][0]
     assert QUIETER * line.band_rms_m_s2 < paper.band_rms_m_s2

@@ -13,7 +13,7 @@ from srbval.path.amplitudes import KURTOSIS_BANDS, LEVEL_BANDS, PATTERN_HARMONIC
 from srbval.plan.measured import MIN_SCENES_FOR_BOUND, MeasuredErrors, nearest_table, read_errors, scene_values
 from srbval.plan.measures import noise_floor, smooth_mean
 from srbval.plan.plan import Candidate, Plan, make_plan
-from srbval.plan.questions import MEANING, Question, answers, asked_of, error_pct, pct_of
+from srbval.plan.questions import MEANING, Question, answer_questions, asked_of, error_pct, pct_of
 
 CHEAPER = 50  # times less than the full model: what Table 6 needs
 
@@ -220,7 +220,7 @@ def test_ripple_hardly_moves_the_smooth_mean():
 @pytest.mark.parametrize("kind", ["none", "outer", "inner"])
 def test_lines_stand_where_the_cage_puts_them(kind):
     run = simulate(paper_scene(model="kinematic", duration="1 s", defect={"kind": kind}))
-    found = answers(run, load_bearing("skf-22240"))[Question.LINES]
+    found = answer_questions(run, load_bearing("skf-22240"))[Question.LINES]
     assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=EQUAL_SAMPLES)
 
 
@@ -231,9 +231,9 @@ def test_amplitudes_are_those_that_are_compared_with_the_rig():
     run, healthy = (
         simulate(paper_scene(model="impulse", duration="1 s", defect={"kind": kind})) for kind in ("inner", "none")
     )
-    bare = answers(run, load_bearing("skf-22240"))
+    bare = answer_questions(run, load_bearing("skf-22240"))
     assert bare[Question.THIRD_OCTAVES] is None, "an increment is over something"
-    found = answers(run, load_bearing("skf-22240"), recording_from_run(healthy))
+    found = answer_questions(run, load_bearing("skf-22240"), recording_from_run(healthy))
     assert all(found[question] for question, meaning in MEANING.items() if meaning.read)
 
 

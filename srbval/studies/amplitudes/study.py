@@ -25,14 +25,16 @@ from srbval.comparison.comparison import PRIOR, VERDICT
 from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
 from srbval.path import amplitudes as read
-from srbval.path.identify import Pair, behind, identify, line_order
+from srbval.path.identify import Pair, identify, line_order
+from srbval.path.identify import record_behind_path as behind
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.reading.locked import without_passage_lines
 from srbval.recordings import Recording
 from srbval.recordings.registry import find_recording, load_entry
-from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
+from srbval.scene import Scene, SensorPath, load_scene, merge, rig_inputs
+from srbval.scene import draw_rig_changes as draws
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt

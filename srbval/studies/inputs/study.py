@@ -27,7 +27,9 @@ from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.compared_quantities import COMPARED
 from srbval.comparison.comparison import STUDY, Row
 from srbval.comparison.counterpart import DETAIL_HZ, TURNS, SimulationCase, analyse_run, converged, with_points
-from srbval.comparison.open_inputs import Drawn, drawn, of_reading, open_inputs
+from srbval.comparison.open_inputs import DrawnScene as Drawn
+from srbval.comparison.open_inputs import of_reading, open_inputs
+from srbval.comparison.open_inputs import scene_at_shares as drawn
 from srbval.comparison.table6 import published_speeds
 from srbval.comparison.verdicts import endpoints, of_model, verdict
 from srbval.errors import NumericsError

@@ -17,7 +17,8 @@ from srbval.bearing import Fault, load_bearing
 from srbval.models.hierarchy import MODELS, level_of
 from srbval.plan.measured import measured_errors, scene_values
 from srbval.plan.plan import make_plan, refusal
-from srbval.plan.questions import MEANING, Question, answers, asked_of, error_pct
+from srbval.plan.questions import MEANING, Question, asked_of, error_pct
+from srbval.plan.questions import answer_questions as answers
 from srbval.progress import Progress
 from srbval.recordings import recording_from_run
 from srbval.scene import Scene, load_scene, merge
