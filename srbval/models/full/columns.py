@@ -10,7 +10,7 @@ skipped. The roller in slot p meets the outer race in column p and the inner rac
 need more race points than their lane group are copied to common groups, from column `COMPACTED` on. A column with its
 own race points (near a defect, or of a damaged roller) is copied to a group of its own, from column `SINGLE` on.
 
-Row 2 mirrors row 1 at the mid-plane: it uses the points of row 1, with the shaft axes of its columns reversed.
+Row 2 mirrors row 1 at the mid-plane: it uses the points of row 1, with the shaft's direction reversed in its columns.
 """
 
 import itertools

@@ -144,7 +144,8 @@ def place_of_point(radial, tangential, axial, space, j):
 
 @inlined
 def approach_and_slip(place, normal, space, j):
-    """Compute the race's velocity relative to the roller at a place [m/s]: along the normal, then slip x, y, z."""
+    """Compute the race's velocity relative to the roller in column `j` at a place: normal component, then slip [m/s].
+    """
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
@@ -174,7 +175,7 @@ def add_contact(place, normal, pressure, friction, space, j):
 
 @inlined
 def penetration(law, p_x, p_y, p_z):
-    """Compute the depth of a point below the barrel's surface [m] and the outward normal there, in closed form."""
+    """Compute the depth of a point below the barrel roller's surface [m] and its outward normal, in closed form."""
     rho = math.sqrt(p_x * p_x + p_y * p_y)
     s = rho + law.inner_radius
     distance = math.sqrt(s * s + p_z * p_z)

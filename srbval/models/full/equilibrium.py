@@ -127,7 +127,7 @@ def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tu
 
 
 def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray) -> FloatArray:
-    """Compute a Newton step of the ring's position, [3], at most `LONGEST_STEP_M`, with the rollers in balance."""
+    """Compute a Newton step of the ring's position [m], at most `LONGEST_STEP_M`, with the rollers kept in balance."""
     slide_n, _, _ = statics.forces(slide, ring)
     stiffness = statics.slide_stiffness(slide, ring, slide_n)
     moved = [statics.forces(slide, ring + NUDGE_M * axis) for axis in np.eye(3)]

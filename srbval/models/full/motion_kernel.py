@@ -37,7 +37,7 @@ WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 @kernel
 def rates_and_loads(t, y, model, rate, totals, loads):
-    """Evaluate `right_hand_side` without the contacts' damping matrices; callable from Python."""
+    """Evaluate `right_hand_side` without damping matrices of the contacts; callable from Python."""
     right_hand_side(t, y, model, rate, totals, loads, None)
 
 

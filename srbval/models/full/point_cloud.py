@@ -112,7 +112,7 @@ def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_pe
 
 
 def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
-    """Compute the least gap [m] between a roller that just touches a race and a point one spacing aside."""
+    """Compute the least gap [m] at a race point one spacing beside the place where a roller just touches the race."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     return SAGITTA_SHARE * spacing**2 / 2 * (1 / roller_radius_m + 1 / race_radius_m)
 

@@ -135,7 +135,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """Choose the cheapest number of points per circle for a lane group; returns it and the largest number needed.
+    """Choose the fastest number of points per circle for a lane group; returns it and the largest number needed.
 
     Contacts that need more points are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
     """
@@ -214,7 +214,7 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
 
 @kernel_part
 def spacing_of_windows(count, patch):
-    """Compute the angle between the points of windows [rad]; 0 with a `patch` or slices, which follow the roller."""
+    """Compute the angle between race points in windows [rad]; 0 with a `patch` or slices, which follow the roller."""
     if patch is None:
         return 0.0
     return 0.0 if patch.shape[1] > 0 else 2.0 * math.pi / count
@@ -222,7 +222,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a contact's column (not its axes A and B), clear the copy's sums, and move the original out of reach."""
+    """Copy a contact (not the rows A and B of its column), clear the copy's sums, move the original out of reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]

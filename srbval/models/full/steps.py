@@ -1,4 +1,4 @@
-"""Python calls of the full model's kernels: rates of a state, and steps of a method."""
+"""Functions that call the full model's kernels from Python: rates of a state, and steps of a method."""
 
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ class Rates(NamedTuple):
 
 
 def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
-    """Evaluate the equations of motion at one time and state."""
+    """Evaluate the equations of motion for one state at one time."""
     rate, totals = np.zeros_like(state), np.zeros(col.TOTALS)
     loads = np.zeros((2, len(model.slot_angle), CIRCLES_PER_RACE))
     rates_and_loads(time_s, state, model, rate, totals, loads)
