@@ -22,6 +22,11 @@ FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "doc
 DRAWING = ("srbval.report.", "matplotlib")
 WRITING_FUNCTIONS = {"document", "to_json", "json_text", "write_json", "move_listed_files", "content_sha256"}
 GATHERING = ("findings", "pages.py", "reports.py")  # of the report: what is shown, before anything is drawn
+EMPTY_WORDS = """
+    all answers behind beside both columns counts data drawn each entries facts few found given held here items kept
+    kinds known least lines lists looks made many marks more most names numbers one ones other others own parts read
+    rest results rows said same shown small stated stored tables taken texts things told values whole words
+"""
 LIMITS = Path(__file__).with_name("size_limits.toml")
 MOST_ARGUMENTS = 8  # of a function that is neither a kernel nor a public entry point
 LEAST_OF_ITS_OWN = 60  # lines of a file that one other file imports; a shorter one belongs into that one
@@ -79,9 +84,39 @@ def test_nothing_imports_the_whole_package():
                 assert {alias.name for alias in node.names} <= {"__version__", *ORDER}, path
 
 
-def test_no_class_name_occurs_twice():
-    names = Counter(node.name for tree in SOURCES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
-    assert [name for name, count in names.items() if count > 1] == []
+def names_of_modules() -> Iterator[tuple[str, str]]:
+    """Names of functions, classes and constants of modules, with their module.
+
+    Type variables are left out, and the folders of studies, each of which has the functions of the others.
+    """
+    for path in FILES:
+        for node in SOURCES[path].body if path.parent.parent.name != "studies" else ():
+            value = getattr(node, "value", None)
+            if isinstance(value, ast.Call) and ast.unparse(value.func) == "TypeVar":
+                continue
+            targets = getattr(node, "targets", [getattr(node, "target", None)])
+            named = [name.id for target in targets if target for name in ast.walk(target) if isinstance(name, ast.Name)]
+            for name in named if isinstance(node, ast.Assign | ast.AnnAssign) else [getattr(node, "name", "_")]:
+                yield name, module_name(path)
+
+
+def test_no_public_name_occurs_twice():
+    modules: dict[str, set[str]] = {}
+    for name, module in names_of_modules():
+        if not name.startswith("_"):
+            modules.setdefault(name, set()).add(module)
+    assert {name: found for name, found in modules.items() if len(found) > 1} == {}
+    classes = Counter(
+        node.name for tree in SOURCES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in classes.items() if count > 1] == []
+
+
+def test_no_name_is_an_empty_word():
+    empty = [
+        f"{module}.{name}" for name, module in names_of_modules() if name.strip("_").lower() in EMPTY_WORDS.split()
+    ]
+    assert empty == []
 
 
 def offered(path: Path) -> set[str]:
@@ -265,7 +300,7 @@ ANALYSE = {"scipy.fft", "scipy.linalg", "scipy.ndimage", "scipy.special"}
 
 @pytest.mark.parametrize(("command", "allowed"), [("--help", set()), ("analyse OR_877rpm_sample.h5", ANALYSE)])
 def test_commands_load_nothing_heavy(command, allowed):
-    code = f"import sys; from srbval.cli import run_command_line\ntry: run_command_line({command.split()})\n"
+    code = f"import sys; from srbval.cli import main\ntry: main({command.split()})\n"
     code += f"finally: print(*{HEAVY - allowed} & set(sys.modules), file=sys.stderr)"
     run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert run.stderr == "\n"

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 
-TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
+ERROR_TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
 FINER_STEP_MARGIN = 1.0  # standard errors by which an error must exceed its tolerance before a finer step is chosen
 TAIL_PROBABILITY = 0.025  # probability, on either side, that an error exceeds its tolerance by chance alone
 MIN_DEGREES_OF_FREEDOM = 0.1  # of Student's t, for a single block, which has no scatter
@@ -15,7 +15,7 @@ BLOCKS = 8  # blocks of a piece; the larger scatter of blocks and of pairs count
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """Estimated relative error of the quantity `of`, of a `kind` of `TOLERANCE`, with its standard error `scatter`."""
+    """Estimated relative error of the quantity `of`, with its standard error; `kind` names its `ERROR_TOLERANCE`."""
 
     kind: str
     of: str
@@ -26,25 +26,25 @@ class Estimate:
     @property
     def exceeds_tolerance(self) -> bool:
         """True if the error exceeds its tolerance by more than `FINER_STEP_MARGIN` standard errors."""
-        return not abs(self.error) <= TOLERANCE[self.kind] + FINER_STEP_MARGIN * self.scatter
+        return not abs(self.error) <= ERROR_TOLERANCE[self.kind] + FINER_STEP_MARGIN * self.scatter
 
     def certainly_exceeds(self, limit: float | None = None) -> bool:
         """True if the error exceeds `limit` (default: its tolerance) by more than chance explains."""
         from scipy.special import stdtrit  # takes a while to load
 
         errors = -float(stdtrit(max(self.blocks - 1, MIN_DEGREES_OF_FREEDOM), TAIL_PROBABILITY))
-        return not abs(self.error) <= (TOLERANCE[self.kind] if limit is None else limit) + errors * self.scatter
+        return not abs(self.error) <= (ERROR_TOLERANCE[self.kind] if limit is None else limit) + errors * self.scatter
 
     @property
     def undecided(self) -> bool:
         """True if the error is neither certainly above its tolerance nor certainly within the tolerance."""
         largest = abs(self.error) * (1 + ORDER_UNCERTAINTY) + self.scatter
-        return not self.certainly_exceeds() and largest > TOLERANCE[self.kind]
+        return not self.certainly_exceeds() and largest > ERROR_TOLERANCE[self.kind]
 
     def __str__(self) -> str:
         return (
             f"{self.of} {100 * self.error:+.2g} % (standard error {100 * self.scatter:.1g} %, "
-            f"limit {100 * TOLERANCE[self.kind]:g} %)"
+            f"limit {100 * ERROR_TOLERANCE[self.kind]:g} %)"
         )
 
 
@@ -108,7 +108,7 @@ class StepError:
     def to_dict(self) -> dict[str, float]:
         """Largest error of each kind and its standard error [%]; NaN for a kind without estimates."""
         found: dict[str, float] = {}
-        for kind in TOLERANCE:
+        for kind in ERROR_TOLERANCE:
             none = Estimate(kind=kind, of="", error=math.nan, scatter=math.nan)
             worst = max((e for e in self.estimates if e.kind == kind), key=lambda e: abs(e.error), default=none)
             found |= {f"{kind}_pct": 100 * worst.error, f"{kind}_scatter_pct": 100 * worst.scatter}

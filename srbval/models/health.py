@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 from functools import cache
 
-from srbval.models.estimates import REFINEMENT, TOLERANCE, Estimate
+from srbval.models.estimates import REFINEMENT, ERROR_TOLERANCE, Estimate
 from srbval.models.hierarchy import level_of
 from srbval.models.outputs import DEPTH_LIMIT_M
 from srbval.models.run import RunStatus, RunSummary, bearing_of_run
@@ -256,7 +256,7 @@ def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
     solver = f"take the solver {default_solver()} (--solver)"
     if error is not None and error.stalled:
         return f"steps {REFINEMENT} times finer have the same errors{f': {solver}' if other else ''}"
-    times = max((abs(e.error) / TOLERANCE[e.kind] for e in beyond), default=2.0)
+    times = max((abs(e.error) / ERROR_TOLERANCE[e.kind] for e in beyond), default=2.0)
     if times > MAX_COST_FACTOR:
         return solver if other else f"no step is fine enough at less than {MAX_COST_FACTOR} times the cost of this run"
     step = f"a step of {_recommended_step(run, 2 ** math.ceil(math.log2(times)))} (--dt)"

@@ -12,7 +12,7 @@ import pytest
 
 from srbval import load_bearing, load_recording, write_run
 from srbval.models import full_run, outputs
-from srbval.models.estimates import BLOCKS, REFINEMENT, TOLERANCE, Estimate, StepError
+from srbval.models.estimates import BLOCKS, REFINEMENT, ERROR_TOLERANCE, Estimate, StepError
 from srbval.models.full.steps import take_steps
 from srbval.models.full_run import run_full
 from srbval.models.health import assess
@@ -132,7 +132,7 @@ def test_the_estimate_is_the_error_against_a_finer_run():
     )
     for true in estimate_errors(run, right):
         name, estimate = true.of, estimated[true.of]
-        room = 3 * math.hypot(true.scatter, estimate.scatter) + 0.3 * TOLERANCE[estimate.kind]
+        room = 3 * math.hypot(true.scatter, estimate.scatter) + 0.3 * ERROR_TOLERANCE[estimate.kind]
         assert abs(estimate.error - true.error) < max(room, 0.5 * abs(true.error)), name
     assert any(abs(e.error) > 2 * e.scatter for e in estimated.values()), "something to tell"
 
@@ -152,7 +152,7 @@ def test_a_chosen_step_is_legal_and_costs_at_most_eight_times_the_scenes(scene, 
     assert 2 <= times <= MAX_REFINEMENT * (1 + 1e-9)
     assert error.step_s == pytest.approx(chosen.solver.step_s)
     # Euler's steps leave a twentieth of the losses without a source at any step; bands are beyond by chance or not.
-    assert (error.needs_finer_steps or abs(error.energy) > TOLERANCE["drive_power"]) is not enough
+    assert (error.needs_finer_steps or abs(error.energy) > ERROR_TOLERANCE["drive_power"]) is not enough
 
 
 def test_the_chosen_step_of_the_papers_scene_is_known_to_be_fine_enough():
@@ -206,7 +206,7 @@ def test_a_step_by_hand_that_is_too_long_is_kept_and_told(tmp_path):
     with h5py.File(path) as file:
         numerics = json.loads(file.attrs["numerics"])
         assert file.attrs["status"] == "inaccurate"
-    assert abs(numerics["band_rms_pct"]) > 100 * TOLERANCE["band_rms"]
+    assert abs(numerics["band_rms_pct"]) > 100 * ERROR_TOLERANCE["band_rms"]
 
 
 ROUNDING = 1e-12  # of a sum of two frequencies

@@ -13,7 +13,7 @@ import pytest
 
 from srbval import Run, RunStatus, Scene
 from srbval.models import outputs
-from srbval.models.estimates import TOLERANCE, Estimate
+from srbval.models.estimates import ERROR_TOLERANCE, Estimate
 from srbval.models.health import CAUTION, SLIDING, default_solver
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
@@ -87,7 +87,7 @@ def is_off(own: Attempt, right: Attempt) -> bool:
     assert right.run is not None
     slides = right.status in SLIDES[:2] and own.status in SLIDES
     return any(
-        abs(e.error) > (SLIDING if slides and e.kind == "cage" else TOLERANCE[e.kind]) + CHANCE * e.scatter
+        abs(e.error) > (SLIDING if slides and e.kind == "cage" else ERROR_TOLERANCE[e.kind]) + CHANCE * e.scatter
         for e in errors(own.run, right.run)
     )
 

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.bearing import load_bearing
-from srbval.models.estimates import TOLERANCE
+from srbval.models.estimates import ERROR_TOLERANCE as TOLERANCE
 from srbval.models.health import ENERGY_LIMIT, FORCE_LIMIT, SLIDING, STEP_LIMIT
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
