@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 from functools import cache
 
-from srbval.models.estimates import REFINEMENT, ERROR_TOLERANCE, Estimate
+from srbval.models.estimates import ERROR_TOLERANCE, REFINEMENT, Estimate
 from srbval.models.hierarchy import level_of
 from srbval.models.outputs import DEPTH_LIMIT_M
 from srbval.models.run import RunStatus, RunSummary, bearing_of_run

@@ -12,7 +12,7 @@ import pytest
 
 from srbval import load_bearing, load_recording, write_run
 from srbval.models import full_run, outputs
-from srbval.models.estimates import BLOCKS, REFINEMENT, ERROR_TOLERANCE, Estimate, StepError
+from srbval.models.estimates import BLOCKS, ERROR_TOLERANCE, REFINEMENT, Estimate, StepError
 from srbval.models.full.steps import take_steps
 from srbval.models.full_run import run_full
 from srbval.models.health import assess
