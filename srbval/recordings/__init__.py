@@ -1,6 +1,6 @@
-"""Recordings: the type `Recording`, loaders for files, and the register of files.
+"""Measured and simulated recordings: the type `Recording`, loaders for files, and the register of files.
 
-Other rooms import the names below from this package and any other name from its module.
+Other packages import the names in `__init__.py` from here, and any other name from its module.
 """
 
 from srbval.recordings.load import load_recording, recording_from_run

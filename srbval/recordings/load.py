@@ -63,8 +63,8 @@ def recording_from_columns(
     """Create a recording from named arrays, interpreted like the columns of a file.
 
     Times are recognised by their name, units by titles such as ``acc [g]``. `bearing` is a name, a file or a `Bearing`;
-    `column_units` and `attributes` are what a file could state. `stated` are fields of `RecordingSettings`, such as
-    `fs_hz`, `unit`, `rpm`, `channel`. Raises the errors of `load_recording`.
+    `column_units` maps columns to units, `attributes` names to facts, as a file contains them. `stated` are fields of
+    `RecordingSettings`, such as `fs_hz`, `unit`, `rpm`, `channel`. Raises the errors of `load_recording`.
     """
     own = None if bearing is None else load_bearing(bearing)
     settings = settings_of(stated | {"bearing": bearing.name if isinstance(bearing, Bearing) else bearing})
@@ -115,7 +115,7 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 
 
 def recording_from_run(run: Run) -> Recording:
-    """Create a recording from a run of any status: its sensor signal, or if it has none the ring's radial axes."""
+    """Create a recording from a simulated run of any status: sensor signal, else accelerations of the outer ring."""
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR_CHANNEL: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
@@ -141,7 +141,7 @@ def recording_from_run(run: Run) -> Recording:
 
 
 def read_file(path: Path) -> Reading:
-    """Read and interpret a file; `Reading.channel` and `Reading.fs_hz` are None if the file leaves them open."""
+    """Read and interpret a file; `Reading.channel` and `Reading.fs_hz` are None if the file does not determine them."""
     try:
         return recognise(detect_format(path).load(path))
     except OSError as error:  # deleted meanwhile, a failing disk, or no memory to map the file
@@ -206,7 +206,7 @@ def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, 
 def _recording_of_row(
     public_set: Any, facts: Mapping[str, Any], speeds: list[dict[str, Any]], stated: Mapping[str, Any]
 ) -> Recording:
-    """Create the recording of one row of metadata (`facts`), at the measured speed in `speeds` if there is one."""
+    """Create the recording of a metadata row (`facts`); `speeds` are the rows of all speed signals of the data set."""
     identity, channel, given = facts["signal_id"], facts["channel"], {"fs_hz": facts["fs"], **stated}
     theirs, ours = SET_UNITS.get(facts.get("quantity", ""), (None, None))
     try:
@@ -240,7 +240,7 @@ def _recording_of_row(
 
 
 def _bearing_of_set(facts: Mapping[str, Any], dataset: str) -> Bearing | None:
-    """Bearing from the data set's fault orders, else from its designation; None if the set states neither."""
+    """Bearing with the fault orders in a metadata row (`facts`), else with its designation; None without either."""
     model, orders = facts.get("bearing_model"), [str(facts.get(key)) for key in ("bpfo", "bpfi", "bsf", "ftf")]
     if "None" in orders:
         return load_bearing(model) if model else None

@@ -1,4 +1,4 @@
-"""The manifest of the register: one entry per inspected file, in a JSON file in the user's home folder."""
+"""Manifest of the register of recordings: a JSON file in `home_folder` with one entry per inspected file."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class FileStatus(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisteredRecording:
-    """Entry of the register for one file; hash, size and modification time are from the first registration.
+    """Entry of one file in the register of recordings; hash, size and modification time are from its registration.
 
     `reason` explains every status except ok, and lists the open questions of an ok file. A fact is None if neither the
     file nor the user states it; `cautions` is None if the file was not read. If a file was used without being
@@ -80,7 +80,7 @@ class RegisteredRecording:
 
     @property
     def operating_point(self) -> tuple[Fault | None, float | None, float | None, float | None]:
-        """State, radial load [kN], axial load [kN] and nominal speed [rpm]."""
+        """Bearing state, radial load [kN], axial load [kN] and nominal speed [rpm]."""
         return self.state, self.radial_kn, self.axial_kn, self.nominal_rpm
 
     def with_status(self, status: FileStatus, reason: str) -> RegisteredRecording:
@@ -92,7 +92,7 @@ EntriesByFile = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
-    """Recordings without duplicates: the first of each SHA-256 and settings, and all without a hash."""
+    """Remove duplicates: keep the first recording with the same SHA-256 and settings, and all without SHA-256."""
     found: dict[object, RegisteredRecording] = {}
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
@@ -102,10 +102,10 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 def inspect_file(
     path: Path, settings: RecordingSettings | None = None, old: RegisteredRecording | None = None
 ) -> RegisteredRecording:
-    """Create the register's entry for a file: a failure becomes a `status`, open questions become a `reason`.
+    """Create the register's entry for a file; a failure determines its `status`, open questions are in its `reason`.
 
-    If the content differs from the `old` entry, this entry is returned with the new status. An unchanged file is read
-    again only if the settings differ.
+    If the content has changed since the `old` entry, the old entry is returned with the new status. An unchanged file
+    is read again only if the settings differ.
     """
     entry = old or RegisteredRecording(file=str(path), registered=False)
     try:
@@ -182,7 +182,7 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
 
 
 def _own_output(path: Path) -> str | None:
-    """Description of the report or campaign of srbval that contains the file; None for any other file."""
+    """Name the report or campaign by srbval that the file is a part of; None for any other file."""
     for folder in path.parents[:2]:
         for what, shown_by, mark, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():
@@ -221,7 +221,7 @@ def manifest_path() -> Path:
 
 
 def read_manifest() -> EntriesByFile:
-    """Entries by file path, except changed files that were never registered; `DataError` if unreadable."""
+    """Entries of the manifest by file path, without changed files that were not registered; `DataError` if damaged."""
     path = manifest_path()
     try:
         entries = _parse_manifest(path.read_bytes()) if os.path.exists(path) else ()
@@ -237,7 +237,7 @@ def _parse_manifest(content: bytes) -> tuple[RegisteredRecording, ...]:
     """Entries in the content of a manifest; cached, because a command may read the manifest for every file."""
     document = parse_json(content)
     if document["schema_version"] != MANIFEST_SCHEMA:
-        raise ValueError(f"its schema is {document['schema_version']}; {MANIFEST_SCHEMA} is read")
+        raise ValueError(f"its schema version is {document['schema_version']}; only {MANIFEST_SCHEMA} can be read")
     return tuple(build(RegisteredRecording, table, "recordings") for table in document["recordings"])
 
 

@@ -48,7 +48,7 @@ class RawFile:
         return held[name] if name in held else {key.lower(): value for key, value in held.items()}.get(name.lower())
 
     def check_usable(self, name: str) -> None:
-        """Raise `DataError` if the variable is `unusable`."""
+        """Raise `DataError` if samples of the variable cannot be read (`unusable`)."""
         if name in self.unusable:
             raise DataError(f"{self.path}: {self.unusable[name]}")
 
@@ -132,7 +132,7 @@ def first_line(error: Exception, longest: int = LONGEST_ERROR) -> str:
 
 
 def memory_limit_bytes(path: Path, expansion: int = EXPANSION) -> int:
-    """Largest memory that a file's contents may occupy; a few damaged bytes could request terabytes."""
+    """Largest memory that a file's contents may occupy, by the file's size; damaged bytes could request terabytes."""
     return expansion * path.stat().st_size + FREE_BYTES
 
 
@@ -141,6 +141,6 @@ def check_claim(path: Path, claimed_bytes: int, what: str, expansion: int = EXPA
     limit = memory_limit_bytes(path, expansion)
     if claimed_bytes > limit:
         raise DataError(
-            f"{path}: {what} claims {claimed_bytes} bytes in a file of {path.stat().st_size}; the limit is "
+            f"{path}: {what} claims {claimed_bytes} bytes in a file of {path.stat().st_size} bytes; the limit is "
             f"{limit}. The file is damaged or not a recording."
         )

@@ -1,4 +1,4 @@
-"""Contents of a file as interpreted by a recogniser, before the user's settings are applied."""
+"""Contents of a file as interpreted by `recognise`, before the user's settings are applied."""
 
 import functools
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ def scaled(value: float | str | None, factor: float) -> float | None:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
-    """Stored samples [n] of one channel, float64 or if long float32; samples times `factor` are in `unit`.
+    """Channel with samples [n] as stored (float64, or float32 if long); samples times `factor` are in `unit`.
 
     `unit` is ``unknown`` if the data set is known to state none. `unit` is None if the file should have stated a unit,
     or stated one that is not known (`unknown_unit`). With `whole_numbers` the samples are counts of a converter with an
@@ -77,11 +77,11 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading(SourceFacts):
-    """Contents of a file; `channel` and `fs_hz` are None if the file leaves them open.
+    """Interpreted contents of a file; `channel` and `fs_hz` are None if the file does not determine them.
 
-    `rate_problem` is the reason why the rate is open. `times` contains the times of the samples by the length of the
-    signal. `speed_problem` is the reason not to trust the speed in the file; only a speed stated by the user resolves
-    it.
+    `rate_problem` is the reason why the sampling rate is not determined. `times` maps a number of samples to the times
+    of signals of this length. `speed_problem` is the reason not to trust the speed in the file; only a speed stated by
+    the user resolves it.
     """
 
     channels: Mapping[str, Channel]
@@ -94,13 +94,13 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of the channels that may be analysed: vibrations without a problem, otherwise all but rotations."""
+        """Names of channels that may be analysed: vibrations without a `problem`, or if none, all but rotations."""
         sound = tuple(name for name, channel in self.channels.items() if channel.vibrates and not channel.problem)
         return sound or tuple(name for name, channel in self.channels.items() if not channel.rotates)
 
     @property
     def main(self) -> Channel:
-        """Channel to analyse, or the first candidate if the user has not chosen yet."""
+        """Channel to analyse, or the first channel that may be analysed if none is chosen yet."""
         names = self.axes or self.vibrations or tuple(self.channels)
         return self.channels[names[0] if self.channel is None else self.channel]
 
@@ -110,14 +110,14 @@ class Reading(SourceFacts):
         return self.times.get(self.main.samples.size)
 
     def check_main(self) -> None:
-        """Raise `DataError` if the channel to analyse, or every candidate for it, has a problem."""
+        """Raise `DataError` if the channel to analyse, or without a choice every possible channel, has a problem."""
         names = self.axes or ((self.channel,) if self.channel is not None else self.vibrations)
         problems = [self.channels[name].problem for name in names]
         if problems and all(problems):
             raise DataError(str(problems[0]))
 
     def all_cautions(self) -> tuple[str, ...]:
-        """Cautions about the file and the channel to analyse, or about every channel if the choice is open."""
+        """Cautions about the file and the channel to analyse, or about every channel if none is chosen yet."""
         if self.channel is not None:
             return self.cautions + self.channels[self.channel].cautions
         return self.cautions + tuple(f"{printable(n)}: {c}" for n, ch in self.channels.items() for c in ch.cautions)

@@ -27,7 +27,7 @@ SPEED_VARIABLE, SPEED_TIME, SPEED_RATE = "shaft_speed_hz", "shaft_time_s", "shaf
 
 
 class Origin(enum.StrEnum):
-    """Origin of a signal; only `MEASURED` signals are reported and counted as measurements."""
+    """Origin of a signal (a stand-in is synthetic); only `MEASURED` signals are reported as measurements."""
 
     MEASURED = "measured"
     SIMULATED = "simulated"
@@ -73,8 +73,8 @@ class SourceFacts:
 
     `own_bearing` is the bearing stored with a simulated run, `cage_hz` the mean cage speed of a simulation. With
     `interval_means` the samples are means over output intervals, as in this program's runs. `resampling_error` is the
-    estimated error of resampling divided by the signal's RMS, both in the band. `notes` name the source of each fact;
-    `cautions` list reasons why results may be wrong.
+    estimated error of resampling divided by the signal's RMS, both in the demodulation band. `notes` name the source of
+    each fact; `cautions` list reasons why results may be wrong.
     """
 
     origin: Origin
@@ -96,7 +96,7 @@ class SourceFacts:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording(SourceFacts, NotebookObject):
-    """Vibration of one bearing: `channels` contains samples [n] by name, all at the sampling rate `fs_hz`.
+    """Vibration of one bearing: `channels` maps names to samples [n], all at the sampling rate `fs_hz`.
 
     Samples are float64, or float32 if the record is long. `channel` is the channel to analyse; a simulated run has two
     radial `axes` instead, which are rotated into the sensor's direction. `unit` is ``m/s2`` (velocities: ``mm/s``,
@@ -221,7 +221,7 @@ class Recording(SourceFacts, NotebookObject):
         return facts | {"facts": json.dumps(to_json(stated))}
 
     def to_xarray(self) -> xarray.Dataset:
-        """Convert to an xarray data set, which `from_xarray` converts back, also from a file of its ``to_netcdf``."""
+        """Convert to an xarray data set; `from_xarray` restores the recording from it or from its netCDF file."""
         signals: dict[str, Any] = {name: ("time_s", x, {"units": self.unit}) for name, x in self.channels.items()}
         times = {"time_s": ("time_s", self.time_s, {"units": "s"})}
         if (course := self.speed_signal) is not None:

@@ -1,4 +1,4 @@
-"""The register of recordings: functions for `srbval data add`, `list`, `verify`, `remove`, `fetch`; searches in it."""
+"""The register of recordings: functions of the commands `srbval data add`, `list`, `fetch` etc., and searches in it."""
 
 import contextlib
 import logging
@@ -170,7 +170,7 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
     if not pinned:
         downloadable = ", ".join(d.name for d in known_datasets() if any(f.url and f.sha256 for f in d.files))
         raise DataError(
-            f"{name}: no pinned files to download (licence: {wanted.licence}); {by_hand}. Downloadable: {downloadable}."
+            f"{name}: no files to download (licence: {wanted.licence}); {by_hand}. Downloadable: {downloadable}."
         )
     target = Path(folder) if folder is not None else home_folder() / "recordings" / name
     downloader = pooch.HTTPDownloader(timeout=TIMEOUT_S)
@@ -228,7 +228,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Current entries of `files`; an unchanged file is read again only if `again`, or if settings are stated."""
+    """Update the entries of `files`; an unchanged file is read again only if `again` or if settings are stated."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]
@@ -252,7 +252,7 @@ def _inspect(
 def rig_recordings(
     registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
 ) -> Registered:
-    """Usable recordings of the Torino rig, full ones first; shipped ones if no other has their operating point."""
+    """Usable Torino recordings, full ones first; a shipped excerpt only if no other has its operating point."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
     shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and r.operating_point not in points]
@@ -265,7 +265,7 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 
 
 def is_unopened(entry: RegisteredRecording) -> bool:
-    """True for a rig record if no record with its content or operating point was opened (`ExpectedFile.used_for`)."""
+    """True for a Torino record if its content and operating point were unknown when the model was developed."""
     excerpts = dataset(RIG_DATASETS[-1])
     opened = {file.sha256 for file in excerpts.files if file.used_for}
     known = entry.sha256 in opened or entry.operating_point in excerpts.operating_points
@@ -273,7 +273,7 @@ def is_unopened(entry: RegisteredRecording) -> bool:
 
 
 def find_recording(*, state: Fault, nominal_rpm: float) -> RegisteredRecording | None:
-    """Longest recording of the Torino rig with this state, speed [rpm] and only a radial load `RADIAL_KN`, or None."""
+    """Longest Torino recording of this bearing state and speed, radial load `RADIAL_KN` and no axial load, or None."""
     found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
     at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (RADIAL_KN, 0.0)]
     return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
@@ -344,7 +344,7 @@ def find_shipped(name: str | Path) -> str | Path:
 def load_registered(
     path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
 ) -> Recording:
-    """Load a recording with its settings from `registered_settings`."""
+    """Load a recording with `settings`, completed by the settings in the register (see `registered_settings`)."""
     return load_recording(path, registered_settings(path, settings, band_hz))
 
 

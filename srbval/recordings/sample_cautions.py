@@ -20,7 +20,7 @@ CODE_ROUNDING = 0.01  # of a digital step
 
 
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
-    """Cautions about clipped and repeated samples, with their numbers; none for a constant signal.
+    """Cautions about clipped and repeated samples, with the number of these samples; none for a constant signal.
 
     A long signal is checked in blocks; a caution describes the first block and gives the number of affected blocks.
     """
@@ -66,7 +66,7 @@ def _share(count: int, samples: FloatArray) -> str:
 
 
 def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
-    """Length [samples] from which a run of equal samples is no coincidence in a record of `total` samples."""
+    """Least length [samples] of a run of equal samples that is no coincidence in a record of `total` samples."""
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf
@@ -75,7 +75,7 @@ def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int
 
 
 def _full_scale(samples: FloatArray, extreme: float) -> int | None:
-    """Bits of a converter with the limit `extreme`, or None; its digital step is 1 or the smallest nonzero value."""
+    """Bits of an A/D converter with the limit `extreme`, or None; its step is 1 or the smallest nonzero value."""
     smallest = float(np.abs(samples[samples != 0]).min())
     for step in (1.0, smallest):
         code = extreme / step if step > np.abs(samples).max() / 2**32 else 0.0

@@ -53,8 +53,8 @@ class RecordingSettings:
 
     `unit` is the unit of the samples times `scale`; `sensitivity_mv_per_g` converts V or mV to g. `tacho` is the
     tachometer's channel. With `rpm_tolerance_pct`, `rpm` is a set point that the shaft keeps within this tolerance (95
-    %), otherwise a measured speed. `bearing` is a name or a TOML file. `auto_band` selects a demodulation band by the
-    record.
+    %), otherwise a measured speed. `bearing` is a name or a TOML file. With `auto_band` the demodulation band is
+    selected from the record.
 
     For simulated signals: `origin` is simulated, if the file does not state so; `resample_hz` is the new rate for the
     uneven times of a variable-step solver; the first `skip_s` are cut; `derivative` is 1 if the samples are velocities,
@@ -90,13 +90,13 @@ class RecordingSettings:
                 raise ConfigurationError(f"{name} = {value:g} must be a positive number.")
         if self.rpm_tolerance_pct is not None and (self.rpm is None or self.rpm_tolerance_pct > MOST_TOLERANCE_PCT):
             raise ConfigurationError(
-                f"a tolerance of {self.rpm_tolerance_pct:g} % belongs to a speed of --rpm and is at most "
+                f"a tolerance of {self.rpm_tolerance_pct:g} % needs a speed, --rpm, and must be at most "
                 f"{MOST_TOLERANCE_PCT:g} %; --rpm is {'not given' if self.rpm is None else f'{self.rpm:g}'}."
             )
         if self.skip_s is not None and not (0 <= self.skip_s < math.inf):
             raise ConfigurationError(f"skip_s = {self.skip_s:g} must be a time of 0 s or more.")
         if self.derivative not in (None, *DERIVATIVES.values()):
-            raise ConfigurationError(f"derivative {self.derivative} must be 1, of a velocity, or 2, of a position.")
+            raise ConfigurationError(f"derivative {self.derivative} must be 1 (velocities) or 2 (positions).")
         if self.unit is not None and self.unit not in UNITS:
             if (known := known_unit(self.unit)) not in UNITS:
                 raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
@@ -210,7 +210,7 @@ def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading
 
 
 def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Any]:
-    """Fields of `Reading`: sampling rate by the user, the file, its times or the channel, or the reason for none."""
+    """Sampling rate from the user, the file, its times or the channel, else the problem; as fields of `Reading`."""
     time, fs_hz = reading.time, reading.fs_hz
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
@@ -233,7 +233,7 @@ def _prepare_signals(
     turning = {name: as_rotation(path, reading.channels[name]) for name in (cage, shaft) if name is not None}
     reading = dataclasses.replace(reading, channels={**reading.channels, **turning})
     if reading.channel in turning or not set(reading.channels) - set(turning):
-        raise DataError(f"{path}: no vibration except {' and '.join(turning)}; choose another --channel.")
+        raise DataError(f"{path}: no vibration to analyse, only {' and '.join(turning)}; choose another --channel.")
     wanted, unit, time = settings.derivative, reading.main.recording_unit, reading.time
     if wanted is not None and DERIVATIVES.get(unit) != wanted:
         fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
@@ -261,7 +261,7 @@ def _prepare_signals(
 
 
 def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
-    """Channels with the stated unit, scale, sensitivity, state, bearing and band."""
+    """Channels of `reading` with the unit, scale, sensitivity, state, bearing and band that the user states."""
     stated = {key: getattr(settings, key) for key in ("state", "bearing", "band_hz")}
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
@@ -289,7 +289,7 @@ def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings
 
 
 def _unit_changes(path: Path, name: str, channel: Channel, settings: RecordingSettings) -> dict[str, Any]:
-    """Changes of a channel by the user's unit; a caution or a problem if the file states another unit."""
+    """Fields of a channel that the user's unit changes; a caution or a problem if the file states another unit."""
     unit, own = settings.unit, channel.unit
     if unit is None and own is None and settings.derivative is not None:
         unit = DERIVATIVE_UNITS[settings.derivative]
@@ -360,7 +360,7 @@ def _rate_question(reading: Reading) -> OpenQuestion:
 
 
 def _likely_unit(channel: Channel) -> str:
-    """Unit for the example in a question, by the name of the channel."""
+    """Unit to propose to the user for a channel without a unit, guessed from the channel's name."""
     if channel.whole_numbers or channel.unknown_unit:
         return UNKNOWN
     name = (channel.variable or "").lower()
@@ -386,7 +386,7 @@ def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
         return lower[0]
     known, held = list(reading.channels), "it has"
     if len(known) > NAMED_CHANNELS:
-        held = f"the nearest of {len(known)} are"
+        held = f"the most similar of {len(known)} names are"
         known = difflib.get_close_matches(wanted, known, MAX_SUGGESTIONS, cutoff=0.0)
     raise DataError(f"{path}: no channel {printable(wanted)!r}; {held} {', '.join(_printable_names(known))}.")
 
@@ -397,9 +397,9 @@ def _printable_names(channels: Iterable[str]) -> list[str]:
 
 
 def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping[Path, RecordingSettings]:
-    """Read a CSV table of labels: settings by file below `folder`.
+    """Read a CSV table with settings of files below `folder`, one file per row; return the settings by file.
 
-    The columns are ``file`` and fields of `RecordingSettings`; an empty field leaves the value in `common`. If
+    The columns are ``file`` and fields of `RecordingSettings`; for an empty field the value in `common` is used. If
     semicolons or tabs separate the columns, decimals may have commas. `ConfigurationError` lists all errors in the
     table.
     """
@@ -414,12 +414,12 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     if FILE_COLUMN not in names or len(set(names)) < len(names):
         wrong.append(f"each column must occur once, and {FILE_COLUMN!r} is required")
     if wrong or not body:
-        raise ConfigurationError(f"{table}: {'; '.join(wrong) or 'no row below its header'}.")
+        raise ConfigurationError(f"{table}: {'; '.join(wrong) or 'the table has no row below its header'}.")
     found: dict[Path, RecordingSettings] = {}
     for number, row in enumerate(body, 1):
         try:
             if len(row) != len(names):
-                raise ConfigurationError(f"{len(row)} fields where the header has {len(names)}")
+                raise ConfigurationError(f"it has {len(row)} fields, the header {len(names)}")
             stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip()}
             file = Path(os.path.abspath(folder / stated.pop(FILE_COLUMN, "")))
             if not file.is_file():

@@ -28,11 +28,11 @@ MIRRORED = 4096  # length of the mirror image that extends a signal at each end 
 
 
 def without_settling(path: Path, reading: Reading, times_s: FloatArray, skip_s: float) -> Reading:
-    """Cut the first `skip_s` seconds off all channels with these times; `DataError` if too little remains."""
+    """Cut the first `skip_s` seconds off all channels sampled at `times_s`; `DataError` if too little remains."""
     first, signal = int(np.searchsorted(times_s, times_s[0] + skip_s)), reading.speed_signal
     if times_s.size - first < MIN_SAMPLES:
         raise DataError(
-            f"{path}: it lasts {times_s[-1] - times_s[0]:.6g} s; without the first {skip_s:g} s (--skip) "
+            f"{path}: the record lasts {times_s[-1] - times_s[0]:.6g} s; without the first {skip_s:g} s (--skip) "
             f"{times_s.size - first} samples remain, and {MIN_SAMPLES} are needed. Skip less."
         )
     channels = dict(reading.channels)
@@ -59,15 +59,15 @@ def as_rotation(path: Path, channel: Channel) -> Channel:
     if unit in REVOLUTIONS:
         return replace(channel, samples=np.unwrap(channel.samples * REVOLUTIONS[unit], period=1.0), unit="rev")
     raise DataError(
-        f"{path}: {name} is no angle or speed by its unit, {channel.unit or 'which is not stated'}; one of "
-        f"{', '.join((*REVOLUTIONS, *SPEED_HZ))} is needed, as in 'cage [rad]' or 'cage_rad_s'."
+        f"{path}: {name} must be an angle or a speed; its unit is {channel.unit or 'not stated'} instead of one of "
+        f"{', '.join((*REVOLUTIONS, *SPEED_HZ))}. State it in the name, as in 'cage [rad]' or 'cage_rad_s'."
     )
 
 
 def mean_hz(path: Path, rotation: Channel, times_s: FloatArray) -> float:
     """Mean frequency of a rotation [Hz], positive: mean of a speed, or slope of the line fitted to an angle."""
     if (count := rotation.samples.size) != times_s.size:
-        raise DataError(f"{path}: {rotation.variable} has {count} samples, the vibration {times_s.size}.")
+        raise DataError(f"{path}: {rotation.variable} has {count} samples instead of the vibration's {times_s.size}.")
     if rotation.unit == "Hz":
         return abs(float(np.trapezoid(rotation.samples, times_s) / (times_s[-1] - times_s[0])))
     return abs(float(np.polynomial.polynomial.polyfit(times_s - np.mean(times_s), rotation.samples, 1)[1]))
@@ -76,11 +76,11 @@ def mean_hz(path: Path, rotation: Channel, times_s: FloatArray) -> float:
 def resample_channels(
     path: Path, reading: Reading, times_s: FloatArray, fs_hz: float, derivatives: Mapping[str, int]
 ) -> Reading:
-    """Resample all channels with these times to `fs_hz`, and estimate the error for the channel to analyse.
+    """Resample all channels sampled at `times_s` to `fs_hz`, and estimate the error for the channel to analyse.
 
-    The error is the difference between cubic and quintic splines divided by the RMS, both in the band and after the
-    derivative that `derivatives` contains for the channel's unit. Raises `DataError` if the steps are too long for the
-    band, or the rate does not fit the record.
+    The error is the difference between cubic and quintic splines divided by the RMS, both in the demodulation band and
+    after differentiation to an acceleration (`derivatives` maps units to orders). Raises `DataError` if the steps are
+    too long for the band, or the rate does not fit the record.
     """
     main, band_hz = reading.main, reading.main.band_hz
     cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
@@ -99,7 +99,7 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Raise `DataError` if rate or steps do not fit the band; return a caution for long steps if there is no band."""
+    """Raise `DataError` if the new rate or the steps do not fit the band; without a band, caution of long steps."""
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:
@@ -107,7 +107,7 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
     if not low <= fs_hz <= high:
         raise DataError(
             f"{path}: --resample {fs_hz:g} Hz must be between {low:.6g} and {high:.6g} Hz: at most "
-            f"{MOST_SAMPLES} times as many samples, and a rate of which {PASSED:g} contains the band."
+            f"{MOST_SAMPLES} times as many samples as in the file, and the band ends below {PASSED:g} times the rate."
         )
     at, highest_hz = int(np.argmax(steps)), band_hz[1] if band_hz else kept_hz
     longest, limit = float(steps[at]), (LONGEST_STEP if band_hz else LONGEST_WITHOUT_BAND) / highest_hz
@@ -124,9 +124,9 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
 
 
 def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
-    """Samples at even times, from a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
+    """Resample to the rate `fs_hz` by a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
 
-    Times closer than about `SAME_TIME` of a new step, such as both sides of an event, are averaged first.
+    Samples closer in time than `SAME_TIME` of a new step, such as before and after an event, are averaged first.
     """
     from scipy.interpolate import make_interp_spline
     from scipy.signal import firwin, kaiserord, resample_poly
@@ -153,7 +153,7 @@ def _average_groups(
 
 
 def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of `error` divided by the RMS of `signal`, both in the band."""
+    """RMS of `error` divided by the RMS of `signal`, both in the frequency band `band_hz`."""
     frequency_hz, window = np.fft.rfftfreq(signal.size, 1 / fs_hz), np.hanning(signal.size)
     inside = (frequency_hz >= band_hz[0]) & (frequency_hz <= band_hz[1])
     off, whole = (np.linalg.norm(np.fft.rfft(window * (x - x.mean()))[inside]) for x in (error, signal))
@@ -161,7 +161,7 @@ def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz:
 
 
 def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Reading:
-    """Differentiate channels to accelerations; `derivatives` contains the order of the derivative by unit."""
+    """Differentiate velocities and displacements to accelerations; `derivatives` maps units to orders."""
     count, changed, said = reading.main.samples.size, dict(reading.channels), set()
     for name, c in reading.channels.items():
         order = derivatives.get(c.recording_unit, 0)
@@ -177,8 +177,8 @@ def differentiate(samples: FloatArray, fs_hz: float, order: int) -> FloatArray:
     """Derivative of this order with respect to time [s], computed in the frequency domain.
 
     It is exact up to `PASSED` times the sampling rate and falls to zero at `STOPPED`, so that noise above any band is
-    not amplified. A polynomial of this degree is fitted, removed and differentiated exactly. Both ends of the remainder
-    are extended by a fading mirror image, so that its periodic continuation has no step.
+    not amplified. A polynomial of degree `order` is fitted, removed and differentiated exactly. Both ends of the
+    remainder are extended by a fading mirror image, so that its periodic continuation has no step.
     """
     if order == 0:
         return samples

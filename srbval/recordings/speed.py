@@ -31,9 +31,9 @@ AGREES = 0.1  # largest deviation from the stated speed; beyond, the pulses per 
 def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
     """Mean of a speed signal [Hz] sampled at `rate_hz`, with 95 % interval, drift and standard deviation.
 
-    The interval contains the errors of the clocks (`SCALE_CI95`), white noise (a sixth of the mean square of the second
-    differences) and the errors of the angle at both ends (`turn_error_s`), which remain if the sensor smooths its
-    signal. Raises `DataError` if the signal cannot be a shaft speed.
+    The interval combines errors of the clocks (`SCALE_CI95`), white noise (its variance is a sixth of the mean square
+    of the second differences) and errors of the angle at both ends (`turn_error_s`), which remain if the sensor smooths
+    its signal. Raises `DataError` if the signal cannot be a shaft speed.
     """
     if speed_hz.size < MIN_TACHOMETER_SAMPLES:
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")
@@ -66,12 +66,12 @@ def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
 
 
 def _white_error(times_s: FloatArray) -> float:
-    """Standard deviation of independent errors in the times of a uniform motion [s], from second differences."""
+    """Standard deviation [s] of independent errors in times that should be evenly spaced, from second differences."""
     return math.sqrt(float(np.mean(np.diff(times_s, 2) ** 2)) / 6)
 
 
 def profile_signal(time_s: FloatArray, speed_rad_s: FloatArray, seconds: float) -> SpeedSignal:
-    """Sample a prescribed speed, linear between its entries, about every `PROFILE_STEP_S` over `seconds`."""
+    """Sample a prescribed speed, linear between `time_s`, about every `PROFILE_STEP_S` for a duration of `seconds`."""
     count = math.ceil(seconds / PROFILE_STEP_S) + 1
     values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
     return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)
@@ -95,7 +95,7 @@ def stated_speed(rpm: float, ci95_rpm: float, source: SpeedSource = SpeedSource.
 
 
 def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float | None, rpm: float | None) -> Reading:
-    """Set the speed of `reading` from the tachometer's `channel`, or set `speed_problem` to the reason why not.
+    """Set the speed of `reading` from the tachometer's `channel`; if this fails, set `speed_problem` to the reason.
 
     A channel in rpm, Hz or rad/s contains a speed, a channel in rad, deg or rev an angle, any other channel pulses. The
     channel has the record's sampling rate if both have the same number of samples, unless the file states another rate.
@@ -119,7 +119,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
             signal, said = SpeedSignal(values_hz=values_hz, rate_hz=fs_hz), "a speed signal"
             speed = tachometer_speed(signal.values_hz, signal.rate_hz)
         elif pulses_per_rev is None:
-            raise DataError("pulses per revolution of the shaft: --pulses-per-rev N.")
+            raise DataError("the number of pulses per shaft revolution is not stated: --pulses-per-rev N.")
         else:
             speed, signal, pulses = speed_from_pulses(channel.samples, fs_hz, pulses_per_rev)
             said = f"{pulses} pulses, {pulses_per_rev:g} per revolution"
@@ -127,7 +127,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
         return dataclasses.replace(reading, speed=None, speed_signal=None, speed_problem=f"tachometer {name}: {error}")
     found = speed.value_hz * RPM_PER_HZ
     if rpm is not None and abs(found / rpm - 1) > AGREES:
-        problem = f"tachometer {name} measures {found:.6g} rpm, stated are {rpm:g} rpm: check --pulses-per-rev."
+        problem = f"tachometer {name} measures {found:.6g} rpm, but {rpm:g} rpm are stated: check --pulses-per-rev."
     if reading.origin is Origin.SIMULATED and channel.rotates:  # exact
         speed = dataclasses.replace(speed, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
     notes = (*reading.notes, f"speed from tachometer {name}, {said}")
@@ -137,11 +137,11 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
 def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) -> tuple[ShaftSpeed, SpeedSignal, int]:
     """Mean speed, speed signal and number of pulses, from a channel of pulses sampled at `fs_hz`.
 
-    The mean is the number of whole revolutions divided by their duration. Its 95 % interval combines the white error of
-    a pulse at both ends (`_white_error`, at least 1 / (sqrt(12) `fs_hz`)) and the spread of the speed in the part of
-    the record outside whole revolutions. Pulses and vibration have one clock, so errors of the clock cancel in every
-    order. The speed signal is the derivative of a cubic spline through the times of whole revolutions, so errors of the
-    disc within a revolution cancel. Raises `DataError` if there are too few pulses, or some are missing or spurious.
+    The mean is the number of whole revolutions divided by their duration. Its 95 % interval combines the random error
+    of the first and last pulse (`_white_error`, at least 1 / (sqrt(12) `fs_hz`)) and the spread of the speed in the
+    part of the record outside whole revolutions. Pulses and vibration have one clock, so errors of the clock cancel in
+    every order. The speed signal is the derivative of a cubic spline through the times of whole revolutions, so errors
+    of the disc within a revolution cancel. Raises `DataError` for too few, missing or spurious pulses.
     """
     from scipy.interpolate import CubicSpline
     from scipy.ndimage import median_filter
@@ -151,7 +151,7 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
     marks = times[::stride]
     if marks.size < LEAST_TURNS + 1:
         turned = times.size / pulses_per_rev
-        raise DataError(f"{times.size} pulses, {turned:.3g} revolutions; {LEAST_TURNS} are needed.")
+        raise DataError(f"{times.size} pulses, {turned:.3g} revolutions; {LEAST_TURNS} revolutions are needed.")
     intervals = np.diff(times)
     usual = median_filter(intervals, size=min(2 * NEIGHBOURS * stride + 1, intervals.size), mode="nearest")
     odd = np.flatnonzero(np.abs(intervals / usual - 1) > ODD_INTERVAL)

@@ -39,11 +39,11 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimeColumn:
-    """Interpretation of a column of times; `rates_hz` are the possible rates, the first is valid without a `problem`.
+    """Interpretation of a column of times; without a `problem`, the first of `rates_hz` is the sampling rate.
 
     `times_s` [n] are uneven, never falling times in a known unit, from which the signal can be resampled. `places` [n]
-    are the indices of the samples on an even grid if some samples are missing; a counter has places and no rate.
-    `likely_hz` is the mean rate of times that are too coarse to state a rate.
+    are the indices of the samples on an even grid if some samples are missing; a column that counts samples has
+    `places` but no rate. `likely_hz` is the mean rate of times that are too coarse to state a rate.
     """
 
     name: str
@@ -88,7 +88,7 @@ def is_time(name: str, unit: str | None = None, values: NDArray[np.generic] | No
 
 
 def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Sampling rate [Hz] from a named rate or time step, and True if its unit is stated; None for any other name."""
+    """Sampling rate [Hz] if `name` means a rate or a time step, and True if its unit is stated; otherwise None."""
     bare = re.sub(r"\s*[\[({].*", "", name)
     unit = name[len(bare) :].strip(" []{}()").lower() or None
     plain = re.sub(r"[\W_]+", "", bare.rpartition(".")[2].lower())
@@ -126,7 +126,7 @@ def parse_time_stamps(texts: Sequence[str]) -> FloatArray | None:
 
 
 def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
-    """Interpret the file's times, or its counter of samples, for a signal of `samples` samples; None without either."""
+    """Interpret the file's times, or its numbering of samples, for signals of length `samples`; None without either."""
     arrays = {name: a for name in raw.variables if (a := raw.array(name)) is not None and a.size == samples > 2}
     numeric = {name: a for name, a in arrays.items() if a.dtype.kind in "fiu"}
     found = [interpret_times(raw, name) for name, a in numeric.items() if is_time(name, raw.units.get(name), a)]
@@ -156,7 +156,7 @@ def all_whole(samples: NDArray[Any]) -> bool:
 
 
 def read_counter(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
-    """Numbers of the samples, from 0, by a counter with gaps and overflows; None if the values are no counter."""
+    """Sample numbers from 0, from a counter that may skip numbers and overflow; None if the values are no counter."""
     flat = np.asarray(values).ravel()
     with np.errstate(invalid="ignore"):
         whole = flat.size > 2 and flat.dtype.kind in "fiu" and all_whole(flat)
@@ -204,7 +204,7 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
         times_s = times * factor if is_known and steps.min() >= 0 and usual > 0 else None
         return replace(column, problem=_unevenness(shown, steps, digit), uneven=True, times_s=times_s)
     if unit and unit not in TIME_UNITS_S:
-        return replace(column, problem=f"the times of {shown} are in {printable(unit)!r}")
+        return replace(column, problem=f"the times of {shown} are in an unknown unit, {printable(unit)!r}")
     column = replace(column, places=places if count + 1 > times.size else None)
     if is_known:
         return replace(column, rates_hz=(round(rate, 6),))
@@ -216,7 +216,7 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
 
 
 def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
-    """Unit of times stated by the file or the name, else guessed from the first time (since 1970 or 1900)."""
+    """Unit of times by the file or the name, else guessed if the first time can be a date counted from 1970 or 1900."""
     match = _TIME.fullmatch(name.lower().strip())
     stated = raw.units.get(name) or (match and (match[1] or match[2] or match[3])) or ""
     if stated or match is None:
@@ -229,7 +229,7 @@ def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
 
 
 def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
-    """Last digit of the largest time, if no time has more significant digits and it is below `coarsest`; else 0."""
+    """Resolution of the times: last digit of the largest (if below `coarsest`) or its float32 spacing; 0 if unknown."""
     values = np.asarray(times, np.float64)
     sizes, largest = np.abs(values), float(np.abs(values).max())
     places = np.floor(np.log10(sizes, where=sizes > 0, out=np.zeros(sizes.shape)))

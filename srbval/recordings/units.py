@@ -1,9 +1,9 @@
 """Units in files, and names of times, rates and units, from the table ``units.csv``.
 
-A new spelling is a new word in a row of the table. Spellings contain no blanks, dots, carets and parentheses; case is
-ignored if they are longer than a letter. The `kind` of a row is ``signal`` (with the unit to which a recording converts
-and the factor), ``other`` for rotations and other quantities, ``time``, ``rate``, or ``name`` for a pattern of names in
-lower case. The patterns, except for times, match names without blanks, signs and NI's prefixes.
+A new spelling of a unit is a new word in its row, without blanks, dots, carets and parentheses; case is ignored if it
+is longer than a letter. The `kind` of a row is ``signal`` (with the unit to which a recording converts, and the
+factor), ``other`` for rotations and other quantities, ``time``, ``rate``, or ``name`` for a pattern of names in lower
+case. The patterns, except for times, match names without blanks, signs and the prefixes of National Instruments.
 """
 
 import csv
@@ -19,7 +19,7 @@ PATTERNS = {row["unit"]: row["spellings"] for row in _UNIT_ROWS if row["kind"] =
 
 
 def rows_by_spelling(*kinds: str) -> dict[str, Mapping[str, str]]:
-    """Rows of the table with these kinds, by each spelling of their units."""
+    """Rows of ``units.csv`` with these kinds, by each spelling of their units."""
     rows = [row for row in _UNIT_ROWS if row["kind"] in kinds]
     return {word: row for row in rows for word in (*row["spellings"].split(), row["unit"])}
 
@@ -53,7 +53,7 @@ def _spellings() -> dict[str, str]:
 
 
 def known_unit(text: str) -> str | None:
-    """Unit that a text from a file means, of a signal, a rotation or another quantity; None if it is unknown."""
+    """Unit (of a vibration, a rotation or another quantity) that a text from a file means; None if it is unknown."""
     plain = re.sub(r"[\s^*·().\[\]]", "", unicodedata.normalize("NFKC", text)).replace("\u2212", "-")
     plain = re.sub("^[\u03bc\u00b5]", "u", plain)
     bare = _AMPLITUDE_KIND.sub("", plain)
@@ -73,6 +73,6 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 
 def is_unit_key(name: str) -> bool:
-    """True if an attribute with this name states the unit of samples, as some program writes it."""
+    """True if an attribute with this name states the unit of samples, such as ``units`` or ``NI_UnitDescription``."""
     plain = re.sub(r"[\W_]", "", name.rpartition(".")[2].lower())
     return re.fullmatch(rf"(?:ni|nicm)?(?:{PATTERNS['unit']})", plain) is not None

@@ -309,7 +309,7 @@ def test_unit_factor(full):
         (
             "y_values quantity unit_transformation factor",
             0.5,
-            r"leads to 'g' by 0\.5; 0\.1020 or 1\.0000 is understood",
+            r"converts to 'g' by the factor 0\.5; it must be 0\.1020 or 1\.0000",
         ),
     ],
 )

@@ -323,7 +323,7 @@ def test_a_set_point_is_not_a_measured_speed(machine):
     [
         ({"rpm_tolerance_pct": 1.0}, "--rpm.*at most 10 %"),
         ({"rpm": 1500.0, "rpm_tolerance_pct": 11.0}, "--rpm.*at most 10 %"),
-        ({"derivative": 3}, "derivative 3 must be 1, of a velocity, or 2, of a position"),
+        ({"derivative": 3}, "derivative 3 must be 1 .velocities. or 2"),
         ({"resample_hz": 0.0}, "resample_hz = 0 must be a positive number"),
         ({"skip_s": -1.0}, "skip_s = -1 must be a time of 0 s or more"),
     ],
@@ -368,7 +368,7 @@ WRONG_ROWS += ("a.npy;;;1;;;;", "a.npy;;;2;;;;")
             HEADER,
             WRONG_ROWS,
             r"5 of 6 rows cannot be used: row 1: .*rusty.*row 2: .*none\.npy: no such file.*row 3: .*fast.*"
-            r"row 4: 2 fields where the header has 8.*row 6: a\.npy is named twice",
+            r"row 4: it has 2 fields, the header 8.*row 6: a\.npy is named twice",
         ),
         (HEADER, ("a.npy;;skf-9999;;;;;",), "bearing 'skf-9999' is not known"),
     ],
@@ -493,7 +493,7 @@ def test_what_cannot_be_fetched_and_the_way_out(tmp_path, monkeypatch):
         fetch("torino-excerpts", tmp_path)
     with pytest.raises(DataError, match=r"restricted.*data add"):
         fetch("torino-full")
-    with pytest.raises(DataError, match=r"no pinned files.*Downloadable: torino-excerpts"):
+    with pytest.raises(DataError, match=r"no files to download.*Downloadable: torino-excerpts"):
         fetch("upm-citef")
     with pytest.raises(ConfigurationError, match="Known: cwru"):
         fetch("nothing")

@@ -111,7 +111,7 @@ GAP[200:] += 1e-3  # after about 10 ms
         (uneven_times(1.1e-4), {}, "caution: steps of up to 0.000154 s: .* reliable below 1623 Hz only"),
         (uneven_times(), {"band_hz": (500.0, 3500.0)}, r"--resample 8000 Hz must be between 8750 and 160\d+ Hz"),
         (uneven_times(), {"resample_hz": 1e9}, r"--resample 1e\+09 Hz must be between 512\.\d+ and 160\d+ Hz"),
-        (uneven_times(), {"skip_s": 9.0}, r"it lasts 0\.4\d+ s; without the first 9 s \(--skip\) 0 samples remain"),
+        (uneven_times(), {"skip_s": 9.0}, r"lasts 0\.4\d+ s; without the first 9 s \(--skip\) 0 samples remain"),
         (uneven_times()[::-1].copy(), {}, RISING),
         (np.where(np.arange(GAP.size) == 9, 1.0, GAP), {}, RISING),
         (uneven_times() * 1e3, {}, RISING),  # a mean rate of 20 Hz if these were seconds
@@ -206,8 +206,8 @@ def test_cage_and_shaft(tmp_path, name, of_turns, resample_hz):
 @pytest.mark.parametrize(
     ("cage", "said"),
     [
-        ("b", "b is no angle or speed by its unit, m; one of rad, deg, rev, rpm, Hz, rad/s"),
-        ("a", "no vibration except a"),
+        ("b", "b must be an angle or a speed; its unit is m instead of one of rad, deg, rev, rpm, Hz, rad/s"),
+        ("a", "no vibration to analyse, only a"),
         ("kage", "no channel 'kage'; it has a"),
     ],
 )
@@ -379,7 +379,7 @@ def test_modelica_s_table_of_hundreds_of_columns(tmp_path):
         stream.write(",".join(f'"{name}"' for name in names) + "\n")
         csv.writer(stream).writerows(np.column_stack([TIMES[:300], *[np.round(X[:300], 4)] * 300]).tolist())
     assert load(tmp_path / "res.csv", channel="body.r[7,8]", unit="g").samples == 300
-    with pytest.raises(DataError, match=r"no channel 'body.r\[7,9\]'; the nearest of 300 are .*body.r\[7,8\], "):
+    with pytest.raises(DataError, match=r"no channel 'body.r\[7,9\]'; the most similar of 300 .*body.r\[7,8\], "):
         load(tmp_path / "res.csv", channel="body.r[7,9]")
 
 
@@ -436,7 +436,7 @@ def without_one():
     [
         (without_one(), r"1 of \d+ intervals between pulses .* pulses are missing"),
         (np.ones(1000), "constant signal"),
-        (pulses(1.0)[:3000], r"pulses, .* revolutions; 4 are needed"),
+        (pulses(1.0)[:3000], r"pulses, .* revolutions; 4 revolutions are needed"),
     ],
 )
 def test_missing_pulses_and_none(signal, said):
@@ -450,10 +450,10 @@ def test_a_channel_beside_the_vibration(tmp_path):
     for given, said in (
         ({}, r"which of 2 channels: --channel acc \| key; .*no shaft speed: .*--tacho"),
         ({"tacho": "none"}, r"no channel 'none'; it has acc, key"),
-        ({"tacho": "key"}, r"tachometer key: pulses per revolution of the shaft: --pulses-per-rev N"),
+        ({"tacho": "key"}, r"tachometer key: the number of pulses .* is not stated: --pulses-per-rev N"),
         (
             {"tacho": "key", "pulses_per_rev": 1, "rpm": 1500},
-            r"measures 300\d\.?\d* rpm, stated are 1500 rpm: check --pulses-per-rev",
+            r"measures 300\d\.?\d* rpm, but 1500 rpm are stated: check --pulses-per-rev",
         ),
     ):
         with pytest.raises(DataError, match=said):

@@ -1,4 +1,4 @@
-"""Recognisers, which interpret the variables of a file as a `Reading`; a new one needs an entry in `READERS`."""
+"""Functions that interpret the variables of a file as a `Reading`; one for a new layout needs an entry in `READERS`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -21,7 +21,7 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 
 
 def recognise(raw: RawFile) -> Reading:
-    """Interpret a file as one of this program, else by the first data set that matches, else as named vectors."""
+    """Interpret a file as written by srbval, else by the first matching data set description, else as named vectors."""
     own = read_srbval_file(raw)
     known = (READERS[description.reader](raw, description) for description in known_datasets())
     reading = own or next((one for one in known if one is not None), None)

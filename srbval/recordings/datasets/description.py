@@ -17,12 +17,12 @@ from srbval.storage.tables import build, read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class MatchRule:
-    """Rules that a file of the data set fulfils.
+    """Conditions that a file of the data set fulfils, and facts about its record that its name states.
 
-    The regular expression `file` is searched in the file's name; each of the patterns `variables` must match a
-    variable. A text table has one of the numbers of `columns`; `vectors` is the number of numeric vectors. The named
-    groups of `file` describe the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end``,
-    ``record``, ``hp``; the variables `label_variable` and `nominal_rpm_variable` take precedence.
+    If `file_required`, the regular expression `file` must fit the file's name. Each pattern of `variables` must fit a
+    variable, `columns` are possible numbers of columns of a text table, `vectors` is the number of arrays. Groups of
+    `file` are facts: ``label`` (of the fault), ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end`` (of the
+    motor), ``record``, ``hp`` (motor load); `label_variable` and `nominal_rpm_variable` take precedence.
     """
 
     file: str | None = None
@@ -34,7 +34,7 @@ class MatchRule:
     nominal_rpm_variable: str | None = None
 
     def groups(self, raw: RawFile) -> dict[str, str] | None:
-        """Facts from the name and variables of a file (perhaps none); None if the file does not belong to the set."""
+        """Facts that a file's name and variables state (perhaps none); None if the file fails a condition."""
         found = re.search(self.file, raw.path.name, re.IGNORECASE) if self.file else None
         if found is None and self.file_required:
             return None
@@ -53,7 +53,7 @@ class MatchRule:
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelRule:
-    """Name of a channel and pattern of its variable; `analyse` marks the channel that is analysed by default."""
+    """Channel of a data set, its unit and the pattern of its variable's name; `analyse` marks the default channel."""
 
     name: str
     variable: str
@@ -70,7 +70,7 @@ class ChannelRule:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedRule:
-    """Sources of the shaft speed, best first; ``{record}`` in `stated_rpm` is replaced by the number of the record."""
+    """Sources of the shaft speed, best first; ``{record}`` in the variable name `stated_rpm` is the record number."""
 
     tachometer_rpm: str | None = None
     stated_rpm: str | None = None
@@ -81,7 +81,7 @@ class SpeedRule:
     nominal_ci95_pct: float = 1.5
 
     def speed(self, stated_rpm: float | None, nominal_rpm: float | None) -> ShaftSpeed | None:
-        """Measured speed that the file states, else the set point, else None."""
+        """Measured speed if `stated_rpm` is given, else the set point `nominal_rpm`; None if neither is given."""
         if stated_rpm is not None:
             return stated_speed(stated_rpm, self.stated_ci95_rpm)
         return None if nominal_rpm is None else nominal_speed(nominal_rpm, self.nominal_ci95_pct)
@@ -89,7 +89,7 @@ class SpeedRule:
 
 @dataclass(frozen=True, kw_only=True)
 class BandRule:
-    """Demodulation band [Hz] and its reason, for records sampled at `fs_hz` (at any rate if None)."""
+    """Demodulation band [Hz] and its reason, for records of `channel` sampled at `fs_hz` (None stands for any)."""
 
     low_hz: float
     high_hz: float
@@ -100,7 +100,7 @@ class BandRule:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedSpeed:
-    """Published mean shaft speed [rpm] of the record with this state and this nominal motor speed."""
+    """Published mean shaft speed [rpm] of the record with this bearing state and nominal motor speed."""
 
     state: Fault
     nominal_rpm: float
@@ -118,7 +118,7 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRange:
-    """Records `first` to `last` of a numbered data set: label, end with the fault, sampling rate, note."""
+    """Facts about records `first` to `last` of a numbered data set; `end` is the motor end with the faulty bearing."""
 
     first: int
     last: int
@@ -144,7 +144,7 @@ class ExpectedFile:
 
 @dataclass(frozen=True, kw_only=True)
 class OperatingGrid:
-    """Operating points of a data set: every state at every load case and every nominal speed."""
+    """Operating points of a data set: every bearing state at every pair of loads and every nominal speed."""
 
     source: str
     states: tuple[Fault, ...]
@@ -155,11 +155,11 @@ class OperatingGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """Data set; `reader` is the name of its recogniser, ``variables`` or ``signal-structs``.
+    """Description of a data set; `reader` is the layout of its files, ``variables`` or ``signal-structs``.
 
-    The sampling rate is in the variable `rate_variable` of the file, else it is `rate_hz`. `labels` contains the state
-    of the bearing by a pattern of the file's label, `orders` published fault orders of bearings. With
-    `one_rig_a_folder` the set contains several machines, each in a separate folder.
+    The variable `rate_variable` of a file contains the sampling rate, otherwise it is `rate_hz`. `labels` maps patterns
+    of a file's label to states of the bearing; `orders` contains published fault orders of bearings. If
+    `one_rig_a_folder` is true, each folder of the data set contains the records of another machine.
     """
 
     name: str
@@ -190,20 +190,20 @@ class DatasetDescription:
 
     @property
     def operating_points(self) -> tuple[tuple[Fault, float, float, float], ...]:
-        """State, radial and axial load [kN] and nominal speed [rpm] of each point of the grid; empty without a grid."""
+        """Bearing state, radial and axial load [kN], nominal speed [rpm] at each point of `grid`; empty without it."""
         if (grid := self.grid) is None:
             return ()
         loads = tuple(zip(grid.radial_kn, grid.axial_kn, strict=True))
         return tuple((state, *load, rpm) for state in grid.states for load in loads for rpm in grid.nominal_rpm)
 
     def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
-        """Declared band at this sampling rate, or None; a band for this channel takes precedence."""
+        """Demodulation band of the data set at this sampling rate, preferably for this channel, or None."""
         fitting = [b for b in self.bands if b.fs_hz in (None, fs_hz) and b.channel in (None, channel)]
         fitting.sort(key=lambda b: (b.channel is None, b.fs_hz is None))
         return (fitting[0].low_hz, fitting[0].high_hz) if fitting else None
 
     def state_of(self, label: str | None) -> Fault | None:
-        """State of the bearing for the label of a file, or None."""
+        """Bearing state that a file's label means; None if no pattern of `labels` fits."""
         rules = self.labels.items() if label is not None else ()
         return next((state for rule, state in rules if re.search(rule, label or "", re.IGNORECASE)), None)
 
@@ -216,7 +216,7 @@ def known_datasets() -> tuple[DatasetDescription, ...]:
 
 
 def dataset(name: str) -> DatasetDescription:
-    """Description with this name; `ConfigurationError` with the known names if there is none."""
+    """Description of the data set with this name; `ConfigurationError` if it is not known."""
     known = {description.name: description for description in known_datasets()}
     if name not in known:
         raise ConfigurationError(f"data set {name!r} is not known. Known: {', '.join(known)}.")

@@ -1,4 +1,4 @@
-"""Recogniser for files of no known data set: named vectors, with rate and speed from variables of known names."""
+"""Interpretation of files of no known data set: each vector is a channel; rate and speed are found by their names."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -28,7 +28,7 @@ _SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with 
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Make every numeric vector or matrix column of at least `MIN_SAMPLES` a channel; no fact is guessed."""
+    """Create a channel from every numeric vector or matrix column of at least `MIN_SAMPLES` samples; guess no fact."""
     channels: dict[str, Channel] = {}
     for name, channel in _find_channels(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
@@ -70,11 +70,11 @@ def read_generic(raw: RawFile) -> Reading:
 
 
 def with_named_signals(raw: RawFile) -> RawFile:
-    """Rename the signals of structs by their labels, and separate columns of times from matrices.
+    """Name the signals of structs by their labels, and separate columns of times from matrices.
 
-    In a structure by Simulink, the name of a signal is its label or block. In a struct with a ``Name``, the ``Unit``
-    and ``Raster`` belong to its signal. The first column of a matrix contains times if it never falls, as in Simulink's
-    arrays.
+    A signal in a structure by Simulink gets the name of its label or its block. A struct with a ``Name`` may contain
+    its signal's ``Unit`` and ``Raster`` (time step or rate). A rising first column of a matrix is read as times, as in
+    Simulink's arrays.
     """
     variables, notes, units, rates = dict[str, ArrayOrText](), raw.notes, dict(raw.units), dict(raw.rates_hz)
     for name, value in raw.variables.items():
@@ -107,7 +107,7 @@ def with_named_signals(raw: RawFile) -> RawFile:
 
 
 def _split_off_times(value: ArrayOrText) -> NDArray[np.generic] | None:
-    """Columns of a matrix, [k, n], if the first column contains times, else None."""
+    """Columns of a matrix, shape [columns, samples], if the first one contains times; None for any other value."""
     if isinstance(value, str) or value.ndim != 2 or value.dtype.kind not in "fiu":
         return None
     columns = orient_samples(value).T
@@ -149,7 +149,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """Unit of a variable as the file states it: the first known unit, else the first text."""
+    """Unit of a variable as written in the file: of several texts the first that is a known unit, else the first."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
@@ -160,7 +160,7 @@ def _unit_text(raw: RawFile, variable: str) -> str | None:
 
 
 def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
-    """Yield the variable, a name and the samples of each vector; each column of a matrix is a vector."""
+    """Yield variable, channel name and samples of each numeric vector and of each column of a matrix."""
     for name in raw.variables:
         array = raw.array(name)
         if array is None or array.dtype.kind not in "fiu" or array.size < MIN_SAMPLES:
@@ -172,7 +172,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Speed [rpm] of a value whose name means a speed, with False: the number must be plausible; else None."""
+    """Speed [rpm] if `name` means a shaft speed, and False because its unit is not certain; None for another name."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -188,7 +188,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number whose name has this `meaning`; a problem if several disagree, or one without unit is not `likely`."""
+    """Number that `meaning` finds, or the problem: numbers disagree, or one without unit is outside `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

@@ -1,7 +1,7 @@
-"""Recogniser for files with one struct per quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
+"""Interpretation of files with one struct per quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
 
-Full recordings of the Torino rig have this layout (export by LMS Test.Lab). Stored values are in SI units. The
-quantity's label is the display unit, and ``unit_transformation.factor`` converts to the display unit.
+Full recordings of the Torino rig have this layout (export by LMS Test.Lab). The quantity's label is its display unit;
+``unit_transformation.factor`` converts stored values, usually in SI units, to the display unit.
 """
 
 import math
@@ -37,8 +37,8 @@ class StructSignal(NamedTuple):
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
     """Read acceleration and speed from the structs of a file; None if no struct contains an acceleration.
 
-    The bearing is known only if the file is named as in this set, because other rigs export the same layout. The sensor
-    is an open question if the sensors are arranged differently.
+    The bearing is known only if the file is named as in this data set, because other rigs export the same layout. The
+    user must choose the channel if there are several and they are not those of the description.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION_TO_SI))]
@@ -90,7 +90,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal | None:
-    """Read a struct whose label is in `labels`, else None; values without a stated factor are in SI units."""
+    """Read struct `name` if its display unit is in `labels`, else None; values without a factor are in SI units."""
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
         return None
@@ -111,7 +111,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
     fitting = [to_si[f] for f in to_si if factor is None or abs(factor / f - 1) < FACTOR_TOLERANCE]
     if not fitting:
         expected = " or ".join(f"{f:.4f}" for f in to_si)
-        raise DataError(f"{raw.path}: {name} leads to {label!r} by {factor}; {expected} is understood.")
+        raise DataError(f"{raw.path}: {name} converts to {label!r} by the factor {factor}; it must be {expected}.")
     in_si = columns if fitting[0] == 1 else [column * fitting[0] for column in columns]
     return StructSignal(name, in_si, round(1 / increment, 6))
 
@@ -119,7 +119,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
 def _sensors(
     raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
-    """Channels by sensor, and the sensor at the tested bearing if the layout is as described, else None."""
+    """Samples by channel name, and the channel to analyse: at the tested bearing or the only one, else None."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")

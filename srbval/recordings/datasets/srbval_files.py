@@ -1,4 +1,4 @@
-"""Recogniser for files by this program, with the attribute ``srbval_kind``: runs, synthetic records, recordings."""
+"""Interpretation of files written by srbval (attribute ``srbval_kind``): runs, synthetic records, recordings."""
 
 import dataclasses
 import re
@@ -91,7 +91,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
 
 
 def _check_rate(raw: RawFile) -> None:
-    """Raise `DataError` if the times of a data set contradict the rate in its attribute ``fs_hz``."""
+    """Raise `DataError` if the times of the samples contradict the sampling rate in the attribute ``fs_hz``."""
     times_s, fs_hz = raw.array("time_s"), raw.number("fs_hz")
     if times_s is None or fs_hz is None or times_s.size < 2:
         return
@@ -99,8 +99,8 @@ def _check_rate(raw: RawFile) -> None:
     if not abs(fs_hz * seconds / (times_s.size - 1) - 1) < RATE_TOLERANCE:
         raise DataError(
             f"{raw.path}: the times of {times_s.size} samples last {seconds:.9g} s, which is not the rate that the "
-            f"attribute fs_hz states, {fs_hz:.9g} Hz. Set the attribute to the rate of the samples, low-pass filtered "
-            "before any were dropped."
+            f"attribute fs_hz states, {fs_hz:.9g} Hz. Set the attribute to the rate of the stored samples; if "
+            "samples were dropped, low-pass filter the signal before."
         )
 
 
@@ -114,7 +114,7 @@ def _recording(raw: RawFile) -> Reading:
         facts = parse_json(raw.text("facts") or "")
         stated = build(Recording, facts | {"channels": samples}, "facts")
     except (ValueError, TypeError, ConfigurationError) as error:
-        raise DataError(f"{raw.path}: what is stated of the recording cannot be read ({error}).") from None
+        raise DataError(f"{raw.path}: the facts about the recording cannot be read ({error}).") from None
     of_channel = {key: getattr(stated, key) for key in ("bearing", "band_hz", "state")}
     unit = "V" if stated.scale_missing else stated.unit  # any unit, as its whole numbers are not used as amounts
     channels = {
@@ -126,7 +126,7 @@ def _recording(raw: RawFile) -> Reading:
 
 
 def _own_bearing(raw: RawFile) -> Bearing | None:
-    """Bearing stored with a run, as far as its fault lines depend on it; None if an old version stored none."""
+    """Bearing stored with a run (name, fault orders, number of rolling elements); None if an old srbval stored none."""
     numbers = [raw.number(f"bearing_{name}") for name in (*ORDERS, "rolling_elements")]
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers):
@@ -140,7 +140,7 @@ def _own_bearing(raw: RawFile) -> Bearing | None:
 
 
 def status_note(status: str, reason: str) -> tuple[str, ...]:
-    """Note on the status of a usable run; empty if it is ``ok``."""
+    """Note that a usable run ended with another status than ``ok``; empty for ``ok``."""
     return () if status == "ok" else (f"the run ended {status}: {printable(reason, LONGEST_NOTE)}",)
 
 

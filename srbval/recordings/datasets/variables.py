@@ -1,7 +1,7 @@
-"""Recogniser for data sets of plain named variables, which applies the rules of a description.
+"""Interpretation of files with named variables by the rules of a `DatasetDescription`.
 
-In a set with `records`, the names of variables contain the number of the record (``X105_DE_time``). The list `records`
-contains label, end with the fault and sampling rate, which are used if the file's name does not state them.
+In a data set with numbered records, variable names contain the number (``X105_DE_time``). The description's list
+`records` gives fault label, motor end with the fault and sampling rate by number, unless the file's name states them.
 """
 
 import re
@@ -21,7 +21,7 @@ MAX_COPY_NOTE_LENGTH = 300
 
 
 def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | None:
-    """Interpret a file by the rules of the description; None if the file does not belong to this set."""
+    """Interpret a file by the rules of the description; None if the file does not belong to this data set."""
     named = description.match.groups(raw)
     if named is None:
         return None
@@ -70,7 +70,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
 
 
 def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
-    """Number of the record to read, by names of variables, and the other numbers; empty for sets without numbers."""
+    """Number of the record to read, from variable names, and the other numbers in the file; empty if unnumbered."""
     rules = description.channels if description.records else ()
     found = (re.fullmatch(rule.variable, name) for rule in rules for name in raw.variables)
     numbers = sorted({match["record"] for match in found if match})
@@ -85,13 +85,13 @@ def _record_number(raw: RawFile, description: DatasetDescription, named: dict[st
 
 
 def _match_channels(raw: RawFile, description: DatasetDescription, record: str) -> Iterator[tuple[ChannelRule, str]]:
-    """Yield the rule and the variable of each channel of the record that the file contains."""
+    """Yield the rule and the variable name of each channel of `record` in the file."""
     arrays = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
     for rule in description.channels:
         matches = [match for name in arrays if (match := re.fullmatch(rule.variable, name))]
         names = [match[0] for match in matches if match.groupdict().get("record", record) == record]
         if len(names) > 1:
-            raise DataError(f"{raw.path}: both {names[0]} and {names[1]} could be {rule.name}.")
+            raise DataError(f"{raw.path}: variables {names[0]} and {names[1]} both fit channel {rule.name}.")
         for name in names:
             shape = arrays[name].shape
             if max(shape) != arrays[name].size:
@@ -129,7 +129,7 @@ def _nominal_rpm(
 def _speed(
     raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Speed and speed signal from the tachometer (`seconds`: the record's length), else stated, else nominal."""
+    """Shaft speed (tachometer, else stated, else nominal) and tachometer signal; the record lasts `seconds`."""
     rule, signal = description.speed, None
     if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
         values_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ

@@ -20,7 +20,7 @@ PARQUET = b"PAR1"
 
 
 def load_npy(path: Path) -> RawFile:
-    """Map the array of a .npy file from disk as ``data``; `DataError` if its header contradicts the file's size."""
+    """Memory-map the array of a .npy file as ``data``; `DataError` if its header contradicts the file's size."""
     try:
         values = np.load(path, mmap_mode="r", allow_pickle=False)
     except Exception as error:  # a damaged file may raise anything in a library
@@ -57,7 +57,7 @@ def load_npz(path: Path) -> RawFile:
 
 
 def load_table(path: Path) -> RawFile:
-    """Read the columns of a table that contain numbers, times or lists of numbers."""
+    """Read the columns of a Parquet or Feather file that contain numbers, times or lists of numbers."""
     import pyarrow
     from pyarrow import parquet, types
 
@@ -90,7 +90,7 @@ def load_table(path: Path) -> RawFile:
 
 
 def load_json(path: Path) -> RawFile:
-    """Read a JSON document, or one document per line: lists of samples, timed blocks of samples, or samples."""
+    """Read one JSON document, or one per line: lists of samples, blocks of samples with a time, or single samples."""
     import pandas as pd
 
     text = path.read_text("utf-8-sig", "replace")
@@ -115,7 +115,7 @@ def load_json(path: Path) -> RawFile:
 
 
 def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
-    """Create a `RawFile` from a table of pandas, whose rows may contain lists of samples with one time per list."""
+    """Create a `RawFile` from a pandas table; a row may contain a list of samples with one time for the whole list."""
     variables: dict[str, ArrayOrText] = {}
     attributes: dict[str, float | str] = {}
     units: dict[str, str] = {}

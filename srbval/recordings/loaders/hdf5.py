@@ -27,8 +27,8 @@ SIGNATURE = rb"(?:.{512}|.{1024}|.{2048})?\x89HDF\r\n\x1a\n"  # may follow a use
 def load_hdf5(path: Path) -> RawFile:
     """Read numeric datasets, texts and root attributes; the names of groups are joined by dots.
 
-    In MATLAB v7.3 a struct is a group, a cell a dataset of references, a text an array of 16-bit codes; arrays are
-    transposed to MATLAB's shape. Arrays without samples, or compressed by an unknown filter, are `unusable`.
+    In MATLAB v7.3 a struct is a group, a cell array a dataset of references, a text an array of 16-bit codes. Arrays
+    are transposed to MATLAB's shape. Arrays with missing samples or an unknown compression are in `RawFile.unusable`.
     """
     import h5py
 
@@ -36,13 +36,13 @@ def load_hdf5(path: Path) -> RawFile:
     with h5py.File(path, "r") as file:
         reader = _Hdf5Reader(path, file)
     if CHECKSUM in reader.found["attributes"] and not checked:
-        raise DataError(f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again.")
+        raise DataError(f"{path}: damaged, or changed by another program: it has no checksum. Copy or make it again.")
     notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
     return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else HDF5_FORMAT.name, notes=notes, **reader.found)
 
 
 class _Hdf5Reader:
-    """Reader of an open HDF5 file; `found` contains the fields of a `RawFile`, with dots in names of variables."""
+    """Reader of an open HDF5 file; `found` contains the fields of the `RawFile` to create."""
 
     def __init__(self, path: Path, file: Any) -> None:
         self.path, self.file = path, file
@@ -90,7 +90,7 @@ class _Hdf5Reader:
             self._dataset(name, item, depth)
 
     def _dataset(self, name: str, dataset: Any, depth: int) -> None:
-        """Read references, a text or numbers; datasets of other types are ignored."""
+        """Add a dataset of numbers, references or one text to `found`; datasets of other types are ignored."""
         import h5py
 
         dtype, size = dataset.dtype, math.prod(dataset.shape)
@@ -142,7 +142,7 @@ class _Hdf5Reader:
 
 
 def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
-    """Reason why samples cannot be read (missing or too many filters, chunks never written), else None."""
+    """Reason why a dataset's samples cannot be read (compression filters, chunks never written); None if they can."""
     import h5py
 
     settings = dataset.id.get_create_plist()
@@ -160,7 +160,7 @@ def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
 
 
 def _plain(value: Any) -> float | str | None:
-    """Number or text of one element as a Python object; None for anything else."""
+    """Convert a number, a text or an array of one element to a Python float or text; None for anything else."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.flat[0]
     if isinstance(value, bytes | str):

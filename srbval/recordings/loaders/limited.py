@@ -1,8 +1,8 @@
 """File formats and their loaders, which run in a child process with limited computing time and memory.
 
-A few damaged bytes can make a C library loop for ever, crash or allocate gigabytes. The limit is computing time and not
-elapsed time, so that a busy machine refuses no file. The elapsed time is limited generously, for systems without these
-limits (Windows; macOS for memory).
+A few damaged bytes can make a C library loop for ever, crash or allocate gigabytes. Computing time is limited instead
+of elapsed time, so that no file is rejected because the machine is busy. A much longer limit of the elapsed time is for
+systems without these limits (Windows; macOS for memory).
 """
 
 import atexit
@@ -34,8 +34,8 @@ class FileFormat:
     """File format: pattern `mark` of a file's first bytes (``.`` is any byte), and the loader `read`.
 
     Unless `trusted`, `read` may raise anything, hang or crash: it runs in a process with limits. `library` contains the
-    module to import before the limits apply, and the name to install it by. `kind` is the word for a file in messages.
-    The contents may need `expansion` times the size of the file.
+    module to import before the limits apply, and the name of its package. `kind` names such a file in messages. The
+    contents may need `expansion` times the size of the file in memory.
     """
 
     name: str
@@ -97,7 +97,7 @@ class FileFormat:
 
 @atexit.register
 def end_readers() -> None:
-    """End the child processes that read files for any thread, or wait for the next file."""
+    """End all child processes of this program that read a file or wait for the next one."""
     while _running:
         _running.pop().kill()
     while _idle:

@@ -29,7 +29,7 @@ _MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at t
 
 
 def load_matlab(path: Path) -> RawFile:
-    """Read every numeric array, text, field of a (nested) struct and object of a MATLAB v5 file."""
+    """Read all numeric arrays and texts of a MATLAB v5 file, also in (nested) structs and in objects."""
     from scipy.io import loadmat, whosmat
 
     with contextlib.suppress(TypeError):  # raised for objects, which have no shape; memory is limited anyway
@@ -45,7 +45,7 @@ def load_matlab(path: Path) -> RawFile:
 
 
 def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
-    """Add numbers and texts from a value read by scipy or mat-io to `variables`, under names joined by dots."""
+    """Add the numbers and texts in a value read by scipy or mat-io to `variables`, with dots in names of fields."""
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
@@ -74,7 +74,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add the contents of MATLAB objects to `variables` and return notes; `DataError` if there is no signal then."""
+    """Add the contents of MATLAB objects to `variables` and return notes; `DataError` if none is a signal then."""
     why = ""
     try:
         from matio import load_from_mat
@@ -95,7 +95,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each `timeseries` by samples and times; even times are computed from their step."""
+    """Replace the properties of each MATLAB `timeseries` by samples and times (if even, computed from the step)."""
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"
@@ -146,7 +146,7 @@ def load_modelica(path: Path) -> RawFile:
 
 
 def _decode_rows(letters: NDArray[Any]) -> list[str]:
-    """Texts of a matrix of letters, one text per row, encoded in UTF-8."""
+    """Decode a matrix of characters in UTF-8, one text per row."""
     return ["".join(row).encode("latin-1").decode("utf-8", "replace").strip("\0 ") for row in letters]
 
 

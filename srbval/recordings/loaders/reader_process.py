@@ -16,7 +16,7 @@ Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str
 
 
 def prepare_worker() -> Callable[[Request], RawFile | DataError]:
-    """Silence libraries, disable memory dumps, and return the function that loads a file."""
+    """Discard the output of libraries, disable core dumps, and return the function that loads a file."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)

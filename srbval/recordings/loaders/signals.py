@@ -35,7 +35,7 @@ AUDIO_MARK, UFF_MARK = rb"fLaC|(?:RIFF|RIFX|RF64).{4}WAVE", rb" {4}-1[ \t]*\r?\n
 
 
 def load_audio(path: Path) -> RawFile:
-    """Read all channels into ``data`` and the rate into ``fs_hz``; whole numbers become fractions of full scale."""
+    """Read a sound file: channels as ``data``, rate as ``fs_hz``; integer samples become fractions of full scale."""
     import soundfile
 
     with soundfile.SoundFile(path) as file:
@@ -69,7 +69,7 @@ def load_audio(path: Path) -> RawFile:
 
 
 def load_tdms(path: Path) -> RawFile:
-    """Read every numeric channel, scaled by its properties, with its unit and rate.
+    """Read every numeric channel of a TDMS file, scaled by the channel's properties, with its unit and rate.
 
     Channels are named ``group.channel``, or ``channel`` if there is only one group. If the last segment is cut or was
     not closed, all existing samples are read, with a caution.
@@ -117,7 +117,7 @@ def _plain_properties(properties: Mapping[str, Any]) -> dict[str, float | str]:
 
 
 def load_uff(path: Path) -> RawFile:
-    """Read the time signals of a universal file (data sets 58); unique identification lines become their names."""
+    """Read the time signals of a universal file (data sets 58), named by their first identification lines if unique."""
     import pyuff
 
     file, blocks = pyuff.UFF(str(path)), list(_uff_blocks(path))
@@ -154,7 +154,7 @@ def load_uff(path: Path) -> RawFile:
 
 
 def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
-    """Yield the first byte, last byte and type of each data set; `DataError` if a data set does not end."""
+    """Yield first byte, last byte and type of each data set in a universal file; `DataError` if one does not end."""
     content, at = path.read_bytes(), 0
     while (mark := _UFF_MARK.search(content, at)) is not None:
         head = _UFF_TYPE.match(content, mark.end())

@@ -1,4 +1,4 @@
-"""Loader for text tables of any usual layout: lines above the table, header, units, times, texts, empty columns."""
+"""Loader for text tables, with or without lines above the table, column names, units, times and columns of text."""
 
 import codecs
 import csv
@@ -46,7 +46,7 @@ OTHER_TEXTS = {
 
 @dataclass(frozen=True, kw_only=True)
 class TableLayout:
-    """Layout of a table: the fields of its `rows` and their line numbers; `separator` is None for blanks.
+    """Text table split into the fields of its `rows`; `lines` are indices of the rows, `separator` None means blanks.
 
     `kinds` contains a letter per column: ``n`` numbers, ``t`` clock times, ``d`` dates, ``x`` other texts, ``e`` empty.
     """
@@ -62,9 +62,9 @@ def load_text(path: Path) -> RawFile:
 
     Lines above the table may state rate, unit and speed (``Sampling rate [Hz]: 12000``, ``# fs_hz = 20480``); lines
     that begin with ``#``, ``%`` or ``//`` are comments. Time stamps become seconds; texts and empty columns are left
-    out. Decimal commas are read if they cannot be separators. A column with fields that are not finite numbers is
-    `unusable`. In a table of a few rows of many numbers, each row is a channel. Raises `DataError` if rows differ in
-    layout.
+    out. Decimal commas are read if they cannot be separators. A column with fields that are not finite numbers is in
+    `RawFile.unusable`. Each row is a channel in a table of at most `FEW_ROWS` rows and at least `MANY_FIELDS` columns.
+    Raises `DataError` if rows differ in layout.
     """
     lines, notes = _read_lines(path)
     table = _find_table(path, lines)
@@ -125,10 +125,10 @@ def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64
 
 
 def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
-    """Lines of the file without surrounding blanks, and a note if the last line has no end."""
+    """Lines of the file without surrounding blanks, and a note if the last one does not end with a line break."""
     if (size := path.stat().st_size) > LARGEST_TEXT:
         raise DataError(
-            f"{path}: a text of {size / 1e6:.0f} MB; texts are read as a whole, in some 40 times their size of memory, "
+            f"{path}: a text file of {size / 1e6:.0f} MB; text files are read as a whole, in 40 times their memory, "
             f"up to {LARGEST_TEXT / 1e6:g} MB. Export the record as .npy, .wav, HDF5, TDMS or Parquet, or in parts."
         )
     content = path.read_bytes()
@@ -150,13 +150,13 @@ def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
 
 
 def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
-    """Raise `DataError` with the number of `wrong` lines and the first of them, if there are any."""
+    """Raise `DataError` if there are `wrong` lines (indices); the message gives their number and the first one."""
     if wrong:
         raise DataError(f"{path}: {len(wrong)} line(s) {what}, the first is line {wrong[0] + 1}. {remedy}.")
 
 
 def _find_table(path: Path, lines: list[str]) -> TableLayout:
-    """Find all rows between the first and the last that resemble a row in the middle or at an end of the file."""
+    """Find the table: the lines from the first to the last whose fields are of the same kinds as in mid-file."""
     filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     stated = re.fullmatch(r'"?sep=(.)"?;*', lines[filled[0]]) if filled else None
     if stated:
@@ -204,14 +204,14 @@ def _counts_up(fields: list[str]) -> bool:
 
 
 def _separator(line: str) -> str | None:
-    """Separator of a row; None for blanks."""
+    """Character that separates the fields of a line; None for blanks."""
     mark = next((mark for mark in (";", "\t", "|", ",") if mark in line), None)
     parts = line.split()
     return None if mark == "," and len(parts) > 1 and all(map(_WITHIN.fullmatch, parts)) else mark
 
 
 def _fields(line: str, separator: str | None) -> list[str]:
-    """Fields of a line, without quotes, surrounding blanks, and an empty field at the end."""
+    """Split a line into fields, without quotes, surrounding blanks, and an empty field at the end."""
     if separator is None:
         return [part.strip('"') for part in line.split()]
     split = csv.reader([line], delimiter=separator, skipinitialspace=True) if '"' in line else [line.split(separator)]
@@ -229,7 +229,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Adjust empty fields at the ends of rows; `DataError` for gaps, rows of other lengths and other numbers."""
+    """Correct empty fields at row ends; `DataError` for gaps, unequal rows, numbers in comments or above the table."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -262,7 +262,7 @@ def _hint(separator: str | None) -> str:
 
 
 def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str], list[str], set[int]]:
-    """Names and units of the columns in the lines above the table, and the indices of these lines."""
+    """Read names and units of the columns from lines above the table; also return the indices of these lines."""
     names, units, used = list[str](), list[str](), set[int]()
     columns, separator = len(table.kinds), table.separator
     for i in reversed([i for i, line in enumerate(above) if line.strip("# \t;,|")][-HEADER_LINES:]):
@@ -309,19 +309,19 @@ def _is_statement(fields: list[str]) -> bool:
 
 
 def _check_names(where: str, names: list[str], table: TableLayout) -> None:
-    """Raise `DataError` if a name looks like a number or occurs twice; an index and texts need no names."""
+    """Raise `DataError` if a name looks like a number or occurs twice; columns of an index or texts need no name."""
     needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
     if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _counts_up(names)]:
         raise DataError(
-            f"{where} is not a row of numbers, and {printable(wrong[0])!r} not a column name: a name neither is empty "
-            f"nor begins like a number{_hint(table.separator)}. Correct the line, or put a # before it."
+            f"{where} is not a row of numbers, and {printable(wrong[0])!r} not a column name: a name is not empty "
+            f"and does not begin like a number{_hint(table.separator)}. Correct the line, or put a # before it."
         )
     if twice := sorted({name for name in needed if names.count(name) > 1}):
         raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each a name of its own.")
 
 
 def _read_statements(path: Path, above: list[str]) -> dict[str, float | str]:
-    """Statements ``name: value`` in the lines above the table."""
+    """Facts stated as ``name: value`` in lines above the table."""
     found: dict[str, float | str] = {}
     for match in filter(None, map(_KEY.fullmatch, above)):
         key = "unit" if is_unit_key(match[1]) else match[1]
@@ -332,7 +332,7 @@ def _read_statements(path: Path, above: list[str]) -> dict[str, float | str]:
 
 
 def _parse_numbers(fields: list[str], *, comma: bool) -> NDArray[np.float64]:
-    """Numbers of the fields; NaN for any other text."""
+    """Convert fields to numbers, with decimal commas if `comma`; NaN for any other text."""
     texts = [field.replace(",", ".") for field in fields] if comma else fields
     return np.array([text if _PLAIN.fullmatch(text) else "nan" for text in texts], np.float64)
 
@@ -350,7 +350,7 @@ def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table:
     elif found and points:
         what, wrong = "is in a table of both decimal commas and points, or with thousands separators", found
     elif found and not any(_NO_THOUSANDS.search(field) for _, field in found):
-        what, wrong = "has three digits after every comma: decimals or thousands", found
+        what, wrong = "has three digits after every comma, which may mean decimals or thousands", found
     if wrong:
         line = table.lines[min(wrong[0][0], len(table.lines) - 1)]
         text = printable((table.separator or " ").join(table.rows[min(wrong[0][0], len(table.rows) - 1)]))
