@@ -1,10 +1,10 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
 The page "Your own bearing" of the guide describes the file. The bearings known by name are files in `known` and rows of
-`catalogue.csv`, whose columns are the keys of the tables `[elements]` and `[orders]`, a key of `catalogue_sources.csv`,
-and other designations of the same bearing. If a row has both tables, the dimensions count; the orders are the maker's,
-rounded. A name may also be a printed designation (`designations`), or numbers: ``elements Z,D,DP,ANGLE`` or ``orders
-BPFO,BPFI,BSF,FTF``.
+`catalogue.csv`. Its columns are the keys of the tables `[elements]` and `[orders]`, a key of `catalogue_sources.csv`
+(source) and other designations of the bearing (also). In a row with both, the elements are used; the orders are the
+maker's, rounded. A name may also be a printed designation (`designations`), or numbers: ``elements Z,D,DP,ANGLE`` or
+``orders BPFO,BPFI,BSF,FTF``.
 """
 
 import dataclasses
@@ -45,10 +45,10 @@ class Ratings(Limited):
     reference_rad_s: float = quantity("speed", above=0)
 
     def minimum_load_n(self, shaft_rad_s: float) -> float:
-        """Compute the least equivalent load without skidding (SKF Rolling bearings, 2018, spherical roller bearings).
+        """Compute the minimum equivalent load that prevents skidding [N] (SKF Rolling bearings, 2018).
 
-        0.003 C_0 up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above; valid up to 2
-        n_r, extrapolated beyond.
+        0.003 C_0 up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above; C_0: static
+        load rating. Valid up to 2 n_r, extrapolated beyond.
         """
         beyond = max(0.0, shaft_rad_s / self.reference_rad_s - 0.3)
         return 0.003 * self.static_load_n * (1 + 2 * math.sqrt(beyond))
@@ -60,8 +60,8 @@ class Bearing(NotebookObject):
 
     `rolling_elements` counts one row. `geometry`: only for spherical roller bearings that the full model can simulate,
     `elements`: for other bearings with known dimensions; if both are None, `orders` come from the published table in
-    `source`. `ratings`: load and speed from the catalogue, if known. `largest_slip`: largest mean slip of the cage at
-    which its lines are searched, as a share of the cage's speed.
+    `source`. `ratings`: load and speed from the catalogue, if known. `largest_slip`: largest mean slip of the cage,
+    as a share of its speed, for which the search for fault lines allows.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Bearing(NotebookObject):
     ratings: Ratings | None = None
 
     def overload(self, radial_n: float | None, axial_n: float | None) -> str:
-        """Describe a load [N] above the static rating; empty below it, or if the load or the rating is not known."""
+        """Warning for a load [N] above the static load rating; empty below it, or if load or rating is unknown."""
         static_n = self.ratings.static_load_n if self.ratings else static_load_n(self.title)
         load_n = max(radial_n or 0.0, axial_n or 0.0)
         if static_n is None or load_n <= static_n:
@@ -86,7 +86,7 @@ class Bearing(NotebookObject):
         )
 
     def summary_table(self) -> tuple[str, dict[str, Any]]:
-        """List the orders and the source, for a notebook."""
+        """Return title and table of orders and source, for display in a notebook."""
         about = {"rolling elements of a row": self.rolling_elements, "source": self.source}
         return f"{self.name}: {self.title}", {key.upper(): value for key, value in vars(self.orders).items()} | about
 
@@ -98,7 +98,7 @@ class Bearing(NotebookObject):
         return None if self.elements is None else self.elements.pitch_diameter_m
 
     def with_slip(self, largest_pct: float) -> "Bearing":
-        """Returns the bearing with another largest mean cage slip [%] for its lines; at most `MOST_SLIP_PCT`."""
+        """Return a copy with `largest_slip` set to `largest_pct` [%], which must be at most `MOST_SLIP_PCT`."""
         if not 0 < largest_pct <= MOST_SLIP_PCT:
             raise ConfigurationError(
                 f"largest slip of the cage, {largest_pct:g} %: must be positive and at most {MOST_SLIP_PCT:g} %, "
@@ -109,7 +109,7 @@ class Bearing(NotebookObject):
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedOrders(FaultOrders):
-    """Table `[orders]` of a bearing file."""
+    """Table `[orders]` of a bearing file: published fault orders, and the number of rolling elements of a row."""
 
     rolling_elements: int
 
@@ -118,13 +118,13 @@ class PublishedOrders(FaultOrders):
         if not abs(total / count - 1 if count > 0 else 1) <= SUM_TOLERANCE:
             raise ConfigurationError(
                 f"orders: bpfo + bpfi = {total:.6g} must be the number of rolling elements of one row, {count}, within "
-                f"{SUM_TOLERANCE:.0%}; count one row only, and give orders of the shaft's speed."
+                f"{SUM_TOLERANCE:.0%}; count one row only, and give multiples of the shaft speed."
             )
         if not abs(self.ftf - self.bpfo / count) <= FTF_TOLERANCE:
             raise ConfigurationError(
                 f"orders: ftf = {self.ftf} must be between 0 and 1, within {FTF_TOLERANCE} of bpfo over the rolling "
-                f"elements of a row, {self.bpfo / count:.4g}; the order is BPFO, BPFI, BSF, FTF, and BSF is the "
-                "element's spin, once."
+                f"elements of a row, {self.bpfo / count:.4g}; the sequence is BPFO, BPFI, BSF, FTF, and BSF is the "
+                "element's spin, not twice the spin."
             )
         ratio = (self.bpfi - self.bpfo) / total  # element over pitch diameter times the cosine of the contact angle
         most = (1 / ratio - ratio) / 2 if ratio > 0 else 0.0
@@ -132,14 +132,14 @@ class PublishedOrders(FaultOrders):
             half = self.bsf <= 2 * (1 + SPIN_TOLERANCE) * most
             raise ConfigurationError(
                 f"orders: bsf = {self.bsf:g} is impossible with bpfo = {self.bpfo:g} and bpfi = {self.bpfi:g} of "
-                f"{count} elements, which spin {most:.4g} times a turn of the shaft at most"
-                f"{'; half of it? BSF is the spin, once, and 2xBSF the line' if half else '; bpfi must be above bpfo'}."
+                f"{count} elements, which spin at most {most:.4g} times per shaft revolution"
+                f"{'; did you give 2xBSF? BSF is half of it' if half else '; bpfi must be above bpfo'}."
             )
         super().__post_init__()
 
     @property
     def orders(self) -> FaultOrders:
-        """Orders without the number of rolling elements."""
+        """Fault orders alone, without the number of rolling elements."""
         return FaultOrders(bpfo=self.bpfo, bpfi=self.bpfi, bsf=self.bsf, ftf=self.ftf)
 
 
@@ -160,7 +160,7 @@ def known_bearings() -> tuple[str, ...]:
 
 
 def find_bearings(text: str) -> tuple[Bearing, ...]:
-    """Find known bearings by designation, or by words that name, title or source contain; all for an empty text."""
+    """Find known bearings by designation, or by words in name, title or source; an empty text finds all."""
     if designated := _match_designation(text):
         return tuple(map(load_bearing, designated))
     found = (load_bearing(name) for name in known_bearings())
@@ -211,7 +211,7 @@ def _find_bearing(text: str) -> Bearing:
 
 @cache
 def _printed_names() -> tuple[tuple[str, Designation], ...]:
-    """List the known names with each printed designation: from the title, and the others in the catalogue's row."""
+    """List pairs of known name and printed designation, from titles and from the catalogue's column "also"."""
     files = ((path.stem, read_toml(path)["title"], "") for path in (FOLDER / "known").glob("*.toml"))
     rows = ((row["name"], row["title"], row["also"] or "") for row in read_table("catalogue.csv"))
     found = (
@@ -223,7 +223,7 @@ def _printed_names() -> tuple[tuple[str, Designation], ...]:
 
 
 def _match_designation(text: str) -> list[str]:
-    """Find the names of known bearings with a printed designation, first of the same maker, then in catalogue order."""
+    """List names of known bearings with the designation `text`, the same maker's first, then in catalogue order."""
     printed = read_designation(text)
     for alike in printed.alike if printed else ():
         found = [(one.maker, name) for name, one in _printed_names() if one[1:] == alike]
@@ -234,18 +234,18 @@ def _match_designation(text: str) -> list[str]:
 
 
 def _nearest_known(text: str) -> str:
-    """Suggest, for an unknown bearing, known bearings of the same size, or the name with the most similar spelling."""
+    """Suggestion for an unknown bearing: known bearings of its size, or the most similar known name."""
     printed = read_designation(text)
     if printed is None:
         close = None if any(c.isdigit() for c in text) else closest_word(text, known_bearings())
         return f" Did you mean {close!r}?" if close else ""
     same = [(one.kind != printed.kind, name) for name, one in _printed_names() if one.size == printed.size]
     names = dict.fromkeys(name for _, name in sorted(same, key=lambda each: each[0]))
-    return f" Known of its size, with orders of their own: {', '.join([*names][:MOST_SUGGESTED])}." if same else ""
+    return f" Known bearings of its size (orders may differ): {', '.join([*names][:MOST_SUGGESTED])}." if same else ""
 
 
 def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> Bearing:
-    """Build a bearing from the content of the file `where`; raises `ConfigurationError` for impossible values."""
+    """Build a bearing from a bearing file's table; `where`: file, for errors. Raises `ConfigurationError`."""
     file = build(_BearingFile, table, where or name)
     given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
     if len(given) != 1:
@@ -258,7 +258,7 @@ def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> 
 
 
 def _parse_inline(text: str) -> Mapping[str, Any]:
-    """Convert ``elements Z,D,DP,ANGLE`` or ``orders ...`` to the table of a bearing file."""
+    """Convert ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF`` to the table of a bearing file."""
     kind, _, numbers = text.partition(" ")
     units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
     try:
@@ -297,7 +297,7 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 
 @cache
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
-    """Read the catalogue; each row, by name, as the table of a bearing file."""
+    """Read the catalogue: bearing names, and for each the table of its bearing file."""
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
     return {row["name"]: _read_catalogue_row(row, sources) for row in read_table("catalogue.csv")}
 

@@ -1,9 +1,9 @@
 """Designations as printed on a bearing and its box, and static load ratings by designation.
 
 A designation contains the maker, the type, the size and suffixes. Suffixes for cage, seals, clearance and grease do not
-change the kinematics and are ignored. The others form the `mark`: the contact angle of angular contact ball bearings
-(``B``), the reinforced design ``E`` of cylindrical roller bearings, and ``ETN9``, more balls in a deep groove ball
-bearing.
+change the kinematics and are ignored. The `mark` is a suffix that does: the contact angle of angular contact ball
+bearings (``B``), the reinforced design ``E`` of cylindrical roller bearings, and ``ETN9``, more balls in a deep groove
+ball bearing.
 """
 
 import csv
@@ -25,7 +25,7 @@ CONTACT_ANGLE_MARK = re.compile(r"ac|a5|[abc]|")  # of an angular contact ball b
 
 
 class Designation(NamedTuple):
-    """Printed designation: `maker` (may be empty), type letters `kind`, size `number`, and `mark` of a design."""
+    """Printed designation: `maker` (may be empty), type letters, `number`, and `mark`, a suffix that changes orders."""
 
     maker: str
     kind: str
@@ -34,18 +34,18 @@ class Designation(NamedTuple):
 
     @property
     def size(self) -> str:
-        """Size code of outside and bore, as 206 of a 6206, an NU 206 or a 7206 B, which have the same outside."""
+        """Code of outer dimensions and bore, e.g. 206 for 6206, NU 206 and 7206 B, which are equal in both."""
         return self.number if self.kind or len(self.number) < 4 else self.number[1:]
 
     @property
     def built_alike(self) -> bool:
-        """True if another maker's dimensions may be used: they differ by some parts in a thousand."""
+        """True if another maker's dimensions may be used, because they differ only by some parts in a thousand."""
         ball = not self.kind and re.fullmatch("6[0-4]..|608", self.number) and not self.mark
         return bool(ball) or self.kind in ("uc", *CYLINDRICAL)
 
     @property
     def alike(self) -> tuple[tuple[str, str, str], ...]:
-        """Type, number and mark of bearings with the same orders, itself first: an NUP has the rollers of an NU."""
+        """Type, number and mark of bearings with the same orders, this one first: an NUP has the rollers of an NU."""
         if self.kind not in CYLINDRICAL:
             return (self[1:],)
         kinds, marks = dict.fromkeys((self.kind, *CYLINDRICAL)), dict.fromkeys((self.mark, "e"))
@@ -53,7 +53,7 @@ class Designation(NamedTuple):
 
 
 def read_designation(text: str) -> Designation | None:
-    """Parse the designation in `text`, in any case; None for a text that does not begin with words and a size."""
+    """Parse a printed designation in capitals or not; None for a text without a size after maker and type."""
     plain = SEALS_WITHOUT_HYPHEN.sub(r"\1-2", text.casefold().replace("_", " "))
     found = SIZE.search(plain)
     if found is None:
@@ -79,7 +79,7 @@ def read_designation(text: str) -> Designation | None:
 def static_load_n(text: str) -> float | None:
     """Look up the static load rating C_0 [N] of the bearing that `text` designates; None if it is not in the table.
 
-    The table contains ratings [kN] of SKF's general catalogue, by series and bore; other makers' differ by per cents.
+    The table contains SKF's catalogue ratings [kN] by series and bore; other makers' ratings differ by some per cent.
     """
     printed = read_designation(text)
     if printed is None or printed.kind not in ("", *CYLINDRICAL):
@@ -95,5 +95,5 @@ def _static_ratings() -> Mapping[str, Mapping[str, str]]:
 
 
 def read_table(name: str) -> Iterator[Mapping[str, str]]:
-    """Read the rows of one of the catalogue's files as text."""
+    """Read the rows of the CSV file `name` in this folder; all values are text."""
     return csv.DictReader(Path(__file__).with_name(name).read_text(encoding="utf-8").splitlines())

@@ -24,7 +24,7 @@ class SphericalRollerGeometry(Limited):
     `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only as a radius does it give the printed fault
     frequencies. The paper's rollers have the raceway's profile radius. Only the slices model uses a difference:
     `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's; the outer raceway does
-    not change, the inner arc's centre moves along the contact normal. Two geometries of the same Table 1 are equal.
+    not change, the inner arc's centre moves along the contact normal. A comparison of geometries ignores both.
     """
 
     raceway_radius_m: float = quantity("length", above=0)
@@ -70,8 +70,8 @@ class SphericalRollerGeometry(Limited):
         outer = raceway * math.cos(CIRCLES[-1] * self.tilt_rad)
         if not (lower < MIN_ROLLER_SHARE * roller < MIN_ROLLER_SHARE**2 * outer and inner > 0):
             raise ConfigurationError(
-                f"rollers of {roller:.6g} m radius, {lower:.6g} m less at their ends, do not fit between raceways of "
-                f"{inner:.6g} m and {outer:.6g} m: all must be above zero, and the rollers the smaller."
+                f"rollers of {roller:.6g} m radius ({lower:.6g} m less at the ends) do not fit raceways of "
+                f"{inner:.6g} m and {outer:.6g} m radius: all must be positive, and the rollers well the smaller."
             )
 
     @property
@@ -102,7 +102,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def zero_play_diameter_m(self) -> float:
-        """Roller diameter without play [m]: distances of a roller centre from both races along the contact normal."""
+        """Roller diameter without play [m]: sum of its centre's distances from both races on the contact normal."""
         distance = self.roller_centre_distance_m
         centre = math.hypot(
             self.inner_centre_radial_m - self.pitch_radius_m,

@@ -1,4 +1,4 @@
-"""Rolling elements of a bearing, localized faults and their orders: pure rolling, stationary outer ring."""
+"""Kinematic orders of localized faults: pure rolling, stationary outer ring."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class FaultOrders(Limited):
         chord = pitch_diameter_m * math.sin(math.pi / max(rolling_elements, 2))
         if element_diameter_m > chord:
             raise ConfigurationError(
-                f"elements overlap: {rolling_elements} of {element_diameter_m:g} m are {chord:.6g} m apart; count one "
-                "row, and use fewer or smaller ones."
+                f"elements overlap: {rolling_elements} elements of {element_diameter_m:g} m have centres "
+                f"{chord:.6g} m apart; count one row, and use fewer or smaller elements."
             )
         return cls(
             bpfo=rolling_elements / 2 * (1 - ratio),
@@ -79,10 +79,10 @@ class ElementShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RollingElements(Limited):
-    """Number in one row, diameters and contact angle; the other values matter only for contacts and have defaults.
+    """Rolling elements: number in one row, diameters and contact angle; other values are needed only for contacts.
 
     `outer_groove`, `inner_groove`: radius of the groove in which a ball runs, over the ball's diameter (0.515 to 0.53
-    are usual; quoted from memory, not checked). `length_m`: of a roller's contact; None for the roller's diameter. All
+    are usual; quoted from memory, not checked). `length_m`: contact length of a roller; None for its diameter. All
     `rows` are alike, in phase, and share the load evenly.
     """
 
@@ -112,7 +112,7 @@ class RollingElements(Limited):
 
     @property
     def ratio(self) -> float:
-        """Element diameter over pitch diameter times the cosine of the contact angle, gamma."""
+        """Ratio gamma = element diameter / pitch diameter * cos(contact angle)."""
         return self.element_diameter_m / self.pitch_diameter_m * math.cos(self.contact_angle_rad)
 
 
@@ -158,7 +158,7 @@ class Fault(enum.StrEnum):
 
     @property
     def scene_word(self) -> str:
-        """Word in scene files: ``none`` for a healthy bearing, otherwise the value."""
+        """Word for the fault in scene files: ``none`` for a healthy bearing, otherwise the member's value."""
         return _SCENE_NONE if self is Fault.HEALTHY else self.value
 
     def line_order(self, orders: FaultOrders) -> float:

@@ -16,12 +16,12 @@ ROELANDS_PA, ROELANDS_LOG = 1.96e8, 9.67  # pole pressure, and -ln(6.31e-5 Pa s)
 
 @dataclass(frozen=True, kw_only=True)
 class Oil(Limited):
-    """Table `[oil]` of a scene, for the model slices; ``scene/oil.toml`` contains the defaults and their sources.
+    """Table `[oil]` of a scene, for the slices model only; ``scene/oil.toml`` contains the defaults and their sources.
 
-    Kinematic viscosity: a mineral oil of class `iso_vg` (ISO 3448; 32 to 460) and viscosity index 95, or
+    Kinematic viscosity: from the class `iso_vg` of a mineral oil (ISO 3448; 32 to 460) with viscosity index 95, or from
     `viscosity_40_mm2_s` and `viscosity_100_mm2_s`; at `temperature_c` by ASTM D341. `roughness_m`: RMS, of both
-    surfaces together. `fill`: share of oil in the bearing's free space, in which rollers move with the
-    `drag_coefficient`. Without `rolling_resistance` rolling is free of loss; `fill` and `pocket_friction` may be 0.
+    surfaces together. `fill`: share of oil in the bearing's free space, for the drag on rollers with
+    `drag_coefficient`. A loss is left out if `rolling_resistance` is false, or `fill` or `pocket_friction` is 0.
     """
 
     iso_vg: int | None = None
@@ -96,7 +96,7 @@ class Oil(Limited):
         """Compute ln(viscosity under pressure / viscosity without pressure) by C. Roelands 1966, see page "Oil".
 
         As in Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the
-        same constants in Stachowiak & Batchelor); z follows from the pressure-viscosity coefficient without pressure.
+        same constants in Stachowiak & Batchelor); `pressure_viscosity_1_pa` determines the exponent z.
         """
         scale = math.log(self.viscosity_pa_s) + ROELANDS_LOG
         exponent = self.pressure_viscosity_1_pa * ROELANDS_PA / scale

@@ -23,8 +23,8 @@ CLOSEST_S = 1e-9  # least time between two entries of a profile: below it the sl
 class Housing(Limited):
     """Housing: point mass on the outer ring, spring and damper to ground in all three directions.
 
-    The paper's spring and damper belong to the load path `housing`. With the path `bearing` a scene file may state a
-    damper, for the power that the structure around the ring absorbs.
+    The paper uses all three, with the load path `housing`. With the load path `bearing` the spring has no effect; a
+    scene may state a damper for the power that the structure around the ring absorbs.
     """
 
     mass_kg: float = quantity("mass", least=0)
@@ -34,13 +34,13 @@ class Housing(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Bodies(Limited):
-    """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` of all `cages` (not in the paper).
+    """Masses: density of rollers and outer ring, mass of one cage, or of two together (not in the paper).
 
-    Two cages, one for each row, turn independently and tilt together. `row_stagger`: angle between row 2 and row 1 in
-    the cage, in pitches of the rollers; 1 equals 0. `pocket_offset_m`: largest distance along the pitch circle of a
-    roller from the middle of its slot, due to pocket clearance; each slot's offset is drawn evenly with the scene's
-    seed. Only models that distinguish the rows use these three values (full, line, slices). `free_rollers` tilt and
-    slide along their axes, in the model slices; other rollers do neither.
+    Two `cages`, one for each row, turn independently and tilt together. `row_stagger`: angle of row 2 ahead of row 1 in
+    the cage, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest distance of a roller from the middle of
+    its cage pocket along the pitch circle; each roller's is random (uniform distribution, the scene's seed). Only the
+    models full, line and slices use these three values. `free_rollers`: rollers tilt and slide along their axes (slices
+    model only).
     """
 
     density_kg_m3: float = quantity("density", above=0)
@@ -52,7 +52,7 @@ class Bodies(Limited):
 
 
 class RollerFit(enum.StrEnum):
-    """Origin of the roller diameter: the radial play, or the value printed in Table 1."""
+    """Rule for the roller diameter: from the radial play, or as printed in Table 1 of the paper."""
 
     PLAY = "play"
     PRINTED = "printed"
@@ -63,7 +63,7 @@ class Contact(Limited):
     """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
 
     `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` affects the stiffness. `radial_play_m` is
-    the gap between the raceways at a roller less the roller's diameter.
+    the gap between the raceways at a roller, less the roller's diameter.
     """
 
     stiffness_n_m: float = quantity("stiffness", above=0)
@@ -86,7 +86,7 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """Friction law over slip speed (dry, eq. 19), over slip per rolling speed (lubricated), or of the oil film."""
+    """Law of friction: over slip speed (dry, eq. 19), over slip / rolling speed (lubricated), or of the oil film."""
 
     DRY = "dry"
     LUBRICATED = "lubricated"
@@ -95,12 +95,12 @@ class Traction(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class LineContact(Limited):
-    """Contact of a roller and a race along the roller, for the slices model only.
+    """Contact between a roller and a race, divided into slices along the roller; for the slices model.
 
-    `slices`: number of parts; `damping_s`: time constant of the damper, times the contact's stiffness. With lubricated
-    `traction` the coefficient of friction rises by `traction_slope` over the slide-to-roll ratio up to
-    `traction_limit`; with dry traction `Contact` contains the friction. `outer_osculation` and `inner_osculation`: see
-    `SphericalRollerGeometry`; None for the bearing's values.
+    `slices`: their number. `damping_s`: damping over stiffness of a contact, also for the planar model's balls and
+    cylindrical rollers. With lubricated `traction` the coefficient of friction rises by `traction_slope` over the
+    slide-to-roll ratio up to `traction_limit`; for dry traction see `Contact`. `outer_osculation`, `inner_osculation`:
+    see `SphericalRollerGeometry`; None for the bearing's values.
     """
 
     slices: int = limited(least=3, most=201)
@@ -113,7 +113,7 @@ class LineContact(Limited):
 
 
 class LoadPath(enum.StrEnum):
-    """Support of the ring: the housing's spring and damper beside the rollers, or the rollers alone."""
+    """Support of the outer ring: the housing's spring and damper parallel to the rollers, or the rollers alone."""
 
     HOUSING = "housing"
     BEARING = "bearing"
@@ -149,7 +149,7 @@ class DefectShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Defect(Limited):
-    """Localized defect on one circle of a raceway, or on one roller along that circle.
+    """Localized defect on one circle of a raceway, or on one roller where it meets that circle.
 
     Positive heights are bumps towards the other surface (the paper), negative heights pits. Without `extent_m` the
     defect is the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in
@@ -160,8 +160,8 @@ class Defect(Limited):
 
     The slices model uses the true shape: a `hole` is `extent_m` across, any other shape is `width_m` wide along the
     roller (if None, the share of a circle) with ramps of `ramp_m` at both ends along the race, `axial_m` outwards from
-    the roller's middle (if None, on the circle). Models of circles treat a hole as a flat defect and ignore width,
-    ramps and `axial_m`.
+    the roller's middle (if None, on the circle). Models with contact on circles treat a hole as a flat defect and
+    ignore width, ramps and `axial_m`.
     """
 
     kind: Fault
@@ -195,7 +195,7 @@ class Defect(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class _Profile(Limited):
-    """Table over `time_s` with two or more rising times; values between two times are linear."""
+    """Values at two or more increasing times `time_s`, interpolated linearly."""
 
     time_s: tuple[float, ...] = quantity("time")
 
@@ -215,7 +215,7 @@ class _Profile(Limited):
         return type(self).__name__.removesuffix("Profile").lower()
 
     def check_covers(self, duration_s: float) -> None:
-        """Raises `ConfigurationError` if the table does not cover the recorded time."""
+        """Raise `ConfigurationError` if the times do not cover the recorded time, 0 to `duration_s`."""
         first, last = self.time_s[0], self.time_s[-1]
         if first > 0 or last < duration_s * (1 - 1e-9):
             raise ConfigurationError(
@@ -224,7 +224,7 @@ class _Profile(Limited):
             )
 
     def mean(self, values: Sequence[float], duration_s: float) -> float:
-        """Compute the mean of a column's `values` from 0 to `duration_s`."""
+        """Compute the time average of `values`, given at `time_s`, from 0 to `duration_s`."""
         inside = [t for t in self.time_s if 0 < t < duration_s]
         times = np.array([0.0, *inside, duration_s])
         return float(np.trapezoid(np.interp(times, self.time_s, values), times) / duration_s)
@@ -239,7 +239,7 @@ class SpeedProfile(_Profile):
 
 @dataclass(frozen=True, kw_only=True)
 class LoadProfile(_Profile):
-    """Radial and axial load over the recorded time, in the direction of the constant load."""
+    """Radial and axial load over the recorded time; the direction is `direction_rad` of the table `[load]`."""
 
     radial_n: tuple[float, ...] = quantity("force", least=0)
     axial_n: tuple[float, ...] = quantity("force")

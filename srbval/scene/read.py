@@ -1,6 +1,6 @@
-"""Scenes from TOML: the paper's scene, changed by the rig's scene, a user's file or options.
+"""Read scenes from TOML files: the paper's scene, changed by the rig's scene, a user's file or options.
 
-Uncertain values of the scene `rig` are ranges with their sources, from `rig_inputs.toml`.
+`rig_inputs.toml` contains the ranges of the uncertain values of the scene `rig`, with their sources.
 """
 
 import math
@@ -68,7 +68,7 @@ def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Sc
 
 
 def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]:
-    """Read the table of a bundled scene or of a file in `folder`, as `load_scene` does; read-only."""
+    """Read the TOML table of a bundled scene, or of a scene file in `folder`; do not modify the result."""
     return _named_table("scene", str(scene), {name: name for name in BUNDLED}, folder)
 
 
@@ -86,13 +86,13 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
 
 @cache
 def bundled_table(name: str) -> Mapping[str, Any]:
-    """Read a TOML file of this folder, merged over its scene in `BASE_SCENES` if there is one; read-only."""
+    """Read the bundled file ``NAME.toml``, with other values from its base scene, if any; do not modify the result."""
     table = read_toml(Path(__file__).with_name(f"{name}.toml"))
     return merge(bundled_table(BASE_SCENES[name]), table) if name in BASE_SCENES else table
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge table `over` into `base`, tables within tables; the two spellings of a quantity replace each other."""
+    """Merge `over` into `base`, also in nested tables; a key ``radial`` replaces ``radial_n``, and vice versa."""
     merged = dict(base)
     for key, value in over.items():
         for suffix in SI_SUFFIX.values():
@@ -105,12 +105,12 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> Mapping[str, Any]:
-    """Scale the table `base`, written for the default bearing, to the bearing `name`.
+    """Scale a scene's table `base`, written for the default bearing, to the bearing `name`.
 
-    Load, contact, housing, masses, defect and step scale with its pitch diameter (see `for_size`), and the rollers
-    carry the whole load unless the load `path` states otherwise. A bearing known only by its orders has no size: only
-    the model changes. A bearing of the same geometry changes nothing; with the path ``bearing`` its support is removed.
-    Raises the errors of `load_bearing`.
+    Load, contact, housing, masses, defect and step scale with the pitch diameter (see `for_size`), and the rollers
+    carry the whole load unless `path`, the scene's load path, is ``housing``. For a bearing without dimensions only the
+    model changes, to ``impulse``. For a bearing of the same geometry nothing changes, but the path ``bearing`` removes
+    the housing's spring and damper. Raises the errors of `load_bearing`.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
@@ -125,7 +125,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
 
 
 def size_of(bearing: Bearing) -> float | None:
-    """Compute the pitch diameter relative to the default bearing, for which scenes are bundled; None if unknown."""
+    """Compute the pitch diameter over the default bearing's; None for a bearing without dimensions."""
     own, usual = bearing.pitch_diameter_m, load_bearing(DEFAULT_BEARING).pitch_diameter_m
     return None if own is None or usual is None else own / usual
 
@@ -133,9 +133,9 @@ def size_of(bearing: Bearing) -> float | None:
 def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
     """Scale the values of `base` to a bearing `size` times as large at the same shaft speed, see `SIZE_POWERS`.
 
-    Returns changes of a scene's table, in SI. Times of elastic bodies, and so the step, scale with the size; stresses
-    and the friction law's velocity do not change (dimensional analysis with the same materials; Bridgman 1922). The
-    housing of a bearing that is not `spherical` has the damping ratio `DAMPING_RATIO`.
+    Returns changes of a scene's table, in SI. Natural periods, and so the step, scale with the size; stresses and the
+    friction law's velocity do not change (dimensional analysis with the same materials; Bridgman 1922). If the bearing
+    is not `spherical`, the step does not change and the housing gets the damping ratio `DAMPING_RATIO`.
     """
     table: dict[str, Any] = {part: {} for part in ("load", "contact", "housing", "bodies", "defect")}
     for part, changes in table.items():
@@ -172,13 +172,13 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
 
 
 def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Add the default oil values that the table does not state, if it has an oil."""
+    """Fill the table `[oil]` of a scene's table, if it has one, with the missing default values."""
     oil = table.get("oil")
     return {**table, "oil": merge(bundled_table("oil")["defaults"], oil)} if isinstance(oil, Mapping) else {**table}
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Set the extent of a defect on a roller to the diameter of the rig's drill, if it has none."""
+    """Set the extent of a roller's defect to the diameter of the rig's drill, unless the defect states one."""
     without = defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect)
     return {**defect, "extent": DRILL} if without else defect
 
@@ -187,9 +187,9 @@ def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
 class RigInput:
     """Uncertain value of the scene `rig`, from `low` to `high`, in `unit` as in a scene file.
 
-    `key`: dotted path in a scene file; `points`: number of evenly spaced values that a study tries. `high_from`: key of
-    an earlier input whose value is the upper end and the nominal value: an inner osculation depends on the outer one,
-    because both belong to one roller.
+    `key`: dotted path in a scene file; `points`: number of evenly spaced values that a study tries; `stands_for`: its
+    physical meaning. `high_from`: key of an earlier input whose value replaces `high` and `nominal`, e.g. the inner
+    osculation is at most the outer one.
     """
 
     key: str
@@ -211,27 +211,27 @@ class RigInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Values to try, from the lowest to the highest, as shares of the range."""
+        """Values that a study tries, as shares of the range from 0 (`low`) to 1 (`high`)."""
         return tuple(i / (self.points - 1) for i in range(self.points))
 
     @property
     def nominal_share(self) -> float:
-        """Nominal value as a share of the range."""
+        """Nominal value as a share of the range from `low` (0) to `high` (1)."""
         return 1.0 if self.high_from else (self.nominal - self.low) / (self.high - self.low)
 
     def changes(self, value: float) -> dict[str, Any]:
-        """Build the changes that give a scene this value, for `load_scene`."""
+        """Build the `changes` for `load_scene` that set this input to `value`, a number in `unit`."""
         return nest_value(self.key, f"{value!r} {self.unit}" if self.unit else value)
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """List the rig's inputs of a kind: ``input``, ``oil`` (of `rig-oil`), or ``position`` (of a record's hole)."""
+    """List uncertain inputs: ``input`` (of the scene `rig`), ``oil`` (of `rig-oil`) or ``position`` (of the hole)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that set inputs to their shares of the ranges; an input of two points gets the nearer end."""
+    """Build scene changes that set each input to its share (0 to 1) of its range; with 2 points to the nearer end."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):
@@ -242,7 +242,7 @@ def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str,
 
 
 def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float]]:
-    """Draw ``2**power`` points of a scrambled Sobol sequence: shares of the ranges of all inputs."""
+    """Draw ``2**power`` points of a scrambled Sobol sequence: a share (0 to 1) of each input's range."""
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))
@@ -250,5 +250,5 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
 
 
 def draw_rig_changes(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
-    """Draw scene changes of all inputs at once, by a Sobol sequence; see `changes_at`."""
+    """Draw ``2**power`` values of all inputs together from a Sobol sequence, each as scene changes (`changes_at`)."""
     return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]

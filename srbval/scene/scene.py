@@ -32,7 +32,7 @@ class SolverSettings(Limited):
 
 
 def describe_step(steps_per_s: float) -> str:
-    """Format a step as a fraction of a second, and as a number for `step_s` that is within `STEP_TOLERANCE`."""
+    """Format a time step, e.g. ``1/40960 s (2.4414063e-05)``; the number is accurate enough for `step_s`."""
     return f"1/{steps_per_s:.10g} s ({1 / steps_per_s:.8g})"
 
 
@@ -43,10 +43,10 @@ class Scene(Limited):
     `settle_s` is simulated first and not recorded. `output_rate_hz`: rate of the recorded signals; an output interval
     must be a whole number of solver steps. `detail_rate_hz`: rate of the detailed outputs (spins, contact loads), 0 for
     none. A profile replaces the constant speed or load and must cover the recorded time; before it, its first value
-    applies. `slip_jitter`: random part of the spacing of two passages of a defect, relative, in models with random
-    slip; `cage_slip`: lag of the cage behind pure rolling, relative, in models that prescribe its speed. `sensor_path`:
-    structure between ring and sensor, None for none; no motion depends on it. `surface`: waves of races and rollers,
-    None for perfectly round ones. `oil`: None if rolling, drag and the cage's pockets are free of loss.
+    applies. `slip_jitter`: relative standard deviation of the spacing of a defect's passages, in the impulse model;
+    `cage_slip`: relative lag of the cage behind pure rolling, in models that prescribe its speed. `sensor_path`:
+    structure between ring and sensor, None for none; it does not affect the motion. `surface`: waves of races and
+    rollers, None for perfectly round ones. `oil`: None for no losses by rolling, drag and cage pockets.
     """
 
     bearing: str
@@ -96,9 +96,9 @@ class Scene(Limited):
         if round(steps) > MOST_PER_OUTPUT or long > MOST_STEPS:
             most = min(MOST_PER_OUTPUT, math.floor(MOST_STEPS / ((self.settle_s + self.duration_s) * rate)))
             raise ConfigurationError(
-                f"step_s = {settings.step_s:g} makes {steps:.3g} steps per output and {long:.3g} in all; the limits "
-                f"are {MOST_PER_OUTPUT} and {MOST_STEPS:g}: "
-                + (f"the shortest step here is {describe_step(most * rate)}." if most else "take a shorter run.")
+                f"step_s = {settings.step_s:g} makes {steps:.3g} steps per output interval and {long:.3g} in all; the "
+                f"limits are {MOST_PER_OUTPUT} and {MOST_STEPS:g}: "
+                + (f"the shortest step here is {describe_step(most * rate)}." if most else "shorten the run.")
             )
         if round(steps) < 1 or abs(steps / round(steps) - 1) > STEP_TOLERANCE:
             below = math.floor(steps)
@@ -132,12 +132,12 @@ class Scene(Limited):
 
     @property
     def outputs_per_detail(self) -> int:
-        """Output intervals between two detailed outputs; 0 for none."""
+        """Number of output intervals from one detailed output to the next; 0 if there are none."""
         return round(self.output_rate_hz / self.detail_rate_hz) if self.detail_rate_hz else 0
 
     @property
     def steps_per_output(self) -> int:
-        """Solver steps in one output interval."""
+        """Number of solver steps in one output interval."""
         return round(1 / (self.output_rate_hz * self.solver.step_s))
 
     @property

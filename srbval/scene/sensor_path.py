@@ -1,4 +1,4 @@
-"""Structure between outer ring and sensor: gains per third octave along the load and across it, as data.
+"""Vibration path from the outer ring to the sensor: gains in third octaves, along the load and across it.
 
 The equation is on the page "The path to the sensor" of the theory.
 """
@@ -20,11 +20,11 @@ MAX_BAND_GAP = 1e-3  # largest relative error of the step from the middle of one
 
 @dataclass(frozen=True, kw_only=True)
 class SensorPath(Limited):
-    """Gains `load` and `cross` in adjoining third octaves with the middles `frequency_hz`, all [n], and their `source`.
+    """Gains from outer ring to sensor in adjacent third octaves: `load` along the load, `cross` across it.
 
-    `u_db`: standard deviation of both gains in each band [n]; `cross_u_db`: standard deviation of the ratio of cross to
-    load, the same in all bands; empty and zero if unknown. `used`: names of the fitted records, on which no verdict may
-    rest.
+    `frequency_hz`: middles of the bands. `u_db`: standard deviation of both gains in each band, empty if unknown;
+    `cross_u_db`: standard deviation of `cross` / `load` in all bands, 0 if unknown. `used`: names of the records to
+    which the gains were fitted; no verdict may use these records.
     """
 
     frequency_hz: tuple[float, ...] = quantity("frequency", above=0)
@@ -61,7 +61,7 @@ class SensorPath(Limited):
         return self.frequency_hz[-1] * HALF_THIRD_OCTAVE
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
-        """Compute complex gains along the load and across it at frequencies [n], shape [2, n]; 1 outside all bands."""
+        """Compute complex gains along the load and across it at each frequency, [2, n]; 1 outside all bands."""
         inside = (frequency_hz >= self.low_hz) & (frequency_hz < self.high_hz)
         with np.errstate(divide="ignore"):
             place = np.rint(10 * np.log10(frequency_hz / self.frequency_hz[0]))
@@ -70,7 +70,7 @@ class SensorPath(Limited):
         return np.where(inside, gains, 1.0)
 
     def drawn(self, random: np.random.Generator) -> "SensorPath":
-        """Draw a path with random gains, from their uncertainty."""
+        """Copy the path with gains drawn at random from their uncertainty, `u_db` and `cross_u_db`."""
         off = 10 ** (np.array(self.u_db or (0.0,) * len(self.load)) * random.standard_normal(len(self.load)) / 20)
         ratio = 10 ** (self.cross_u_db * random.standard_normal() / 20)
         load, cross = np.array([self.load, self.cross]) * off
@@ -78,7 +78,7 @@ class SensorPath(Limited):
 
 
 def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> FloatArray:
-    """Project accelerations [n, 3 or 2] along the load, and across it, onto the sensor's axis, shape [n, 2].
+    """Split accelerations [n, 3 or 2] into parts along and across the load, projected on the sensor's axis: [n, 2].
 
     The sum of both columns is the acceleration along the sensor's axis.
     """

@@ -1,4 +1,4 @@
-"""Surfaces of races and rollers: waves around the circumference; heights follow wavelength by a power law.
+"""Waviness of races and rollers around their circumference; wave heights depend on wavelength by a power law.
 
 The equations and sources are on the page "Surfaces: what excites a healthy bearing" of the theory.
 """
@@ -28,12 +28,12 @@ RoughnessClass = enum.StrEnum("RoughnessClass", {f"N{grade}": f"N{grade}" for gr
 
 @dataclass(frozen=True, kw_only=True)
 class Surface(Limited):
-    """Waves of the races and rollers, from `shortest` to `longest`; the scene's seed draws their random phases.
+    """Waves of the races and rollers, with wavelengths from `shortest_m` to `longest_m` and random phases.
 
-    `outer_waviness`, `inner_waviness`, `roller_waviness`: RMS height of the waves on each row of a race and each
+    `outer_waviness_m`, `inner_waviness_m`, `roller_waviness_m`: RMS height of the waves on each row of a race and each
     roller; a missing value follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes
-    fall with the order to the `exponent`. Heights do not vary along a roller. Only models with continuous contacts use
-    them: line and slices. Defaults: 1 mm, 50 mm, 1.
+    are proportional to order^-`exponent`; phases depend on the scene's seed. Heights do not vary along a roller. Only
+    the models line and slices use waves.
     """
 
     outer_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
@@ -57,15 +57,15 @@ class Surface(Limited):
 
     @property
     def given_m(self) -> tuple[float | None, float | None, float | None]:
-        """RMS heights as given: outer race, inner race, rollers."""
+        """RMS heights of outer race, inner race and rollers as stated in the scene; None if not stated."""
         return self.outer_waviness_m, self.inner_waviness_m, self.roller_waviness_m
 
     def orders(self, round_m: float) -> FloatArray:
-        """List the orders of the waves around a body of the circumference `round_m`."""
+        """List the orders of the waves (waves per turn) on a body of the circumference `round_m`."""
         return np.arange(math.ceil(round_m / self.longest_m), math.floor(round_m / self.shortest_m) + 1.0)
 
     def amplitudes(self, round_m: float, height_m: float | None) -> FloatArray:
-        """Compute the amplitudes of all orders [m], with the RMS sum `height_m`, or by the roughness class if None."""
+        """Compute all orders' amplitudes [m] from the total RMS `height_m`, or from the roughness class if None."""
         shares: FloatArray = self.orders(round_m) ** -self.exponent
         if height_m is None:
             return math.sqrt(2 * self.density_m() * round_m ** (2 * self.exponent - 1)) * shares
@@ -77,7 +77,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """Compute the power law's constant g [m^(3 - 2 s)] of the roughness class; 0 without a class."""
+        """Compute the power law's constant g of the roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(__file__).with_name("roughness.toml"))

@@ -244,7 +244,7 @@ def test_a_run_file_carries_its_bearing(tmp_path):
 
 @pytest.mark.parametrize(
     ("change", "legal"),
-    [({"shape": DefectShape.COSINE}, "'flat' and 'hole'"), ({"shape": DefectShape.FLAT, "extent_m": None}, "0.5 mm")],
+    [({"shape": DefectShape.COSINE}, "'flat' or 'hole'"), ({"shape": DefectShape.FLAT, "extent_m": None}, "0.5 mm")],
 )
 def test_a_shape_that_strips_do_not_know_is_refused_with_a_legal_one(change, legal):
     scene = srbval.paper_scene(bearing="skf-6205", defect={"kind": "outer"})

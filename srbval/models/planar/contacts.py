@@ -1,14 +1,14 @@
 """Massless roller between two races: force on the outer ring as a function of the approach of the rings.
 
 `approach` is the displacement of the outer race towards the shaft at a roller's angle [m], in the bearing's radial
-direction. The roller slides in its slot until both races press equally. On a circle whose normal leans by b from the
-slot and by a from the radial direction, the outer race is penetrated by approach cos a + (slide + e_o) cos b, the inner
-race by (e_i - slide) cos b, with e the roller's radius less the gap to the race; forces follow `line.Patch`.
+direction. A roller slides in its slot of the cage until both races press equally. Spherical rollers touch a race on
+three circles. If a circle's normal leans by b from the slot and by a from the radial direction, the penetration is
+approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the inner race; e_o and e_i are the
+roller's radius less the gap to the race. Forces follow `line.Patch`. They are tabulated once per run over the approach;
+the force that a defect adds, over approach and position of the defect.
 
-The force is tabulated once per run, over the approach; with a defect also over the defect's position.
-
-A contact of a ball or a cylindrical roller is a row of independent strips along the race; for their laws see the page
-"The model hierarchy" of the theory, "planar". The contact angle is constant.
+Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
+model hierarchy" of the theory, section "planar". The contact angle is constant.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ POSITIONS = 64  # tabulated positions of a defect, from under the roller to the 
 
 
 class DefectHeight(NamedTuple):
-    """Piece of a defect on one circle of a race (0 outer, 1 inner), `middle_m` from the roller along the race."""
+    """Defect `part` on a `circle` (0 to 2) of a race (0 outer, 1 inner), `middle_m` from the roller along the race."""
 
     race: int
     circle: int
@@ -58,13 +58,13 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a roller, outer race first: `patches` of each race, and radius less gap at rest, `excess_m`."""
+    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius less gap at rest."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Returns the defect for `press` (a function of distance along the race), its reach and the race radius [m]."""
+        """Returns the defect as a function of its distance from the roller, its reach and the race radius [m]."""
         circle = defect.circle - 1
         patch = self.patches[race][circle]
         part = raised_piece(defect, patch.spacing_m)
@@ -73,10 +73,10 @@ class Slot:
         return (lambda middle: DefectHeight(race, circle, part, middle)), reach_m, patch.race_radius_m
 
     def press(self, approach_m: FloatArray, raised: DefectHeight | None = None) -> FloatArray:
-        """Balance the roller at each `approach_m`, any shape, by bisection: more slide always presses outwards.
+        """Balance the roller between both races at each `approach_m`, any shape, by bisection of its slide.
 
-        Returns radial force on the outer ring [N], damping of both races in series [N s/m], deepest penetration [m]:
-        [3, ...].
+        Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
+        [m], [3, ...]. `raised`: a defect.
         """
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         slide = bisect_range(
@@ -97,7 +97,7 @@ class Slot:
     def _race_force(
         self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectHeight | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        """Compute the force of a race along the slot, and along the bearing's radius [N]."""
+        """Compute a race's force on the roller in the direction of its slot, and its radial component [N]."""
         along, radial = np.zeros(slide.shape), np.zeros(slide.shape)
         for circle, patch in enumerate(self.patches[race]):
             depth = self._depth(race, circle, approach, slide)
@@ -109,7 +109,7 @@ class Slot:
         return along, radial
 
     def _damper(self, approach: FloatArray, slide: FloatArray) -> FloatArray:
-        """Compute the radial damping of both races in series [N s/m]; their stiffnesses divide the motion."""
+        """Compute the radial damping of both races in series [N s/m]; the softer race takes more of the motion."""
         stiffness, damper = [], []
         for race, sign in ((0, 1.0), (1, -1.0)):
             near, _ = self._race_force(race, approach, slide)
@@ -122,7 +122,7 @@ class Slot:
 
 
 def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Find, elementwise, the value between `low` and `high` at which `too_far` becomes True."""
+    """Find for each element the value between `low` and `high` above which the function `too_far` returns True."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         beyond = too_far(middle)
@@ -131,7 +131,7 @@ def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatA
 
 
 def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
-    """Build the contacts of the scene's roller with both races."""
+    """Build the contacts of a spherical roller of the scene with both races."""
     radius = roller_diameter_m(scene, geometry) / 2
     gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
     gap_inner = geometry.zero_play_diameter_m - gap_outer
@@ -141,10 +141,10 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 
 @dataclass(frozen=True)
 class Race:
-    """Contact with one race, in strips of `stiffness` per length [N/m^(1 + exponent)] and `exponent`.
+    """Contact of an element with one race, in strips: force per length = `stiffness` * penetration^`exponent`.
 
-    A ball's strips are lower by `fall_1_m` x^2 / 2 at x across the race; a roller's strips are alike over its
-    `length_m`. `along_1_m`: curvature of the gap along the race.
+    A ball's penetration is smaller by `fall_1_m` x^2 / 2 at x across the race; a roller's is constant over its
+    `length_m`. `along_1_m`: curvature of the gap along the race; `radius_m`: of the race.
     """
 
     stiffness: float
@@ -168,7 +168,7 @@ class Race:
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
     def added_n(self, depth_m: FloatArray, opening: Opening) -> FloatArray:
-        """Compute the force that a defect adds, negative for an opening; shapes broadcast."""
+        """Compute the force that a defect adds, negative for a pit; shapes of penetration and position broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, opening.middle_m.shape))
         for x, half in zip(opening.across_m, opening.half_m, strict=True):
             level = depth_m - self.fall_1_m * x**2 / 2
@@ -178,9 +178,9 @@ class Race:
 
 
 class Opening(NamedTuple):
-    """Defect of one race (0 outer, 1 inner): half length `half_m` of each strip at `across_m`, `strip_m` wide.
+    """Pit or bump of a race (0 outer, 1 inner): strips of half length `half_m` at `across_m`, each `strip_m` wide.
 
-    `middle_m`: distance of its middle from the element along the race, any shape.
+    `middle_m`: distance of the defect's middle from the element along the race, any shape.
     """
 
     race: int
@@ -201,7 +201,7 @@ class Opening(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSlot:
-    """Rolling element between its `races`, outer first; `play_m`: total play; `damping_s`: see `LineContact`."""
+    """Rolling element between two races, outer first; `cosine` of the contact angle; `damping_s`: see `LineContact`."""
 
     races: tuple[Race, Race]
     cosine: float
@@ -214,7 +214,7 @@ class ElementSlot:
         return (-self.play_m / 2, -self.play_m / 2)
 
     def press(self, approach_m: FloatArray, raised: Opening | None = None) -> FloatArray:
-        """Balance the element at each `approach_m`; see `Slot.press`."""
+        """Balance the element between both races at each `approach_m`; returns the same as `Slot.press`."""
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         whole = np.broadcast_to(approach_m * self.cosine - self.play_m, shape)
         reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
@@ -234,7 +234,7 @@ class ElementSlot:
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """See `Slot.place_on_race`; raises `ConfigurationError` for a shape that strips cannot represent."""
+        """See `Slot.place_on_race`; raises `ConfigurationError` for a cosine shape or a defect without extent."""
         across, half, strip = _strips(defect, self.races[race], deepest_m)
         bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
 
@@ -252,14 +252,14 @@ class ElementSlot:
 
 
 def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Divide a defect into strips: places across the race, half lengths and width, within the widest contact."""
+    """Divide a defect within the widest contact into strips: places across the race, half lengths, width of a strip."""
     if defect.extent_m is None:
         raise ConfigurationError(
-            f"a defect of {defect.points} points: the races of this bearing have none; give it an extent, "
-            "for example extent = '0.5 mm'."
+            f"a defect of {defect.points} points: the races of this bearing have no points; give the defect an "
+            "extent, for example extent = '0.5 mm'."
         )
     if defect.shape is DefectShape.COSINE:
-        raise ConfigurationError("defect shape = 'cosine': for this bearing the planar model has 'flat' and 'hole'.")
+        raise ConfigurationError("defect shape = 'cosine': use 'flat' or 'hole' with balls or cylindrical rollers.")
     widest = race.length_m if race.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / race.fall_1_m)
     hole = defect.shape is DefectShape.HOLE
     width = min(widest, defect.extent_m if hole else (defect.width_m or widest))
@@ -269,10 +269,10 @@ def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, F
 
 
 def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
-    """Build the contacts of the scene's element with both races.
+    """Build the contacts of a ball or cylindrical roller of the scene with both races.
 
-    Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): along the race 2 / (d (1 + gamma)) at the outer
-    and 2 / (d (1 - gamma)) at the inner race, gamma = d cos(alpha) / D; across it 2 / d less the groove's curvature.
+    Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): of the gap along the outer race 2 / (d (1 +
+    gamma)), along the inner 2 / (d (1 - gamma)), gamma = d cos(alpha) / D; across 2 / d less the groove's curvature.
     """
     d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
     races = []
@@ -296,7 +296,7 @@ def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
 
 
 def max_element_load_n(scene: Scene, elements: RollingElements) -> float:
-    """Compute the largest force on one element that the tables cover [N], from the largest load of the scene."""
+    """Compute the force on one element up to which contacts are tabulated [N], from the scene's largest load."""
     profile = scene.load_profile
     load = scene.load.radial_n if profile is None else max(profile.radial_n)
     carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
@@ -347,9 +347,9 @@ ElementContact = Slot | ElementSlot
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceTable:
-    """Table of a sound roller: force [N], damping [N s/m], depth [m] at the approaches ``start_m + i step_m``.
+    """Force [N], damping [N s/m], penetration [m] of an undamaged roller over the rings' approach: rows of `values`.
 
-    `values`: [3, approach], up to `deepest_m`; `bump_step_m`: step of the approach in the tables of defects.
+    Approaches: ``start_m + i step_m`` up to `deepest_m`; in tables of defects, from `start_m` by `bump_step_m`.
     """
 
     start_m: float
@@ -359,13 +359,13 @@ class ForceTable:
     values: FloatArray
 
     def at(self, approach_m: FloatArray) -> FloatArray:
-        """Interpolate all three rows at each approach; constant beyond the table's ends."""
+        """Interpolate force, damping and penetration at each approach; constant beyond the table's ends."""
         grid = self.start_m + self.step_m * np.arange(self.values.shape[1])
         return np.array([np.interp(approach_m, grid, row) for row in self.values])
 
 
 def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
-    """Tabulate a sound roller over the approach, from no contact to `deepest_m`, in steps proportional to it."""
+    """Tabulate an undamaged contact up to the approach `deepest_m`; `highest_m`: total height of all defects."""
     scale = deepest_m / MAX_APPROACH_M
     start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
     values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
@@ -377,10 +377,10 @@ def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MA
 def tabulate_bump(
     slot: ElementContact, plain: ForceTable, defect: Defect, race: int
 ) -> tuple[FloatArray, float, float]:
-    """Tabulate the force that a defect on one race, or on the roller against it, adds [N], [approach, positions].
+    """Tabulate the force that a defect of a race, or of a roller that meets it, adds [N], [approaches, positions].
 
-    The approach begins as in `plain`, in steps of its `bump_step_m`. Also returns the race's radius [m] and the step of
-    the positions [m], which are distances along the race from roller to defect; defects are symmetric.
+    Approaches: see `ForceTable`. Positions are distances from roller to defect along the race, from 0, since defects
+    are symmetric. Also returns the race's radius and the step of the positions [m].
     """
     raised, reach_m, race_radius_m = slot.place_on_race(defect, race, plain.deepest_m)
     position = np.linspace(0.0, reach_m, POSITIONS)

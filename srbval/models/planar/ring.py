@@ -1,4 +1,4 @@
-"""Planar ring model: force tables, static balance, then integration in chunks."""
+"""Run of the planar ring model: force tables, static balance, then integration in chunks."""
 
 import math
 import time
@@ -46,9 +46,9 @@ RING_BALANCE_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """Planar ring with its `kernel` numbers; `defect_of`: number in the scene of each of the kernel's `defects`.
+    """Planar ring of a scene; `kernel`: parameters of the compiled integration, `plain`: table of an undamaged roller.
 
-    `own_step`: True if ring and defects limit the integration's step, instead of `LONGEST_STEP_S`.
+    `defect_of`: index in `scene.defects` for each row of `kernel.defects`. `own_step`: False for `LONGEST_STEP_S`.
     """
 
     scene: Scene
@@ -59,7 +59,7 @@ class PlanarRing:
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
-        """Compute the speed at which a roller's contact passes the defect number `table`."""
+        """Compute the speed at which a contact passes the defect in the row `table` of `kernel.defects`."""
         step = 1e-4
         kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
         after, before = time_s + step, time_s - step
@@ -78,19 +78,19 @@ class PlanarRing:
         return np.array([np.cos(angle), np.sin(angle)])
 
     def undamaged_force_n(self, ring_m: FloatArray) -> FloatArray:
-        """Compute the force of all rows, without defects, on the ring displaced by `ring_m`, [2]."""
+        """Compute the force of the undamaged rollers of all rows [N], [2], on a ring displaced by `ring_m`, [2]."""
         outwards = self.outwards
         return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
-        """Compute the stiffness of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
+        """Compute the stiffness of undamaged rollers and housing at a ring displacement, [2, 2], symmetric."""
         here = self.undamaged_force_n(ring_m)
         moved = np.array([self.undamaged_force_n(ring_m + RING_DIFFERENCE_M * axis) for axis in np.eye(2)])
         contact = (here - moved) / RING_DIFFERENCE_M
         return self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
-        """Compute the damping of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
+        """Compute the damping of undamaged rollers and housing at a ring displacement, [2, 2], symmetric."""
         outwards = self.outwards
         dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_DAMPER]
         return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
@@ -165,7 +165,7 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
-    """Compute the longest step: a fifth of a radian of the highest mode, and a part of the fastest defect passage."""
+    """Compute the longest time step: 0.2 rad of the ring's highest mode, and a 40th of the shortest defect passage."""
     if not ring.own_step:
         return LONGEST_STEP_S
     softest = np.finfo(float).tiny
@@ -180,7 +180,7 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 
 
 def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the planar ring model, see `srbval.models.hierarchy`."""
+    """Run the planar ring for `whole` output intervals; yields chunks: number of the first interval, and outputs."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     y, rate, trial = np.zeros(STATE_SIZE), np.zeros((4, STATE_SIZE)), np.zeros(STATE_SIZE)
     with stats.timed():

@@ -1,4 +1,4 @@
-"""Kernel: Runge-Kutta steps of a ring in its plane, pushed by rollers at prescribed angles."""
+"""Compiled integration of the planar ring model: Runge-Kutta steps, with rollers at prescribed angles."""
 
 import math
 from typing import NamedTuple
@@ -20,10 +20,10 @@ ON_OUTER, ON_INNER, ROLLER_ON_OUTER, ROLLER_ON_INNER = range(4)
 
 
 class Ring(NamedTuple):
-    """Numbers of the planar ring in SI units.
+    """Parameters of the planar ring model in SI units.
 
-    `plain`, [3, approach]: table of an undamaged roller; `defects`, [D, BUMP_COLUMNS]; `bumps`, [D, approach,
-    positions]: force that each defect adds to a roller [N].
+    `plain`, [3, approaches]: force, damping and penetration of an undamaged roller. `defects`, [D, BUMP_COLUMNS]: a row
+    for each defect on each race that it meets; `bumps`, [D, approaches, positions]: force that it adds [N].
     """
 
     mass: float
@@ -44,7 +44,7 @@ class Ring(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Prescribed angles of cage, shaft and rollers in their slots [rad], and radial load [N], at every half step."""
+    """Prescribed angles of cage, shaft and rollers about their axes [rad], and radial load [N], at each half step."""
 
     cage: FloatArray
     shaft: FloatArray
@@ -56,8 +56,8 @@ class Motion(NamedTuple):
 def push_ring(y, cage, shaft, spun, ring):
     """Compute the force of all rollers on the ring, x and y [N], and the deepest penetration [m].
 
-    All rows have the same angles and press alike; a defect adds to one roller's force. `cage`, `shaft`, `spun`: see
-    `Motion`.
+    `y`: state of the ring; `cage`, `shaft`, `spun`: one value each of `Motion`. All rows have the same angles and
+    forces, but a defect acts in one row only.
     """
     plain, defects, bumps = ring.plain, ring.defects, ring.bumps
     force_x, force_y, deepest = 0.0, 0.0, -1.0
@@ -103,10 +103,10 @@ def push_ring(y, cage, shaft, spun, ring):
 
 @kernel
 def advance_ring(y, motion, step, ring, per_output, out, rate, trial):
-    """Advance `y` in place by classical Runge-Kutta over ``out.shape[0]`` output intervals of `per_output` steps.
+    """Advance the state `y` in place by classical Runge-Kutta, `per_output` steps for each row of `out`.
 
-    Fills acceleration, displacement, force on the ring and depth in `out`, see `outputs`. `rate`, [4, STATE_SIZE], and
-    `trial`, [STATE_SIZE]: working space.
+    Fills acceleration, displacement, force on the ring and penetration in `out`, see `outputs`. `rate`, [4,
+    STATE_SIZE], and `trial`, [STATE_SIZE]: working space.
     """
     stiffness, damping = ring.stiffness, ring.damping
     interval = step * per_output
