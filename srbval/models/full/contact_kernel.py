@@ -144,8 +144,7 @@ def place_of_point(radial, tangential, axial, space, j):
 
 @inlined
 def approach_and_slip(place, normal, space, j):
-    """Compute the race's velocity relative to the roller in column `j` at a place: normal component, then slip [m/s].
-    """
+    """Compute the race's velocity relative to the roller in column `j` at a place [m/s]: normal, then slip x, y, z."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
