@@ -1,12 +1,12 @@
-"""Regression check: compares a fingerprint of the program's behaviour with its reference, and finds stale evidence.
+"""Regression check: compares a fingerprint of the program's behaviour with a reference, and finds outdated results.
 
 `PROBES` lists the parts of the program on which stored results may depend. The probe of a part runs it on bundled
 scenes or shipped recordings and returns some tens of numbers. These are compared within a tolerance with the file
-``reports/fingerprint.json``, see `srbval.storage.stored_result`. A changed name leaves the fingerprint as it is, a
-changed constant of a model does not.
+``reports/fingerprint.json``, see `srbval.storage.stored_result`. Renaming a function leaves the fingerprint unchanged,
+changing a constant of a model does not.
 
-In scenes with play the rollers rattle, and a difference doubles every 2 ms: such scenes are run from rest for 12 ms, in
-which rounding errors grow from 1e-16 to 1e-13. Scenes without play are run for 50 ms.
+In scenes with play the rollers rattle, and a small change of the motion doubles every 2 ms. Such scenes are run from
+rest for 12 ms, in which rounding errors grow from 1e-16 to 1e-13. Scenes without play are run for 50 ms.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
-    """Compute the numbers of these parts (default: all), by part and name; takes 20 s with compiled kernels."""
+    """Probe parts of the program (default: all); return numbers by part and name. Takes 20 s with compiled kernels."""
     probes = {name: PROBES[name] for name in parts or PROBES}
     found = {}
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
@@ -135,7 +135,7 @@ def _analyse_shipped() -> tuple[Analysis, ...]:
 
 
 def _probe_reading() -> ProbeOutputs:
-    """Probe the detected lines in every shipped recording; the fit of an undetected line depends on rounding."""
+    """Probe the lines in every shipped recording; undetected lines are skipped, as their fit depends on rounding."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         record = analysis.recording.name
@@ -160,7 +160,7 @@ def _probe_diagnosis() -> ProbeOutputs:
 
 
 def _probe_path() -> ProbeOutputs:
-    """Probe amplitudes of the shipped recordings, and the path between a recording and a run of the impulse model."""
+    """Probe amplitudes of the shipped recordings, and the path identified from a recording and a run."""
     bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
     for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state
@@ -221,7 +221,7 @@ PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
-    """Comparison of every quantity with its reference (`checks`), and the `stale` evidence as `file` and `why`."""
+    """Comparison of each number with its reference (`checks`), and outdated stored results (`stale`: file, why)."""
 
     JSON_PROPERTIES: ClassVar = ("ok",)
     JSON_OMITTED: ClassVar = ("now",)
@@ -232,15 +232,15 @@ class CheckResult:
 
     @property
     def ok(self) -> bool:
-        """True if every quantity is within its range and no evidence is stale."""
+        """True if every number agrees with the reference and no stored result is outdated."""
         return not self.stale and all(check.ok for check in self.checks)
 
 
 def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progress = silent) -> CheckResult:
     """Compute the fingerprint of `parts` (default: all) and compare it with `reference` (default: the shipped one).
 
-    Evidence is checked only if all parts are computed. Raises `ConfigurationError` for an unknown part, and the errors
-    of running a bundled scene and of reading a shipped recording.
+    Stored results are checked only if all parts are computed. Raises `ConfigurationError` for an unknown part, and the
+    errors of running a bundled scene and of reading a shipped recording.
     """
     unknown = [part for part in parts if part not in PROBES]
     if unknown:
@@ -273,7 +273,7 @@ def write_reference(now: Fingerprint) -> None:
     for part, values in now.items():
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):
-                raise ConfigurationError(f"{part}, {name} is {value}; nothing was replaced. Correct that first.")
+                raise ConfigurationError(f"{part}: {name} is {value}, not a finite number; reference not replaced.")
     origin = stored_result.REFERENCE_ORIGIN | {"srbval": __version__, "git_revision": git_revision()}
     write_json(reference_path(), origin | {"parts": now})
     reference_fingerprint.cache_clear()

@@ -1,6 +1,6 @@
 """Configuration of Sphinx, which builds the documentation: ``sphinx-build -W -q srbval/docs FOLDER``.
 
-A page ``api/ROOM.md`` describes a subpackage; its word `MODULES` becomes the reference of the modules, from the
+A page ``api/ROOM.md`` describes a subpackage; its line `MODULES` becomes the reference of the modules, from the
 docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of all commands with their options
 and `SCENE_KEYS` a list of the keys of a scene file. A page `notebooks/NAME.md` contains the stored notebook `NAME` with
 its output. An expression such as `{{ amplitudes.counts.locked.of }}` becomes a number of a stored result, see
@@ -100,7 +100,7 @@ myst_substitutions = stored_numbers()
 
 
 def modules_of(room: str) -> list[str]:
-    """List the dotted names of a subpackage's modules, each package before its modules; `room` may be one module."""
+    """List the dotted names of a subpackage's modules, each package before its modules; `room` may be a module too."""
     files = [p.relative_to(PACKAGE.parent) for p in (PACKAGE / room).rglob("*.py")] or [Path("srbval", f"{room}.py")]
     return sorted(".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files)
 
@@ -135,7 +135,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """Run a command with ``--plot`` or Python beside the shipped recordings, and return the picture `file` as HTML."""
+    """Run an example (commands or Python) beside the shipped recordings, and return its picture `file` as HTML."""
     import matplotlib
 
     from srbval.cli import run_command_line
@@ -169,7 +169,7 @@ def notebook(name: str) -> str:
 
 
 def commands() -> str:
-    """List every command with a table of its options, from the parser."""
+    """Describe every command of ``srbval`` with a table of its options, in Markdown."""
     from srbval.cli.arguments import build_parser
 
     return "\n\n".join(_commands_below(build_parser()))
@@ -260,7 +260,7 @@ def formula(translator: Any, node: Any) -> None:
 
 
 def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
-    """Escape vertical bars in docstrings: they mean absolute values and never substitutions."""
+    """Escape vertical bars in docstrings, which docutils would read as the markup of substitutions."""
     lines[:] = [
         "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in LITERAL.split(line))
         for line in lines

@@ -25,12 +25,12 @@ Progress = Callable[[str, float | None], None]
 
 
 def silent(task: str, fraction: float | None) -> None:
-    """Ignore the progress."""
+    """Progress callback that displays nothing."""
 
 
 @contextlib.contextmanager
 def stage(progress: Progress, task: str) -> Iterator[None]:
-    """Report `task`, of unknown extent, as begun on entry and as done on a normal exit."""
+    """Context manager: report `task` as begun on entry, and as done on exit unless an exception was raised."""
     progress(task, None)
     yield
     progress(task, 1.0)
@@ -96,7 +96,7 @@ class ProgressDisplay:
                     self._report_if_due(task)
 
     def _report_if_due(self, task: str) -> None:
-        """Write a line about `task` if its last line is old enough and, in a log, if the task has advanced enough."""
+        """Write a line about `task` if its last line is old enough and, in a log file, if it has advanced enough."""
         now, (fraction, started_at, reported_at, count) = time.monotonic(), self._running[task]
         elapsed = now - started_at
         if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:
@@ -113,7 +113,7 @@ class ProgressDisplay:
         self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", passing=True)
 
     def _write(self, line: str, *, passing: bool = False) -> None:
-        """Write a line; on a terminal it overwrites the last `passing` line."""
+        """Write a line; on a terminal, the next line overwrites it if it is `passing`."""
         self._written_at, end = time.monotonic(), "\n"
         if self._terminal:
             before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if passing else line

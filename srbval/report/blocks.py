@@ -61,7 +61,7 @@ class TableColumn:
 class Cell:
     """Cell of a table: a value, its 95 % half width `ci95`, its source, its judgement, and a remark printed below it.
 
-    A value that is None or not finite is printed as a dash. Decimals end at the second significant digit of `ci95`.
+    A value that is None or not finite is printed as a dash. It is rounded to the second significant digit of `ci95`.
     """
 
     value: CellValue
@@ -94,10 +94,10 @@ def format_value(value: CellValue, spec: str) -> str:
 
 
 def _check(part: Any, kind: str, *needed: str) -> None:
-    """Raise ValueError if the id is invalid or if a text in `needed` is empty."""
+    """Raise ValueError if the id of `part` is invalid, or if one of its texts named in `needed` is empty."""
     if not _IDENTIFIER.fullmatch(part.id):
         raise ValueError(
-            f"{kind} id {part.id[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
+            f"{kind} id {part.id[:80]!r}: use at most 64 lower-case letters, digits, hyphens, starting with a letter."
         )
     for name in needed:
         if not getattr(part, name).strip():
@@ -174,8 +174,8 @@ class KeyValues:
 class Explore:
     """Interactive chart that the page's script draws from the data of a figure.
 
-    `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and positions on the x axis,
-    `x_per_order` is the length of one shaft order on the x axis.
+    `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and x positions of the lines
+    to mark, `x_per_order` is the width of one shaft order in units of the x axis.
     """
 
     x: str
@@ -191,9 +191,9 @@ class Figure:
     """Picture with its data, caption and alternative text.
 
     ``draw(folder, id)`` writes the picture (SVG) and the plotted data (CSV). `label` ("Figure 11a") precedes the
-    caption. A `synthetic` figure is marked as a stand-in. A `wide` figure takes the full width of the text. `small_of`
-    is the id of the figure of which a thumbnail is a small copy. Raises ValueError if the alternative text or the
-    caption is empty.
+    caption. A `synthetic` figure is marked as drawn from synthetic data. A `wide` figure takes the full width of the
+    text. `small_of` is empty, or for a thumbnail the id of the full figure. Raises ValueError if the alternative text
+    or the caption is empty.
     """
 
     id: str
@@ -231,7 +231,7 @@ Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | ReportTa
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictBox:
-    """Main result at the top of the page: a headline, a short line above it (`kicker`), points and a figure.
+    """Main result at the top of the page: headline, short line above it (`kicker`), list of `points`, figure.
 
     `blocks` follow below the headline; on the HTML page they replace `points` and `figure`.
     """
@@ -246,7 +246,7 @@ class VerdictBox:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """Section of a report; `id` is its anchor. A long page folds a section that is not `open`."""
+    """Section of a report; `id` is its anchor. A page with many sections collapses those that are not `open`."""
 
     id: str
     title: str
@@ -261,8 +261,8 @@ class Section:
 class Report:
     """Complete report; `data` is the content of ``report.json``, to which tables and figures are added.
 
-    `generated_utc` needs a time zone. Each entry of `rows` is written as a CSV file of that name. Raises ValueError if
-    two parts have the same id.
+    `generated_utc` needs a time zone. Each list in `rows` is written as a CSV file, named after its key. Raises
+    ValueError if two parts have the same id.
     """
 
     title: str
@@ -289,10 +289,10 @@ class Report:
             yield from section.blocks
 
     def figures(self) -> Iterator[Figure]:
-        """Iterate over all figures: the figure of the verdict, then the figures of the sections, including grids."""
+        """Iterate over all figures: the figure of the verdict, then those of the sections, also inside grids."""
         for block in self._blocks():
             yield from block.figures if isinstance(block, FigureGrid) else (block,) if isinstance(block, Figure) else ()
 
     def tables(self) -> Iterator[ReportTable]:
-        """Iterate over all tables in their order."""
+        """Iterate over all tables in the order of the page."""
         yield from (block for block in self._blocks() if isinstance(block, ReportTable))

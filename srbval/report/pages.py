@@ -12,7 +12,7 @@ STORED_TEXTS = Prose("srbval.report", "texts/stored.md")
 
 
 class StoredResults(dict[str, StoredResult]):
-    """Newest stored result of each name."""
+    """Newest stored results of studies, by name."""
 
     def content(self, name: str) -> Mapping[str, Any]:
         """Return the content of a result; the content is empty if no result is stored."""
@@ -21,10 +21,10 @@ class StoredResults(dict[str, StoredResult]):
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """Section of the report that is made only of the stored `results`; `place` orders the sections (see `assemble`).
+    """Section of the report, made from the stored results named in `results`; sections are sorted by `place`.
 
-    `data` returns further keys of ``report.json``; lists under an existing key are appended. `tile` returns the short
-    answer on the first screen, or None if no result is stored.
+    `data` returns further keys of ``report.json``; lists under an existing key are appended. `tile` returns a short
+    answer for the report's first screen, or None if no result is stored.
     """
 
     name: str
@@ -59,8 +59,8 @@ def study_page(
 ) -> Page:
     """Make the page of the study in `package` from its newest stored result.
 
-    The section starts with the origin of the result, followed by `blocks`, computed from the folder's ``texts.md`` and
-    the result. Without a result the section names the command that computes it. `data` and `tile` compute keys of
+    The section starts with the origin of the result, followed by `blocks`, made from the result and the package's
+    ``texts.md``. Without a result the section names the command that computes it. `data` and `tile` compute keys of
     ``report.json`` and the short answer on the first screen from the result.
     """
     name, prose = package.rpartition(".")[2], Prose(package)

@@ -147,11 +147,11 @@ class Prose:
 
 
 class _Fill(Formatter):
-    """Formatter that refuses missing values, formats numbers as tables do, and escapes markup with ``!l``."""
+    """Formatter that raises ValueError for missing values, formats numbers like a table, escapes markup (``!l``)."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if value is None or (isinstance(value, float) and not math.isfinite(value)):
-            raise ValueError(f"it is {value}")
+            raise ValueError(f"the value is {value}")
         return format_value(value, format_spec) if isinstance(value, int | float) else format(value, format_spec)
 
     def convert_field(self, value: Any, conversion: str | None) -> Any:

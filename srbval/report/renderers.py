@@ -1,4 +1,4 @@
-"""Renderers of the plain report: one HTML file that needs no network and no script, and a tagged PDF (UA-1)."""
+"""Renderers of a report: one HTML file that needs no network and no script, and an accessible PDF (PDF/UA-1)."""
 
 import base64
 import hashlib
@@ -109,7 +109,7 @@ def _font_folder() -> Path:
 
 @lru_cache(maxsize=1)
 def _known_characters() -> frozenset[int]:
-    """Code points of the text font; PDF/UA forbids characters without a glyph."""
+    """Code points that the PDF's font can display; PDF/UA forbids characters without a glyph."""
     from matplotlib.ft2font import FT2Font
 
     return frozenset(FT2Font(str(_font_folder() / "DejaVuSans.ttf")).get_charmap())

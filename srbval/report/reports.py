@@ -57,10 +57,10 @@ def make_report(
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[Findings, dict[str, Path]]:
-    """Simulate, analyse, compare, and write the main report into `folder`; return findings and files.
+    """Write the main report, the paper's model against the rig, into `folder`; return findings, and files by format.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the number of parallel runs (default: one per
-    core). `pages` come from studies. `command` is printed as the command that repeats the report. Raises
+    core). `pages` are sections of studies. `command` is printed as the command that repeats the report. Raises
     `ConfigurationError` if the duration is too short or typst is missing, `NumericsError` if a run fails, and
     `DataError` if the folder cannot be written to.
     """
@@ -108,9 +108,9 @@ def report_sources(
 ) -> tuple[Report, dict[str, Path]]:
     """Write a report on recordings of one bearing into `folder`; return the report, and its files by format.
 
-    Of a folder or many files, all recordings get a row and the most serious ones a section. If no band is requested, a
-    band is chosen for each record. Recordings that cannot be read are listed with the reason. For the model and the
-    errors, see `gather_user_records` and `make_report`.
+    For a folder or many files, a table lists all recordings, and only the most serious ones get a section. If no band
+    is requested, one is chosen for each record. Unreadable recordings are listed with the reason. For `model` and the
+    errors raised, see `gather_user_records` and `make_report`.
     """
     if "pdf" in formats:
         require_typst()
@@ -149,9 +149,9 @@ def trend(
     zones_mm_s: Sequence[float] = (),
     **options: Any,
 ) -> Trend:
-    """Compute the trend of the records of one machine: files, folders, recordings or runs, ordered by `record_times`.
+    """Compute the trend of the records of one machine: files, folders, recordings or runs, sorted by time.
 
-    `options` are fields of a `RecordRequest` and of `RecordingSettings`. A file that cannot be read causes a warning.
+    Unreadable files cause a warning. `times`: see `record_times`. `options`: `RecordRequest`, `RecordingSettings`.
     """
     requests = requests_for(sources, replace(build_request(options), one_band=True))  # levels are compared
     answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
@@ -174,7 +174,7 @@ def report_case(
     command: str = "srbval validate",
     progress: Progress = silent,
 ) -> tuple[Validation, dict[str, Path]]:
-    """Compare every pair of a case and write its report into `folder`; return the validation, and the files by format.
+    """Compare the pairs of a validation case and write its report; return the validation, and the files by format.
 
     Raises the errors of `validate`, and `DataError` if the folder cannot be written to; then no file is written.
     """
@@ -192,7 +192,7 @@ def report_case(
 
 
 def check_plot(path: Path) -> None:
-    """Raise `ConfigurationError` for a file name that `write_plot` cannot write, before anything is computed."""
+    """Raise `ConfigurationError` if the file name does not end with a suffix that `write_plot` supports."""
     if path.suffix.lower() not in PLOT_SUFFIXES:
         raise ConfigurationError(f"{path}: the name of a picture must end with one of {', '.join(PLOT_SUFFIXES)}.")
 

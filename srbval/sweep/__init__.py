@@ -1,1 +1,1 @@
-"""Sweeps: tables of scenes, simulated in parallel and measured, as one data frame."""
+"""Sweeps: simulate every scene of a table in parallel, and collect measures of the runs in a data frame."""

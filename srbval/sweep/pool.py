@@ -22,7 +22,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt:
-    """Outcome of a run: its `status` and the `reason`; `run` is None if the scene was ``refused``."""
+    """Outcome of a simulation; if `simulate` raised an error, `status` is ``refused`` and `run` is None."""
 
     scene: Scene
     status: str
@@ -36,7 +36,7 @@ class Attempt:
 
     @property
     def measurable(self) -> bool:
-        """True if the run lasted to its end near the bearing's motion, so that its errors can be computed."""
+        """True if the run is complete, even if inaccurate or out of energy balance, so that errors can be computed."""
         return self.works or self.status in (RunStatus.INACCURATE, RunStatus.ENERGY_OPEN)
 
 

@@ -31,8 +31,8 @@ def bench_scene(
 ) -> Scene:
     """Create the scene `name` with a solver and a time step, at its own speed or at `rpm`.
 
-    A name consists of a roller fit of the paper's scene (``play0``, ``interference``) or ``rig``, and a state, as in
-    ``interference-outer``. Raises `ConfigurationError` for an unknown name.
+    `name` is ``play0``, ``interference`` (roller fits of the paper's scene) or ``rig``, a hyphen and the bearing state,
+    as in ``interference-outer``. Raises `ConfigurationError` for an unknown name.
     """
     check_names([name], [solver])
     fit, state = name.split("-")
@@ -43,7 +43,7 @@ def bench_scene(
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
-    """Copy of the scene that settles for `settle` roller passages of the outer race, then records `passages`."""
+    """Copy a scene; it settles for `settle` roller passages (1 / BPFO), then records `passages`, at least `least_s`."""
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
         math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ
@@ -61,7 +61,7 @@ def output_rate_hz(step_s: float) -> float:
 
 
 def check_names(scenes: Iterable[str], solvers: Iterable[str]) -> None:
-    """Raise `ConfigurationError` for a name that is not in `BENCH_SCENES` or not a solver."""
+    """Raise `ConfigurationError` for a scene that is not in `SOLVER_SCENES`, or an unknown solver."""
     for what, names, known in (("scene", scenes, SOLVER_SCENES), ("solver", solvers, SOLVERS)):
         for name in names:
             check_known(what, name, known)

@@ -1,4 +1,4 @@
-"""Sweeps: every row of a table of scenes is simulated and measured; the measures become columns of the table.
+"""Sweeps: every row of a table is simulated, and measures of its runs become further columns of the table.
 
 The table is a `grid` over axes, `draws` from ranges, or any other data frame. `sweep` simulates its rows in parallel
 and stores each row when its runs have ended, so that interrupted work continues. `bisect` finds the last value of one
@@ -55,7 +55,7 @@ def sweep(
     """Simulate and measure the scene or scenes of every row; returns `cases` with the measures as further columns.
 
     `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` computes measures of their runs, failed runs
-    included. A stored row is found again only if the sources behind `measure` are unchanged. The columns `status` and
+    included. A stored row is reused only if the sources behind `measure` are unchanged. The columns `status` and
     `reason` (of the first run of a row) are added unless `measure` returns them. With ``stored=False`` nothing is read
     or stored, as for timings. `jobs` rows are computed at a time (default: one per core).
     """

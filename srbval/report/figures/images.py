@@ -1,4 +1,4 @@
-"""Wavelet transform over time and frequency as an image (the kind of Figure 14), and thumbnails of figures."""
+"""Images of wavelet transforms over time and frequency, as in the paper's Figure 14, and thumbnails of figures."""
 
 from collections.abc import Sequence
 
@@ -18,10 +18,10 @@ THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of
 
 @panel
 def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: float, top: float) -> PanelData:
-    """Draw a small copy of a figure without numbers: model left, rig right, on the same axes.
+    """Draw a thumbnail of a figure without axis labels: model left, rig right, on the same axes.
 
-    If there are `images`, scalograms are drawn; if `end_hz` is not 0, spectra up to `end_hz`; otherwise signals in
-    time. `top` is the end of the amplitude axis or of the colour scale.
+    If there are `images`, scalograms are drawn; if `end_hz` is not 0, spectra up to `end_hz`; otherwise signals
+    over time. `top` is the end of the amplitude axis or of the colour scale.
     """
     figure, columns = style.new_figure(THUMBNAIL_INCHES), list[tuple[str, FloatArray, FloatArray]]()
     for place, (axes, record) in enumerate(zip(figure.subplots(1, 2), sides, strict=True)):
@@ -57,8 +57,8 @@ def scalogram_panel(
 ) -> PanelData:
     """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
-    The line of `state` is marked. If the shaft modulates the line, ticks along the top mark the shaft's period. At both
-    ends, the region that the ends of the record distort (cone of influence) is hatched.
+    The fault line of `state` is marked. If the shaft modulates this line, ticks along the top mark the shaft's period.
+    At both ends, the region that the ends of the record distort (cone of influence) is hatched.
     """
     from matplotlib import colormaps
 
@@ -109,7 +109,7 @@ def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArr
 
 
 def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
-    """Return the picture's values on a coarser grid: one row for each time, one column for each frequency [Hz]."""
+    """Return the columns of a scalogram's CSV file on a coarse grid: the time, and the magnitude at each frequency."""
     rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_FREQUENCIES, len(frequency))).round().astype(int)
     coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
     n = coarse.shape[1]
@@ -119,7 +119,7 @@ def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, 
 
 
 def average_columns(values: FloatArray, columns: int) -> FloatArray:
-    """Average the last axis over `columns` equal stretches; a shorter axis stays unchanged."""
+    """Average the last axis in segments, so that `columns` values remain; a shorter axis stays unchanged."""
     n = values.shape[-1]
     if n <= columns:
         return values

@@ -1,4 +1,4 @@
-"""Pictures for a notebook or for a single file."""
+"""Plots of one object, such as a recording or an analysis, for a notebook or a picture file."""
 
 from functools import singledispatch
 from typing import Any
@@ -33,7 +33,7 @@ def plot(of: Any, ax: Any = None, **options: Any) -> Any:
     """Draw an object onto matplotlib axes, by default onto new axes of pyplot, and return the axes.
 
     A recording or a run is drawn as its signal over time; an analysis as its envelope spectrum with the expected lines,
-    over the spectrum of a `healthy` analysis of the same band; a diagnosis as its probabilities; a bearing as the
+    together with the spectrum of the analysis `healthy` if given; a diagnosis as its probabilities; a bearing as the
     orders of its lines; a validation as errors with their uncertainties.
     """
     with figure_style():
@@ -99,7 +99,7 @@ def _validation(of: Validation, axes: Any) -> None:
 
 
 def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:
-    """Draw the middle of a record with its envelope, and below it the envelope spectrum (see `plot`)."""
+    """Draw signal and envelope in the middle of a record, and below them its envelope spectrum (see `plot`)."""
     record, _ = record_views(analysis, healthy)
     figure = new_figure((7.6, 5.4))
     upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))

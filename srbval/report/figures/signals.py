@@ -27,7 +27,7 @@ def acceleration_panel(
     period: tuple[str, float] | None = None,
     inches: tuple[float, float] = HALF,
 ) -> PanelData:
-    """Draw a signal (light) and its envelope (strong) over time; `period`, a name and a length [s], becomes a bar."""
+    """Draw signal (light) and envelope (strong) over time up to ±`limit`, and a bar for `period` (name, length [s])."""
     figure, axes = new_axes(inches)
     kept = style.extreme_indices(record.acceleration, SIGNAL_BINS)
     draw_acceleration(axes, record, limit, kept)
@@ -43,7 +43,7 @@ def acceleration_panel(
 
 
 def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = slice(None)) -> None:
-    """Draw acceleration and envelope of the samples `kept` onto given axes."""
+    """Draw acceleration and envelope onto given axes up to ±`limit`, only the samples at the indices `kept`."""
     (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
     time_ms = (record.time_s[kept] - start) * 1e3
     quantity = QUANTITY_NAMES.get(record.unit, "acceleration")
@@ -68,7 +68,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 @panel
 def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
-    """Draw the Welch spectra of `records` by name, a "healthy" record's dashed; shade the band of the last record."""
+    """Draw the Welch spectra of named records, dashed if "healthy" begins the name; shade the last record's band."""
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
     origin = Origin.STAND_IN if Origin.STAND_IN in origins else last.origin
@@ -101,7 +101,7 @@ NAME_HEIGHT = 0.75  # of the axes: start of the labels in a narrow panel, above 
 def spectrum_panel(
     view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
 ) -> PanelData:
-    """Draw an envelope spectrum over frequency and shaft order; if `brief`, at half width and without a legend."""
+    """Draw an envelope spectrum up to the amplitude `top`; if `brief`, at half width and without a legend."""
     record, healthy = view.record, view.healthy
     figure, axes = new_axes(NARROW_PANEL_INCHES if brief else WIDE)
     draw_spectrum(axes, view, top, brief=brief)
@@ -170,7 +170,7 @@ def _draw_cursors(axes: Any, view: SpectrumView) -> None:
 
 
 def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
-    """Choose the height of each label, in heights of the axes, so that neighbouring labels do not overlap."""
+    """Choose each label's height, as a fraction of the axes' height, so that neighbouring labels do not overlap."""
     low, high = axes.get_xlim()
     width = LABEL_INCHES / axes.figure.get_figwidth()
     last = dict.fromkeys(LABEL_TOPS, -np.inf)

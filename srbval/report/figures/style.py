@@ -1,4 +1,4 @@
-"""Style of all figures: colours by origin, fewer digits and points in the files, and helpers for axes."""
+"""Style of all figures: colours by origin of the data, fewer digits and points in the files, helpers for axes."""
 
 import functools
 import io
@@ -69,7 +69,7 @@ def round_digits(values: FloatArray) -> FloatArray:
 
 
 def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
-    """Return ascending indices of the smallest and largest value in each of `bins` stretches, for drawing a curve."""
+    """Return ascending indices of the smallest and largest value in each of `bins` segments, for plotting."""
     n = len(values)
     if n <= 2 * bins:
         return np.arange(n)
@@ -83,7 +83,7 @@ def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
 def thin_spectrum(
     frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Select the part of a spectrum above 0 up to `end_hz`, and thin it by `extreme_indices`."""
+    """Select a spectrum from 0 to `end_hz`, and keep only the points that a plot needs (see `extreme_indices`)."""
     inside = (frequency_hz > 0) & (frequency_hz <= end_hz)
     frequency, height = frequency_hz[inside], amplitude[inside]
     kept = extreme_indices(height, bins)
@@ -100,7 +100,7 @@ ORIGINS = {
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """Context in which figures have the report's style, whatever the user's settings are."""
+    """Context manager: figures drawn inside have the report's style, independent of the user's settings."""
     import matplotlib as mpl
 
     with mpl.rc_context():
@@ -110,10 +110,10 @@ def figure_style() -> Iterator[None]:
 
 
 def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
-    """Turn a function that returns a figure and its columns into a `Drawing` that writes ``name.svg`` and ``name.csv``.
+    """Decorate a function that draws a figure: it returns a `Drawing`, which writes ``name.svg`` and ``name.csv``.
 
-    The data have six significant digits; missing numbers are empty. Both files are stored, and drawn again only if the
-    arguments, the sources or the libraries have changed.
+    The function itself returns the figure and the plotted columns, written with six significant digits. Both files are
+    cached, and drawn again only if the arguments, the sources or the libraries have changed.
     """
     store = ContentStore(kind="figure", computed_by=draw.__module__)
 
@@ -174,7 +174,7 @@ def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17
 
 
 def transform_above_axes(axes: Any, points: float) -> Any:
-    """Return the transform of axes coordinates that are shifted up by `points`."""
+    """Return matplotlib's transform of axes coordinates, shifted up by `points` typographic points."""
     from matplotlib.transforms import ScaledTranslation
 
     return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)

@@ -1,4 +1,4 @@
-"""Findings of the main report as frozen data, from which its sections and figures are made without computing."""
+"""Findings of the main report: all data that its sections and figures need, so that these compute nothing."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,9 +27,9 @@ Side = Mapping[Fault, Analysis]
 class Findings:
     """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
 
-    `validation` covers every recording of the rig, the other fields one speed. `analyses` has the sides ``paper`` (the
-    model at 710 rpm), ``model`` (at the speed of each recording) and ``rig``; `views` and `scalograms` have the last
-    two sides. The key of a run is the id of its case.
+    `validation` covers every recording of the rig, `analyses` one recording for each bearing state. The keys of
+    `analyses` are ``paper`` (model at 710 rpm), ``model`` (model at the recording's speed) and ``rig`` (recording);
+    `views` and `scalograms` have only ``model`` and ``rig``. The keys of `runs` are ids of simulation cases.
     """
 
     data: Mapping[str, Any]
@@ -47,9 +47,9 @@ class Findings:
     provenance: Mapping[str, Any]
 
     def sides_of(self, state: Fault) -> tuple[list[RecordView], list[Scalogram]]:
-        """Return the views and the scalograms of one bearing state, each as a list of model and rig."""
+        """Return the views and the scalograms of one bearing state, each as a list [model, rig]."""
         return [side[state] for side in self.views.values()], [side[state] for side in self.scalograms.values()]
 
     def frame(self, key: str) -> "pd.DataFrame":
-        """Return the rows under a key of ``report.json`` as a frame whose columns are the keys of a row."""
+        """Return a list of rows in ``report.json``, such as ``table6``, as a data frame."""
         return plain_frame(to_json(list(self.data[key])))

@@ -36,12 +36,12 @@ def gather(
 ) -> Findings:
     """Simulate the paper's cases and analyse them with the registered recordings of the rig; see `make_report`.
 
-    Raises the errors of simulating and loading, `NumericsError` with the name of a failed run, and `DataError` if no
-    recording of a state can be read.
+    Raises `ConfigurationError` if `seconds` is too short, `NumericsError` if a run fails, `DataError` if a bearing
+    state has no readable recording, and the errors of loading a recording.
     """
     if seconds < MIN_SIMULATED_S:
         raise ConfigurationError(
-            f"{seconds:g} s are too short to separate lines from shaft harmonics; use {MIN_SIMULATED_S:g} s or more."
+            f"{seconds:g} s are too short to separate lines from shaft harmonics: use {MIN_SIMULATED_S:g} s or more."
         )
     bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), load_newest_results(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
@@ -55,12 +55,12 @@ def gather(
     sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
 
     def keep(one: PairReading) -> None:
-        """Keep the measured and the simulated side of a record if the figures draw it."""
+        """Keep the measured and the simulated analysis of a pair if the figures show its recording."""
         rig, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
         if entry is None or rig.recording.file != entry.file:
             return
         if one.problem:
-            raise NumericsError(f"the model's run at the speed of the {one.state} recording failed: {one.problem}")
+            raise NumericsError(f"the simulation at the speed of the {one.state} recording failed: {one.problem}")
         shown = one.sides["simulated"].model if "simulated" in one.sides else None
         sides[one.state] = rig, shown or run_counterpart(rig, one.state, progress=progress)
 
@@ -112,8 +112,8 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
         raise DataError(
-            f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
-            f"install it again, and see what `srbval data verify` names.{unusable}"
+            f"no recording of the rig can be read for: {', '.join(missing)}. srbval is shipped with one of each "
+            f"state: reinstall it, and list damaged files with `srbval data verify`.{unusable}"
         )
 
 
@@ -131,8 +131,8 @@ def choose_rig_recordings(
 ) -> dict[Fault, RegisteredRecording]:
     """Choose recordings of the rig at the paper's load and at one speed, one for each bearing state.
 
-    The speed with most states is chosen, then the speed nearest to 727 rpm; of several recordings of a state, the
-    longest.
+    The speed is the one at which most states were recorded; of several, the nearest to the paper's motor speed. Of
+    several recordings of a state, the longest is chosen.
     """
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):

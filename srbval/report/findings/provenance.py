@@ -41,7 +41,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
 
 
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
-    """Describe the run of a case; `step_s` is None for a model with its own solver, `numerics` [%] if not estimated."""
+    """Describe a run: `step_s` is None if the model has its own solver, `numerics` if no step error was estimated."""
     scene, own_solver = run.scene, level_of(run.scene.model).own_solver
     return {
         "id": case.id,

@@ -38,7 +38,7 @@ class RecordView:
     """Arrays of one record that figures draw.
 
     Amplitudes are in `unit`: the record's own unit, or standard deviations of the band-passed signal. `time_s`,
-    `acceleration` and `envelope`, shape [n], are inside `window_s`. `frequency_hz` and `amplitude`, shape [m], are the
+    `acceleration` and `envelope`, shape [n], cover only `window_s`. `frequency_hz` and `amplitude`, shape [m], are the
     envelope spectrum; `peaks` are name, frequency [Hz] and amplitude of its detected lines. `power_hz` and `power_db`
     [dB re 1/Hz], shape [k], are a Welch spectrum before demodulation.
     """
@@ -67,7 +67,7 @@ class RecordView:
 
 
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
-    """Prepare an analysed record for figures, in standard deviations, or in the record's unit if `own_unit`."""
+    """Prepare an analysed record for figures; amplitudes are in standard deviations, or in its unit if `own_unit`."""
     shown = analysis.processed
     spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
     time = np.arange(len(shown.filtered)) / shown.fs_hz
@@ -141,13 +141,13 @@ class SpectrumView:
 
 
 def peak_amplitude(record: RecordView, end_hz: float) -> float:
-    """Return the largest amplitude of the envelope spectrum up to `end_hz`, without the slow trend at its start."""
+    """Return the largest amplitude of the envelope spectrum up to `end_hz`, excluding slow trends near 0 Hz."""
     least_hz = min(MIN_SPECTRUM_HZ, MIN_SPECTRUM_ORDER * record.shaft_hz)
     return float(record.amplitude[(record.frequency_hz > least_hz) & (record.frequency_hz <= end_hz)].max())
 
 
 def spectrum_end_hz(analysis: Analysis, marked: Line | None) -> float:
-    """Choose the end of a plotted spectrum [Hz]: a few harmonics of `marked`, or both race lines, within the band."""
+    """Choose the end of a plotted spectrum [Hz]: after four harmonics of `marked`, or after both race lines if None."""
     end = MARKED_SPAN * marked.kinematic_hz if marked else RACES_SPAN * analysis.line_of(Fault.INNER).kinematic_hz
     low, high = analysis.processed.band_hz
     return min(end, high - low)
@@ -156,7 +156,7 @@ def spectrum_end_hz(analysis: Analysis, marked: Line | None) -> float:
 def spectrum_view(
     record: RecordView, healthy: RecordView | None = None, marked: Line | None = None, end_hz: float | None = None
 ) -> SpectrumView:
-    """Prepare the spectrum up to `end_hz` (see `spectrum_end_hz`), with one sideband beside each marked harmonic."""
+    """Prepare an envelope spectrum up to `end_hz` with the expected lines, and harmonics and sidebands of `marked`."""
     analysis = record.analysis
     end_hz = end_hz or spectrum_end_hz(analysis, marked)
     first = first_lines(analysis)
@@ -175,12 +175,12 @@ def first_lines(analysis: Analysis) -> tuple[Line, ...]:
 
 
 def marked_line(analysis: Analysis) -> Line | None:
-    """Return the detected fault line with the deepest modulation, whose harmonics figures mark; None without one."""
+    """Return the detected fault line with the greatest modulation depth, or None; figures mark its harmonics."""
     return next(iter(detected_fault_lines(analysis.lines)), None)
 
 
 def detected_peaks(record: RecordView) -> tuple[tuple[float, float], ...]:
-    """Return frequency [Hz] and height of the peaks of all lines whose first harmonic was detected."""
+    """Return frequency [Hz] and amplitude of the peaks of all lines whose first harmonic was detected."""
     detected = tuple(line.name for line in first_lines(record.analysis) if line.detected)
     return tuple((hz, height) for name, hz, height in record.peaks if name.startswith(detected))
 
@@ -194,7 +194,7 @@ def fault_cursors(
     sideband_name: str = "fr",
     sidebands: int = 0,
 ) -> tuple[Cursor, ...]:
-    """List the frequencies to mark up to `end_hz`: harmonics of `line`, and `sidebands` on either side of each."""
+    """List the frequencies to mark up to `end_hz`: harmonics of `line`, each with `sidebands` pairs of sidebands."""
     found = []
     for harmonic in range(1, int(end_hz // frequency_hz) + 1):
         name = line if harmonic == 1 else f"{harmonic}x{line}"
@@ -208,13 +208,13 @@ def fault_cursors(
 
 
 def envelope_scalogram(shown: RecordView) -> Scalogram:
-    """Compute the wavelet transform of a record's envelope inside its window."""
+    """Compute the wavelet transform of a record's envelope in the view's time window."""
     envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
 
 
 def power_share_near_line(image: Scalogram, line_hz: float) -> float:
-    """Compute the share of a scalogram's power within a sixth of an octave of a line, 0 outside its frequencies."""
+    """Compute the share of a scalogram's power within a sixth of an octave of a line, 0 if it lies outside."""
     power = (np.asarray(image.amplitude) ** 2).mean(axis=1)
     frequency = np.asarray(image.frequency_hz)
     near = (frequency >= line_hz / BAND_EDGE_FACTOR) & (frequency <= line_hz * BAND_EDGE_FACTOR)

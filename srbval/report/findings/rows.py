@@ -82,7 +82,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Compute a fault line's frequency [Hz] in the scene ``rig`` from stored simulations: mean and 95 % half width."""
+    """Compute mean and 95 % half width [Hz] of a fault line from stored simulations of the bundled scene ``rig``."""
     fault, variants = Fault(row["defect"]), stored.get("variants", ())
     analysis = rig[fault]
     found = [
@@ -103,7 +103,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
 def picture_rows(
     state: Fault, views: Iterable[RecordView], images: Sequence[Scalogram], levels: Iterable[Row]
 ) -> Iterator[Row]:
-    """Compare model and rig by kurtosis, levels and power at the line, which decide whether figures are alike."""
+    """Compare model and rig by kurtosis, line levels and power near the line, to judge if their figures are alike."""
     model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.processed.filtered for one in (model, rig))
@@ -120,13 +120,13 @@ def picture_rows(
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Compare one number of model and rig, which are `alike` within a limit in dB or a share of the rig's value."""
+    """Compare a number of model and rig; `alike` is true if they differ by at most a limit (dB, or % of the rig)."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
 def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
-    """List the rig's cage ratio at each speed, and its change with speed, with errors and verdicts of both scenes."""
+    """List the rig's cage ratios and their change with speed, with errors and verdicts of scenes ``paper``, ``rig``."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
@@ -141,7 +141,7 @@ def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) ->
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
-    """List errors of levels over the first harmonic, for the paper's scene and, if known, for the scene ``rig``."""
+    """List the model's errors in levels relative to the first harmonic, in scene ``paper`` and, if stored, ``rig``."""
     own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
     for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
         if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
@@ -158,9 +158,9 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
 
 
 def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
-    """Select the comparisons of records whose fault line is detected, without the comparison of the line itself.
+    """Select compared quantities of records whose fault line is detected, but not the frequency of this line.
 
-    The cage ratio contains the same information, and its errors may be averaged over both races.
+    The cage ratio contains the same information; its errors may be averaged over both races, those of lines may not.
     """
     frame = comparison_frame(rows)
     lines = frame[frame["kind"].isin([one.kind for one in LINE_QUANTITIES]) & frame["rig_present"].astype(bool)]
@@ -187,7 +187,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """List the cage ratios that `cage_ratio_plot` draws at each nominal speed: records, mean, scenes, kinematics."""
+    """List the cage ratios for `cage_ratio_plot` by nominal speed: records, their mean, simulations, pure rolling."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
@@ -206,7 +206,7 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
 
 
 def trend_row(means: CageMeans, rows: Iterable[Row]) -> Row:
-    """Compute the change of the cage ratio from the fastest to the slowest speed [%], of rig and scene ``rig``."""
+    """Compute the cage ratio's change from fastest to slowest speed [%], measured and simulated (scene ``rig``)."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in rows if (one["scene"], one["endpoint"]) == ("rig", name)), None)

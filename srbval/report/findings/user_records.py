@@ -38,8 +38,8 @@ MAX_BAND_SHARE_OF_RATE = 0.45  # upper end of the model's band, as a share of th
 class ModelSide:
     """Run of the model at a record's speed with the defect of `state`, and its arrays for figures.
 
-    `open_cage` is the relative 95 % half width of the cage speed that the bearing's dimensions leave open, 0 if the
-    geometry is known. `stated_load` is false if the scene's load was used.
+    `open_cage` is the relative 95 % half width of the cage speed if the bearing's geometry is unknown, otherwise 0.
+    `stated_load` is false if the record states no load; then the load of the bundled scene `base` was used.
     """
 
     run: Run
@@ -61,7 +61,7 @@ class ModelSide:
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the entry in ``report.json``."""
+        """Return the run's entry in ``report.json``."""
         own = {name: getattr(self.run, name) for name in ("status", "cage_ratio", "bpfo_hz", "bpfi_hz")}
         origin = {"scene": self.base, "model": self.run.scene.model, "state": self.state}
         return origin | own | {"open_cage": self.open_cage, "analysis": self.view.analysis}
@@ -71,7 +71,7 @@ class ModelSide:
 class UserRecord(RecordReading):
     """Analysed recording with its envelope spectrum, and the line whose harmonics are marked in the spectrum.
 
-    `model` is None without a model, and the reason as a text if the model's run failed.
+    `model` is None if no model was run, and the reason as a text if its run failed.
     """
 
     view: SpectrumView
@@ -84,7 +84,7 @@ class UserRecord(RecordReading):
         return summary_of(to_json(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the entry in ``report.json``: all numbers; the arrays are in the data files of the figures."""
+        """Return the recording's entry in ``report.json``: all numbers, but no arrays, which figures store as CSV."""
         baseline, model = self.baseline, self.model
         shown = baseline and {name: getattr(baseline, name) for name in ("conditions", "remarks", "analysis")}
         return super().to_dict() | {
@@ -97,11 +97,11 @@ class UserRecord(RecordReading):
 def gather_user_records(
     requests: Sequence[RecordRequest], *, model: bool = True, progress: Progress = silent
 ) -> tuple[tuple[UserRecord, ...], list[FailedFile], dict[str, Any]]:
-    """Read recordings of one bearing, each compared with the given healthy record or the registered one of its rig.
+    """Analyse recordings of one bearing; compare each with the given healthy record or the registered one of its rig.
 
     Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, the model
-    is compared with each measured record of a bearing with known dimensions. Raises the error of the records if none
-    can be analysed.
+    is compared with each measured record of a bearing with known dimensions. If none can be
+    analysed, an error with the reasons is raised.
     """
     if not requests:
         raise ConfigurationError("no recording is given: name at least one file.")
@@ -128,7 +128,7 @@ def gather_user_records(
 
 
 def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
-    """Add to a reading the spectrum and the marked line that the report draws, and the model if given."""
+    """Add to an analysed recording the spectrum and the marked line for the report, and the model's run if given."""
     analysis, verdict, baseline = reading.analysis, reading.verdict, reading.baseline
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
@@ -140,7 +140,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """Run the model at the record's speed with a defect of `part` or of the declared part; None without a model."""
+    """Run the model at a record's speed with the found or declared defect; None if not applicable, text if it fails."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None

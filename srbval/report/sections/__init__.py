@@ -1,1 +1,1 @@
-"""Sections of the report: pure functions from findings to blocks, which select and word and compute nothing."""
+"""Sections of the report: functions that put findings into tables, figures and sentences, without computing."""

@@ -1,4 +1,4 @@
-"""First screen of the main report: the answer, Table 6, thumbnails of the figures, tiles, and the stored results."""
+"""First screen of the main report: the answer, Table 6, thumbnails of the figures, and short answers of studies."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -61,7 +61,7 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
 
 
 def worst_tone(answers: Iterable[str]) -> Tone:
-    """Return the tone (colour and sign) of the worst verdict; a warning without verdicts."""
+    """Return the tone (colour and sign) of the worst verdict; a warning if there is no verdict."""
     found = set(answers)
     return next((tone for answer, tone in TONES_WORST_FIRST.items() if answer in found), Tone.WARNING)
 
@@ -77,14 +77,14 @@ def finding_sentence(stated: Sequence[ReportRow]) -> str:
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Put an endpoint of the cage ratio into words, such as "its change from 877 to 353 rpm"."""
+    """Put a compared quantity of the cage speed into words: "at 353 rpm", "its change from 877 to 353 rpm"."""
     later, less, first = endpoint.partition(" less ")
     is_change = less and first.endswith("rpm")
     return f"its change from {first.removesuffix(' rpm')} to {later} rpm" if is_change else f"at {endpoint}"
 
 
 def near_sentence(data: ReportRow) -> str:
-    """State the errors of both fault lines at the rig's measured speed, and of the cage speed in the rig's scene."""
+    """State the model's errors: both fault lines at the rig's measured speed, and cage speed in the rig's scene."""
     rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
@@ -132,7 +132,7 @@ def _table6(data: ReportRow) -> ReportTable:
 
 
 def shaft_sentence(sums: Iterable[ReportRow], inner: ReportRow) -> str:
-    """Conclude from the sum of both lines, which slip does not change, whether the paper's inner line has slip."""
+    """State whether slip explains the BPFI measured in the paper: slip does not change the sum of BPFO and BPFI."""
     row = next(one for one in sums if one["source"] == "paper's rig")
     as_slip = abs(row["difference_pct"]) < TOLERANCE.limit_pct
     speed = "slower" if row["difference_pct"] < 0 else "faster"
@@ -148,7 +148,7 @@ def speed_tile(runs: Iterable[ReportRow]) -> Callout:
 
 
 def _strip(findings: Findings) -> Any:
-    """Draw Figures 11 to 14 as thumbnails, model and rig, each with its verdict."""
+    """Draw thumbnails of Figures 11 to 14, model beside rig, each with its verdict."""
     shown: list[Figure] = []
     for name, state in STRIP_STATES.items():
         kind, (sides, images) = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
@@ -163,7 +163,7 @@ def _strip(findings: Findings) -> Any:
 
 
 def stored_sentence(results: Iterable[StoredResult]) -> str:
-    """List the stored results by the day and the machine that computed them."""
+    """List the stored results, grouped by day and machine of their computation."""
     groups: dict[str, list[str]] = {}
     for one in results:
         where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
@@ -174,7 +174,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """State how the rig's records were used: fitted, unknown before the comparison, or known."""
+    """State which of the rig's records were used for fitting, unknown before the comparison, or known."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -1,4 +1,4 @@
-"""Assembly of the main report: its sections in order; records, limits, words and command at the end."""
+"""Assembly of the main report: its sections in order; records, limits, glossary and command at the end."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
@@ -69,7 +69,7 @@ def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] 
 
 
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
-    """Make the last section: records, subjects that are not covered, words, and the command to repeat the report."""
+    """Make the last section: records, subjects that are not covered, glossary, and command that repeats the report."""
     axial = any(pair["measured_facts"]["axial_n"] for pair in findings.validation.pairs.to_dict("records"))
     blind = blind_sentence(findings.validation.comparisons, predicted="prediction_outcome" in findings.results)
     limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
@@ -84,7 +84,7 @@ def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
-    """Name the records that were unknown before their comparison, and the stored predictions if `predicted`."""
+    """Name the records that were unknown before their comparison; mention stored predictions if `predicted`."""
     blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
     text = LIMIT_TEXTS.text("blind", records=", ".join(blind)) if blind else LIMIT_TEXTS.text("not-blind")
     return f"{text} {LIMIT_TEXTS.text('predicted')}" if predicted else text

@@ -1,4 +1,4 @@
-"""Report of a case: its answer, fault frequencies in the form of the paper's Table 6, figures, levels, limits."""
+"""Report of a validation case: the answer, fault frequencies (as in the paper's Table 6), figures, levels, limits."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -38,7 +38,7 @@ MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
 
 
 def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]], *, command: str) -> Report:
-    """Build the report of a validation with the figures of its pairs; `command` is printed as the way to repeat it."""
+    """Build the report of a validation; `grids` are the figures by pair number, `command` the printed command."""
     case, table = result.case, result.table
     origin = {"command": command, **provenance((), ())}
     bias = _table_section("bias", [row for row in result.bias if row["records"] > 1])
@@ -75,7 +75,7 @@ def _point(row: Mapping[str, Any]) -> str:
 
 
 def _table_section(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, open: bool = False) -> Section | None:
-    """Make a section of one table and further blocks; None without rows."""
+    """Make a section of one table and further blocks; None if there are no rows."""
     if not rows:
         return None
     blocks = (CASE_TEXTS.table(name, rows), *more)
@@ -100,7 +100,7 @@ def _with_deviations(row: Mapping[str, Any]) -> Row:
 
 
 def _speed(result: Validation) -> Section | None:
-    """Make the table of the sums of both race lines, if a side has both."""
+    """Make the table of the sums BPFO + BPFI; None if neither the model nor the rig has both lines."""
     if not result.sums:
         return None
     rollers = result.case.known_bearing.rolling_elements

@@ -1,4 +1,4 @@
-"""Figures 11 to 14: the model and the rig, each pair on identical axes, and whether both sides are alike."""
+"""Figures 11 to 14 of the paper, drawn for model and rig on identical axes, and whether both are alike."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -66,7 +66,7 @@ def figures_section(findings: Findings) -> Section:
 
 
 def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
-    """Prepare an envelope spectrum over the healthy record's, with the harmonics of the line of `state` marked."""
+    """Prepare the envelope spectrum of a state and of the healthy state, with harmonics of the fault line marked."""
     record, line = side[state], state.line
     cursors: tuple[Cursor, ...] = ()
     if line:
@@ -116,7 +116,7 @@ def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> s
 
 
 def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
-    """Choose the sentence on the level `what`: lower in the model than in the rig, not lower, or unknown."""
+    """State whether the line `what` is weaker in the model than in the rig; texts of this line start with `name`."""
     row = next((one for one in pictures if one["what"] == what), None)
     if row is None:
         return FIGURE_TEXTS.text(f"{name}-unread")

@@ -1,7 +1,7 @@
-"""Figures of a pair: waveform, envelope spectrum and scalogram, simulated left and measured right on the same axes.
+"""Figures of one comparison: waveform, envelope spectrum and scalogram, simulated left, measured right, same axes.
 
-The figures are drawn as soon as a pair is read, and only their files are kept. For each kind of figure, numbers decide
-whether both sides are alike.
+They are drawn as soon as both recordings are read, and only their files are kept. For each kind of figure, numbers
+decide whether both sides are alike.
 """
 
 import shutil
@@ -49,7 +49,7 @@ VERDICT_LOOK = {
 
 
 def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
-    """Draw a panel into `folder` now, and return a drawing that copies its files."""
+    """Draw a panel into `folder` now, and return a `Drawing` that only copies its files."""
     draw(folder, name)
 
     def copy(to: Path, as_name: str) -> None:
@@ -61,7 +61,7 @@ def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
 
 
 def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
-    """Draw the figures of a pair into `folder`, one row of panels for each kind; a missing side has no panel."""
+    """Draw waveforms, spectra and scalograms of model and rig into `folder`; a missing side has no panel."""
     state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
     views = [record_view(analysis, window_s=middle_window(analysis)) for analysis in analyses]
     images, spectra = [envelope_scalogram(view) for view in views], _spectra(views, state)
@@ -83,21 +83,21 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
 
 
 def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
-    """Prepare the spectra of all views up to the same shaft order."""
+    """Prepare the envelope spectra of model and rig up to the same shaft order."""
     lines = [view.analysis.line_of(state) if state.line else None for view in views]
     order = min(spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
     return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
 
 
 def errors_figure(rows: Sequence[Mapping[str, Any]]) -> PanelData:
-    """Draw the error and uncertainty of each row [%], at most `MAX_ERROR_BARS`; the verdict sets mark and colour."""
+    """Draw one error bar [%] for each compared quantity, at most `MAX_ERROR_BARS`, marked by its verdict."""
     figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:MAX_ERROR_BARS])))
     shown = draw_error_bars(axes, rows)
     return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
 
 
 def draw_error_bars(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """Draw errors with their uncertainties [%] onto given axes, as `errors_figure` does; return the rows drawn."""
+    """Draw error bars [%] onto given axes as `errors_figure` does; return the rows that were drawn."""
     shown = rows[:MAX_ERROR_BARS]
     axes.axvline(0.0, color=style.INK, lw=0.8)
     for place, row in enumerate(shown):

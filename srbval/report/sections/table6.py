@@ -1,4 +1,4 @@
-"""Sections on the uncertainty of Table 6, on the sum rule, and on the remaining errors of cage speed and levels."""
+"""Sections on the uncertainty of Table 6, the sums BPFO + BPFI, and the remaining errors of cage speed and levels."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -18,7 +18,7 @@ VERDICT_TONE = {"differs": Tone.WARNING, "agrees": Tone.GOOD, "met": Tone.GOOD, 
 
 
 def table6_section(findings: Findings) -> Section:
-    """Make the table of errors at the rig's speed, with the parts of their uncertainty, and the table of line sums."""
+    """Make the section on errors of BPFO and BPFI at the rig's speed, their uncertainty, and the sums of both lines."""
     rows, sums = findings.frame("table6"), findings.frame("closure")
     rows["name"] = [f"{Fault(defect).code} ({line})" for defect, line in zip(rows["defect"], rows["line"], strict=True)]
     measured = rows[rows["rig_source"] == "measured"]
@@ -45,12 +45,12 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """Return "yes" if a sum of lines equals the number of rollers within its interval, else "no" or "no interval"."""
+    """Return "yes" if BPFO + BPFI is the number of rollers within its interval, else "no" or "no interval"."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 
 def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
-    """List the parts of each line's uncertainty, 95 % half widths [%]."""
+    """List the contributions to the uncertainty of each fault line, as 95 % half widths [%]."""
     parts = (
         f"{row['line']} "
         + ", ".join(f"{name.split(':')[0]} {pct:.3f}" for name, pct in row["uncertainty_parts_pct"].items())
@@ -60,7 +60,7 @@ def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
 
 
 def near_section(findings: Findings) -> Section:
-    """Make a table of all compared quantities, a figure of the cage ratio, and a sentence on its change with speed."""
+    """Make the section with all compared quantities, a figure of the cage ratio, and its change with speed."""
     data, ratios = findings.data, findings.frame("cage_ratios")
     summaries = ratios[ratios["of"] != "record"].to_dict("records")
     values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
@@ -88,7 +88,7 @@ def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
 
 
 def trend_sentence(trend: Mapping[str, Any]) -> str:
-    """State the change of the rig's cage ratio with speed, and the change of the model's if it is known."""
+    """State the change of the rig's cage ratio with speed, and compare it with the model's change if known."""
     if trend["model_pct"] is None:
         return NEAR_TEXTS.text("trend-rig", **trend)
     return NEAR_TEXTS.text(

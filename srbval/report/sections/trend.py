@@ -1,4 +1,4 @@
-"""Page of a trend: the answer, and a figure and a table of each channel."""
+"""Page on the trend of a machine's records: the answer, and a figure and a table for each channel."""
 
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
@@ -38,7 +38,7 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
 
 
 def trend_points(trend: Trend) -> Iterator[str]:
-    """State the false-alarm probability, why zones of ISO 20816-3 are missing, and what a level is."""
+    """State the false-alarm probability, why zones of ISO 20816-3 are missing, and the definition of a level."""
     if trend.comparisons:
         each, all_pct = trend.false_alarm / trend.comparisons, 100 * trend.false_alarm
         yield TREND_TEXTS.text(
@@ -96,7 +96,7 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
 
 @panel
 def levels_panel(one: ChannelTrend) -> PanelData:
-    """Draw over time the rises of the lines' levels with 95 % intervals and limits, and below them RMS or velocity."""
+    """Draw the rise of each line's level [dB] over time with its 95 % interval and limit, and below RMS or velocity."""
     figure = new_figure((5.4, 4.3), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]

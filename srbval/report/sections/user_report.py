@@ -67,8 +67,8 @@ def assemble_user_report(
 ) -> Report:
     """Build the report on a user's recordings; `command` is printed as the command that repeats it.
 
-    `others` are the documents of records that have a row but no section, `other_rows` their rows (`summary_of`). If
-    `brief`, the report is the answer on the first record, its reasons and the table of lines.
+    Further recordings without a section are given by their JSON documents (`others`) and their rows in the overview
+    table (`other_rows`). If `brief`, the report has only the first record's answer, reasons and table of lines.
     """
     origin, several = {"command": command, **provenance}, len(records) + len(others) > 1
     if several:

@@ -27,7 +27,7 @@ def headline_of_all(summaries: Sequence[ReportRow]) -> str:
 
 
 def points_of_all(summaries: Sequence[ReportRow], failed: int) -> Iterator[str]:
-    """List the recordings with a named fault, the undecided recordings, and the number of files left out."""
+    """List the recordings with a named fault, the undecided recordings, and the number of unreadable files."""
     for title, alarm in (("Named", "yes"), ("Undecided", "check")):
         rows = [row for row in summaries if row["alarm"] == alarm]
         shown = [literal(row["name"]) + (f" ({row['state']})" if alarm == "yes" else "") for row in rows[:MAX_NAMES]]
@@ -39,7 +39,7 @@ def points_of_all(summaries: Sequence[ReportRow], failed: int) -> Iterator[str]:
 
 
 def points_of_one(record: UserRecord) -> Iterator[str]:
-    """State the comparison with the healthy record or the first reason, the summary, the probabilities and cautions."""
+    """List the points on one recording: comparison with the healthy record, summary, probabilities, and cautions."""
     verdict, analysis = record.verdict, record.analysis
     if first := verdict.comparison.sentence or (verdict.reasons[0] if verdict.diagnosis else ""):
         yield literal(first)
@@ -57,7 +57,7 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
 
 
 def unseen_reason(line: Line, **limits: float) -> str:
-    """State why a line is not detected; `limits` are `reach_hz` of the envelope and `least_snr`."""
+    """State why a line is not detected; `limits` are the envelope's highest frequency `reach_hz`, and `least_snr`."""
     why = line.not_detected or NotDetected.OWN
     name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
     if why is NotDetected.HIDDEN and line.snr:
