@@ -103,7 +103,7 @@ def questions_error(
 
 
 def subject_of(path: Path) -> str:
-    """Path and format of a file, for messages that list open questions."""
+    """Path and format of a file, for messages that list what the user must state."""
     return f"{path} ({detect_format(path).name})"
 
 
@@ -152,7 +152,7 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
     """Create the recording from an interpreted file or arrays; `named` contains its name, file and hash."""
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
-        remedy = " State it here, or of a file once for all times with `srbval data add`."
+        remedy = " State them here, or store them with the file once, by `srbval data add`."
         raise questions_error(DataError, subject, (*questions, *open_for_analysis(reading)), remedy)
     main = reading.main
     kind = len(main.samples), main.fs_hz, main.recording_unit

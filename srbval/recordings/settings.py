@@ -200,7 +200,7 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 
 def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading:
-    """Set the origin that the user states; `DataError` if the file states an origin other than measured."""
+    """Set the origin that the user states; `DataError` if the file states that it is simulated or synthetic."""
     if stated in (None, reading.origin):
         return reading
     if reading.origin is not Origin.MEASURED:

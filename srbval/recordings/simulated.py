@@ -99,7 +99,7 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Raise `DataError` if the new rate or the steps do not fit the band; without a band, caution of long steps."""
+    """Raise `DataError` if rate or steps do not fit the band; without a band, return a caution for long steps."""
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:
@@ -126,7 +126,7 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
 def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
     """Resample to the rate `fs_hz` by a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
 
-    Samples closer in time than `SAME_TIME` of a new step, such as before and after an event, are averaged first.
+    Samples closer in time than `SAME_TIME` times the new step, such as at both sides of an event, are averaged first.
     """
     from scipy.interpolate import make_interp_spline
     from scipy.signal import firwin, kaiserord, resample_poly
