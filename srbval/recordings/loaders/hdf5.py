@@ -70,7 +70,7 @@ class _Hdf5Reader:
         check_claim(self.path, self.claimed, what)
 
     def _members(self, group: Any) -> list[tuple[str, Any]]:
-        """Members of an HDF5 group with names, without soft and external links, which may leave the file or form a loop."""
+        """Names and members of an HDF5 group, without soft and external links (they may leave the file or loop)."""
         import h5py
 
         self._count(len(group))
