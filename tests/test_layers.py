@@ -106,17 +106,14 @@ def test_no_public_name_occurs_twice():
         if not name.startswith("_"):
             modules.setdefault(name, set()).add(module)
     assert {name: found for name, found in modules.items() if len(found) > 1} == {}
-    classes = Counter(
-        node.name for tree in SOURCES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
-    )
+    nodes = [node for tree in SOURCES.values() for node in ast.walk(tree)]
+    classes = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
     assert [name for name, count in classes.items() if count > 1] == []
 
 
 def test_no_name_is_an_empty_word():
-    empty = [
-        f"{module}.{name}" for name, module in names_of_modules() if name.strip("_").lower() in EMPTY_WORDS.split()
-    ]
-    assert empty == []
+    words = EMPTY_WORDS.split()
+    assert [f"{module}.{name}" for name, module in names_of_modules() if name.strip("_").lower() in words] == []
 
 
 def offered(path: Path) -> set[str]:
@@ -300,7 +297,7 @@ ANALYSE = {"scipy.fft", "scipy.linalg", "scipy.ndimage", "scipy.special"}
 
 @pytest.mark.parametrize(("command", "allowed"), [("--help", set()), ("analyse OR_877rpm_sample.h5", ANALYSE)])
 def test_commands_load_nothing_heavy(command, allowed):
-    code = f"import sys; from srbval.cli import main\ntry: main({command.split()})\n"
+    code = f"import sys; from srbval.cli import run_command_line\ntry: run_command_line({command.split()})\n"
     code += f"finally: print(*{HEAVY - allowed} & set(sys.modules), file=sys.stderr)"
     run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert run.stderr == "\n"
