@@ -15,7 +15,7 @@ BLOCKS = 8  # blocks of a piece; the larger scatter of blocks and of pairs count
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """Estimated relative error of the quantity `of`, with its standard error; `kind` names its `ERROR_TOLERANCE`."""
+    """Estimated relative error of the result `of` and its standard error; `kind`: its key in `ERROR_TOLERANCE`."""
 
     kind: str
     of: str
@@ -50,7 +50,7 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class StepError:
-    """Estimated errors due to the solver's time step, in mean cage speed, RMS in each band, and drive power.
+    """Estimated errors due to the solver's time step, in mean cage speed, drive power and RMS in each frequency band.
 
     `energy`: part of the energy imbalance that finer steps would remove, as a share of the losses; NaN if unknown.
     `stalled`: true if finer steps were tried and have the same errors.
@@ -68,16 +68,16 @@ class StepError:
 
     @property
     def certain_excesses(self) -> tuple[Estimate, ...]:
-        """Estimates that certainly exceed their tolerances."""
+        """Estimated errors that exceed their tolerances by more than chance explains."""
         return tuple(estimate for estimate in self.estimates if estimate.certainly_exceeds())
 
     @property
     def undecided_estimates(self) -> tuple[Estimate, ...]:
-        """Estimates that neither certainly exceed their tolerances nor are certainly within."""
+        """Estimated errors that are neither certainly above nor certainly within their tolerances."""
         return tuple(estimate for estimate in self.estimates if estimate.undecided)
 
     def improves_on(self, coarser: "StepError") -> bool:
-        """True if an error that is too large with `coarser` steps has fallen below `MAX_REMAINING_SHARE` times it."""
+        """True if an error above tolerance with `coarser` steps is now below `MAX_REMAINING_SHARE` times that error."""
         return any(
             abs(own.error) < MAX_REMAINING_SHARE * abs(theirs.error)
             for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
@@ -86,11 +86,11 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is 100 % or more; the state at the start of the comparison is then wrong, too."""
+        """True if an error is 100 % or more; the state from which all step sizes were compared is then wrong, too."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":
-        """Expected errors with steps `finer` times as fine; errors are taken as proportional to the step."""
+        """Expected errors with steps `finer` times shorter; errors are assumed to be proportional to the step."""
         return StepError(
             step_s=self.step_s / finer,
             energy=self.energy / finer,
@@ -100,13 +100,13 @@ class StepError:
     def averaged_with(self, coarser: "StepError") -> "StepError":
         """Average each estimate with the error expected from the `coarser` steps, weighted by inverse variances.
 
-        Half of the expected error counts as a further standard error, because the order of convergence is uncertain.
+        Half of the expected error is added as a further standard error, because the order of convergence is uncertain.
         """
         expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
-        """Largest error of each kind and its standard error [%]; NaN for a kind without estimates."""
+        """Largest error and its standard error [%] for each kind in `ERROR_TOLERANCE`; NaN without estimates."""
         found: dict[str, float] = {}
         for kind in ERROR_TOLERANCE:
             none = Estimate(kind=kind, of="", error=math.nan, scatter=math.nan)

@@ -20,9 +20,10 @@ ROLLING_EXPONENT, ROLLING_LOAD_EXPONENT = 0.648, 0.246
 
 
 def line_film_m(oil: Oil, rolling_m_s: float, load_n_m: float, radius_m: float) -> float:
-    """Film thickness in the middle of a line contact [m]: H = 3.06 U^0.69 G^0.56 W^-0.10, isothermal.
+    """Film thickness in the middle of a line contact [m], isothermal: 3.06 R U^0.69 G^0.56 W^-0.10.
 
-    `rolling_m_s`: mean speed of both surfaces through the contact; `radius_m`: reduced radius along the race.
+    U, G, W: dimensionless speed, material and load (Dowson & Toyoda 1979); `rolling_m_s`: mean speed of both surfaces
+    through the contact; `radius_m`, R: reduced radius along the race.
     """
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
     material = oil.pressure_viscosity_1_pa * REDUCED_MODULUS_PA
@@ -35,8 +36,8 @@ def elliptical_films_m(
 ) -> tuple[FloatArray, FloatArray]:
     """Film thickness in the middle of an elliptical contact, and least film thickness [m], isothermal.
 
-    H_c = 2.69 U^0.67 G^0.53 W^-0.067 (1 - 0.61 e^(-0.73 k)), H_min = 3.63 U^0.68 G^0.49 W^-0.073 (1 - e^(-0.68 k)), k =
-    1.03 (R_y / R_x)^0.64; `radius_m` is the reduced radius along the race, `across_m` along the roller.
+    Formulas of Hamrock & Dowson (1977); `rolling_m_s`: mean speed of both surfaces through the contact; `radius_m`:
+    reduced radius along the race, `across_m`: along the roller.
     """
     ellipticity = 1.03 * (across_m / radius_m) ** 0.64
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
@@ -48,28 +49,28 @@ def elliptical_films_m(
 
 
 def thermal_factor(oil: Oil, rolling_m_s: float) -> float:
-    """Factor by which heating of the inlet reduces film and rolling resistance: 3.94 / (3.94 + L^0.62).
+    """Factor by which heat in the inlet reduces film thickness and rolling resistance: 3.94 / (3.94 + L^0.62).
 
-    L = beta eta_0 u^2 / k; beta is the relative decrease of the viscosity per kelvin.
+    L: relative decrease of the viscosity per kelvin, times viscosity and squared rolling speed, over conductivity.
     """
     return float(thermal_share(inlet_heating_s2_m2(oil), rolling_m_s))
 
 
 def inlet_heating_s2_m2(oil: Oil) -> float:
-    """Heating parameter L of `thermal_factor` over the square of the speed [s2/m2]."""
+    """Heating parameter L of `thermal_factor`, divided by the square of the rolling speed [s2/m2]."""
     return oil.thinning_1_k * oil.viscosity_pa_s / oil.conductivity_w_mk
 
 
 def line_load_n_m(pressure_pa: float, radius_m: float) -> float:
-    """Load per length of a line contact [N/m] at this mean pressure."""
+    """Load per length of a line contact [N/m] at which the mean Hertzian pressure is `pressure_pa`."""
     return 16 * radius_m * pressure_pa**2 / (math.pi * CONTACT_MODULUS_PA)
 
 
 def rolling_force_n(oil: Oil, rolling_m_s: float, load_n: float, radius_m: float, length_m: float) -> float:
     """Force F of rolling resistance on each surface [N], isothermal: 29.2 R l (G U)^0.648 W^0.246 / alpha.
 
-    The force is due to the pressure in the inlet. Rolling at u takes the power 2 F u; the couple on both surfaces
-    together is 2 F R with the reduced radius R, see `oil.ContactShape.rolling_couple_nm`.
+    The force is due to the pressure in the inlet; rolling at the speed u takes the power 2 F u. R: reduced radius, l:
+    length of the contact, alpha: pressure-viscosity coefficient; U, G, W: see `line_film_m`.
     """
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
     material = oil.pressure_viscosity_1_pa * REDUCED_MODULUS_PA

@@ -41,7 +41,7 @@ class FullRun:
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Integrate `intervals` output intervals from the interval with the number `first`; see `take_steps`."""
+        """Integrate output intervals from number `first`; one in `per_detail` has detailed outputs (0: none)."""
         return take_steps(
             self.model,
             self.state,
@@ -63,7 +63,7 @@ class FullRun:
         )
 
     def with_output_rate(self, least_hz: float) -> "FullRun":
-        """Change the output rate to `least_hz` or more, with the same solver steps; at most one output per step."""
+        """Copy the run with an output rate of `least_hz` or more (at most one output per step) and the same step."""
         steps = self.steps_per_output
         divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
         per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
@@ -72,7 +72,7 @@ class FullRun:
 
 
 def start_full_run(scene: Scene, bearing: Bearing) -> FullRun:
-    """Prepare a run of the scene in static balance; raises the errors of the model's parameters."""
+    """Prepare a run from static balance; raises `ConfigurationError` for a scene that the model cannot simulate."""
     level = level_of(scene.model)
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)
@@ -115,7 +115,7 @@ def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[in
 
 
 def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """Films at the end of a run of `whole` output intervals: `film_um` and `lambda_min` of `run.RunSummary`."""
+    """Oil-film thickness at the end of a run of `whole` output intervals: two fields of `run.RunSummary`."""
     from srbval.models.slices import films_m  # the only model with oil
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)
@@ -127,7 +127,7 @@ def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> di
 
 
 def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
-    """Free rollers at the end of a run of `whole` output intervals: `free_rollers` of `run.RunSummary`."""
+    """Tilt, shift and loads of free rollers after `whole` output intervals: `free_rollers` of `run.RunSummary`."""
     from srbval.models.slices import MIN_LOAD_SHARE  # the only model with free rollers
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n[0].sum(axis=1).reshape(2, -1)

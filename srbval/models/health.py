@@ -5,8 +5,8 @@ if it violates a law that every motion of the model obeys. A bearing may skid or
 is violated, the status names this behaviour, which is not a failure.
 
 The limits were measured, unless stated otherwise on 144 scenes of the full model (710 and 3000 rpm; 1, 5, 31 and
-125 kN; friction 0.02, 0.1 and 0.7; both load paths; play 0 and 0.1 mm, interference). Each scene was run by imex2,
-ode1, ode2 and ode4 at one, two and four times the paper's step, and by imex2 at a quarter of that step as the truth.
+125 kN; friction 0.02, 0.1 and 0.7; both load paths; play 0 and 0.1 mm, interference). Solvers: imex2, ode1,
+ode2 and ode4 at one, two and four times the paper's step, and imex2 at a quarter of that step as the reference.
 `tests/verification/test_run_verdicts.py` counts how often the status is right on other scenes.
 """
 
@@ -122,8 +122,8 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
     gap, limit = abs(_energy_gap(run)), ENERGY_LIMIT * (ACCURATE_STEP_FACTOR if vouched else 1)
     if gap > limit and scene.speed_profile is None:
         return RunStatus.ENERGY_OPEN, (
-            f"energy does not close: {gap:.0%} of the losses have no source, the limit is {limit:.0%}; friction "
-            f"chatters from step to step; {remedy}"
+            f"the energy balance does not close: {gap:.0%} of the losses have no source, the limit is {limit:.0%}; "
+            f"friction chatters from step to step; {remedy}"
         )
     if run.step_s > STEP_LIMIT * run.step_limit_s:
         return RunStatus.STEP_TOO_LONG, (
@@ -137,8 +137,8 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 def _energy_gap(run: RunSummary) -> float:
     """Energy imbalance due to the step, as a share of the losses.
 
-    It is the part that finer steps would remove, or all of the imbalance if the drive power is uncertain. The rest is
-    due to the model: continuous contacts omit the couples of friction and damping within a patch, but not their power.
+    The result is the part that finer steps would remove, or the whole imbalance if the drive power is uncertain. The
+    rest is due to the model: continuous contacts have the power of friction and damping in a patch, not their couples.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):
@@ -148,7 +148,7 @@ def _energy_gap(run: RunSummary) -> float:
 
 
 def _carried_n(run: RunSummary) -> float:
-    """Force on the ring [N]: the larger of the mean radial load and its sum with the ring's weight."""
+    """Static force on the ring [N]: the mean radial load, or its vector sum with the ring's weight if larger."""
     load = run.scene.load
     weight_n = STANDARD_GRAVITY_M_S2 * run.scene.housing.mass_kg if load.gravity else 0.0
     return max(run.scene.mean_radial_n, abs(cmath.rect(run.scene.mean_radial_n, load.direction_rad) - 1j * weight_n))
@@ -193,7 +193,7 @@ def _slip_text(run: RunSummary) -> str:
 
 
 def _cage_drifts(run: RunSummary) -> bool:
-    """True if the cage's speed drifts at constant shaft speed, so that the step's error grows: 0.1 to 1.7 % in 1 s."""
+    """True if the cage speed drifts at constant shaft speed; errors due to the step then grow (0.1 to 1.7 % in 1 s)."""
     first, last = run.cage_course
     return run.scene.speed_profile is None and abs(last - first) > CAGE_DRIFT_SHARE * run.rolling_ratio
 
@@ -225,7 +225,7 @@ def _cage_is_driven(run: RunSummary) -> bool:
 
 
 def _is_sound(run: RunSummary) -> bool:
-    """True if nothing indicates a failure of the integration; energy is not checked in ramps or at short steps."""
+    """True if nothing indicates a failed integration; energy is not checked in speed ramps or with short steps."""
     wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s
     return not (run.idle_share > MAX_IDLE_SHARE or too_long or (wild and run.scene.speed_profile is None))
@@ -236,7 +236,7 @@ def _carried_text(run: RunSummary) -> str:
 
 
 def _loading_advice(run: RunSummary, *, skids: bool) -> str:
-    """Advice on how to load the rollers of this scene; `skids` adds less speed."""
+    """Advice on how to load the rollers of this scene; if the cage `skids`, also to lower the speed."""
     scene = run.scene
     loose = scene.contact.roller_fit is RollerFit.PLAY and scene.contact.radial_play_m > 0
     less_play = f"a radial play below {scene.contact.radial_play_m * 1e6:.4g} um"
@@ -248,7 +248,7 @@ def _loading_advice(run: RunSummary, *, skids: bool) -> str:
 def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
     """Advice on the step or solver against a failure of the integration, or against errors `beyond` their limits.
 
-    The advice never names the scene's own setting or one that gains nothing. Errors are proportional to the step.
+    It never recommends the scene's own setting or a useless one. Errors are assumed to be proportional to the step.
     """
     error, other = run.step_error, run.scene.solver.name != default_solver()
     if level_of(run.scene.model).own_solver:
@@ -264,7 +264,7 @@ def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
 
 
 def _recommended_step(run: RunSummary, times: int = 2) -> str:
-    """Recommended step, as text: the longest stable one, or the present step divided by `times` if it is stable."""
+    """Recommended step as text: the run's step divided by `times`, or the longest stable one if the run's is not."""
     scene, level, rate = run.scene, level_of(run.scene.model), run.scene.output_rate_hz
     steps = times * level.steps_per_output(scene)
     if run.step_s > run.step_limit_s:

@@ -21,7 +21,7 @@ from srbval.storage.tables import read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class FidelityLevel:
-    """Level of fidelity: `name` of the model, `title` in a few words, `place` of its function (``module:function``).
+    """Model of the hierarchy: `name`, short `title`, `place` (``module:function``) of the function that runs it.
 
     `parameters`: place of the function that assembles the parameters of a model with the full model's equations.
     `columns`: columns of `outputs` that the model fills; the others are NaN. `own_solver`: name of the model's
@@ -48,7 +48,7 @@ class FidelityLevel:
         return KNOWN_OF_BEARING.index(self.needs) <= known
 
     def check_scene(self, scene: Scene) -> None:
-        """Raise `ConfigurationError` for a surface, oil or free rollers that this model cannot simulate."""
+        """Raise `ConfigurationError` if this model cannot simulate surface waves, oil or free rollers of the scene."""
         for there, models, place, lack, what in (
             (scene.surface is not None, CONTINUOUS, "[surface]", "does not simulate waves of surfaces", "table"),
             (scene.oil is not None, SLICED, "[oil]", "does not simulate oil", "table"),
@@ -68,19 +68,19 @@ class FidelityLevel:
 
     @property
     def run(self) -> Callable[..., Any]:
-        """Function that runs a scene with this model; the module describes its interface."""
+        """Function that runs a scene with this model; `srbval.models.hierarchy` describes its interface."""
         return import_function(self.place)
 
     @property
     def make_parameters(self) -> Callable[..., Any]:
-        """Function that assembles the parameters from scene and geometry; `ConfigurationError` if there is none."""
+        """Function that makes the parameters from scene and geometry; `ConfigurationError` if the model has none."""
         if self.parameters is None:
-            raise ConfigurationError(f"the model {self.name} does not have the full model's equations of motion.")
+            raise ConfigurationError(f"the model {self.name} has no equations of the full model: use --model full.")
         return import_function(self.parameters)
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Modules that only runs of this model load; a model from outside may use the modules of all models."""
+        """Names of the modules that a run loads for this model; a model from outside may call all other models."""
         if self.outside:
             return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)
@@ -121,7 +121,7 @@ AUTO = "auto"  # in place of a model: the planner chooses the model, in commands
 
 
 def level_of(name: str) -> FidelityLevel:
-    """Return the level of a model, which may be from outside; an unknown name raises `ConfigurationError`."""
+    """Return the fidelity level of a model, bundled or from outside; an unknown name raises `ConfigurationError`."""
     if name not in MODELS and is_outside(name):
         return replace(OUTSIDE_LEVEL, name=name)
     check_known("model", name, MODELS)
@@ -129,7 +129,7 @@ def level_of(name: str) -> FidelityLevel:
 
 
 def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
-    """Return the bearing's geometry; raises `ConfigurationError` if the bearing has none."""
+    """Return the bearing's geometry; if it has none, raise `ConfigurationError`: `model` cannot run it."""
     if bearing.geometry is None:
         instead = "impulse or kinematic" if bearing.elements is None else "planar, impulse or kinematic"
         raise ConfigurationError(
@@ -144,6 +144,6 @@ def models_of(bearing: Bearing) -> tuple[str, ...]:
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
-    """Raise `UnknownNameError` if the name is not one of the `known` names."""
+    """Raise `UnknownNameError` if `name` is not a `known` name; `what`: its kind, for the message."""
     if name not in known:
         raise UnknownNameError.of(f"{what} {name!r} is not known", name, known)

@@ -1,11 +1,11 @@
 """Impulse model: force pulses at the passages of a defect, with random slip, load-zone modulation and one resonance.
 
-McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as a process of stationary increments
-(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). A pulse has the length and height of the contact
-force of a roller on the defect at this angle of the load zone (see `srbval.models.planar.contacts`). The ring responds
-as a mass on the springs of housing and contacts, linearised about static balance.
+Method of McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54); slip is a process of stationary increments
+(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). A pulse has the length and height of a roller's contact force on the
+defect at the defect's angle in the load zone (see `srbval.models.planar.contacts`). The ring responds as a mass on
+the springs of housing and contacts, linearised about static balance.
 
-If only the orders of a bearing are known, only the line frequencies are right: half-sine pulses of constant length act
+If only a bearing's fault orders are known, only line frequencies are reliable: half-sine pulses of constant length act
 on the housing's mass and spring. The height of a pulse is the load of the rolling element after Stribeck's distribution
 without clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology, 2006, sect. 7.4).
 
@@ -43,7 +43,7 @@ def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
 
 
 def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
-    """Velocity of the ring [m/s], [samples, 2]."""
+    """Velocity of the ring under the pulses of all defects [m/s], [samples, 2]."""
     scene = stats.scene
     if stats.bearing.geometry is None and stats.bearing.elements is None:
         own, force = scene.housing, _assumed_pulses(stats, samples)
@@ -65,7 +65,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
 def _defect_passages(
     scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Passages of defect `number`, [k] each: time [s], race hit (0 outer, 1 inner), angle around the bearing [rad]."""
+    """Passages over defect `number`, [k] each: time [s], race hit (0 outer, 1 inner), angle in the bearing [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
 
     def jitter(count: int) -> FloatArray:
@@ -83,7 +83,7 @@ def _defect_passages(
 def _add_pulses(
     ring: PlanarRing, table: int, time_s: FloatArray, outwards: FloatArray, balance_m: FloatArray, force: FloatArray
 ) -> None:
-    """Add the pulses of one defect on one race to `force`, [samples, 2], from the ring's table of forces."""
+    """Add the pulses of one defect on one race to `force`, [samples, 2]; `table`: index of its forces in `ring`."""
     if len(time_s) == 0:  # the shaft is so slow that no roller passes
         return
     rate, kernel = ring.scene.output_rate_hz, ring.kernel
@@ -111,7 +111,7 @@ def _add_pulses(
 
 
 def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
-    """Force of half-sine pulses on the ring [N], [samples, 2], if only the orders of the bearing are known."""
+    """Force of half-sine pulses on the ring [N], [samples, 2], if only the bearing's fault orders are known."""
     scene, bearing = stats.scene, stats.bearing
     refuse_axial(scene)
     motion = PrescribedMotion(scene=scene, orders=bearing.orders)
@@ -131,9 +131,9 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
 
 
 def _move_mass(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:
-    """Velocity of a mass on springs and dampers, [2, 2] each, under `force`, [n, 2], with a first-order hold.
+    """Velocity of a mass on springs and dampers, [2, 2] each, under `force`, [n, 2], linear between samples.
 
-    The modes of the stiffness are computed one by one; coupling of modes by damping is neglected.
+    The modes of vibration are computed separately; their coupling by damping is neglected.
     """
     import scipy.signal
 

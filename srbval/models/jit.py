@@ -2,9 +2,9 @@
 
 Set ``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python, for debugging and for coverage.
 
-A separate process compiles the kernels into the cache and ends; runs only load the kernels. The process frees its
-memory of 430 MB (a run needs 250 MB), and it can be interrupted at any time, a compiler only between kernels. Results
-do not depend on the process that compiled, see `kernel_part`.
+A separate process compiles the kernels into the cache; runs only load the kernels. When the process ends, its 430 MB
+are free again (a run needs 250 MB), and it can be stopped at any time, whereas compiling within a run can be
+interrupted only between kernels. Results do not depend on the process that compiled, see `kernel_part`.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _lock = threading.RLock()
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Decorator of a function that Python calls: compiled for this processor, cached on disk, without interpreter lock.
+    """Decorator for kernels that Python calls: compile for this processor, cache on disk, run without interpreter lock.
 
     Kernels use the arrays that they receive and create none. They are compiled without reference counting, which would
     count every array of a parameter tuple at each call.
@@ -76,7 +76,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
-    """Decorator of a function that kernels call: compiled into each kernel; in Python it stays plain Python.
+    """Decorator for functions that kernels call: compile into each kernel; in calls by Python they stay plain Python.
 
     The machine code of a kernel calls no other function of this package. Otherwise each kernel would contain its copy
     of the function, with a different order of sums, and the linker would use the copy loaded first: the last digits of
@@ -100,7 +100,7 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 def load_numba() -> Any:
     """Import numba and set it to use vectors of 512 bits if this processor has them.
 
-    The default is 256 bits. A lane group fills a vector of 512 bits, and runs take 0.84 to 0.93 of the time.
+    The default is 256 bits; with 512 bits, runs take 0.84 to 0.93 of the time.
     """
     import numba.extending
     from llvmlite import binding
@@ -113,7 +113,7 @@ def load_numba() -> Any:
 
 @cache
 def _compilers() -> tuple[Any, Any]:
-    """Numba's compiler for kernels, and for parts of kernels, which stay intermediate code as Python never calls them.
+    """Two compiler classes for numba: for kernels, and for their parts, which need no machine code of their own.
 
     Passes for features that kernels do not use (closures, array expressions, ``with`` blocks, literals) are left out.
     """
@@ -150,7 +150,7 @@ def _compilers() -> tuple[Any, Any]:
             return 0  # Python calls no part
 
         def set_env(self, *_: Any) -> None:
-            """Ignore the environment, because there is no machine code that needs it."""
+            """Ignore numba's environment, because there is no machine code that needs it."""
 
     def compiler(library: type) -> type:
         class Compiler(CompilerBase):
@@ -214,7 +214,7 @@ def _kernel_store(folder: Path, name: str) -> Any:
 
 
 def _machine_code(file: Path) -> bytes | None:
-    """Read the machine code in a kernel's file; None if the file is missing, or damaged, which is printed."""
+    """Read the machine code in a kernel's file; None if the file is missing or (with a printed warning) damaged."""
     try:
         content = file.read_bytes()
     except (OSError, ValueError):  # a damaged list may contain a name with a zero byte
@@ -280,7 +280,7 @@ def expected_compile_s(*scenes: Scene) -> float:
 
 
 def _compile_work(kernel: str) -> float:
-    """Time to compile a kernel, in units of the loop's time in `expected_compile_s`."""
+    """Time to compile a kernel, in units of the time of the loop in `expected_compile_s`."""
     model, part, *_ = kernel.split("-")
     return COMPILE_WORK[part] * (SLICES_WORK if model == "slices" else 1.0)
 
@@ -294,8 +294,8 @@ def _split_kernels(kernels: list[str], jobs: int | None) -> list[list[str]]:
 def kernels_of(scene: Scene) -> list[str]:
     """Names of the kernels that a run of the scene needs: ``MODEL-PART-CAGES``, with suffixes for oil and free rollers.
 
-    Models with the full model's equations need their ``rates`` and the steps of the solver's family. The line model
-    uses the kernels of the full model.
+    PART is ``ring`` in the planar model. Models with the full model's equations have two kernels: ``rates``, the time
+    derivative of the state, and the step of the solver's family. The line model uses the full model's kernels.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []
@@ -357,7 +357,7 @@ def _digest(signature: Any = None) -> str:
 
 @cache
 def machine() -> str:
-    """Text of what results depend on beside the sources: processor, Python, libraries, settings of numba."""
+    """Text that identifies everything but the sources on which results depend: processor, Python, libraries, numba."""
     from llvmlite import binding
 
     processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()

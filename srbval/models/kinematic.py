@@ -1,4 +1,4 @@
-"""Prescribed motion of pure rolling, passages of defects, and the simplest model: one click at each passage.
+"""Prescribed motion of pure rolling, passages over defects, and the kinematic model: one click at each passage.
 
 The impulse and planar models use the same motion of shaft, cage and rollers, see `PrescribedMotion`.
 
@@ -28,7 +28,7 @@ GRID_S = 1e-3  # step of the table from which times of angles are interpolated
 class PrescribedMotion:
     """Prescribed angles and load of a scene at times that start `Scene.settle_s` before the recorded time.
 
-    Cage and spin follow from the bearing's orders (Randall 2011, sect. 2.2.3); the scene's slip slows the cage.
+    Motion of cage and rollers follows from the bearing's fault orders (Randall 2011, sect. 2.2.3); the cage can slip.
     """
 
     scene: Scene
@@ -82,7 +82,7 @@ def passage_times(
     seconds: float,
     jitter: Callable[[int], FloatArray] | None = None,
 ) -> tuple[FloatArray, IntArray]:
-    """Rising times of a defect's passages [s] and the races that are hit (0 outer, 1 inner), shape [k] each.
+    """Times of the passages over a defect [s], in rising order, and the races hit (0 outer, 1 inner), [k] each.
 
     The times contain all passages from 0 to `seconds` and a few before and after. A roller's defect hits the outer
     race at even passages. ``jitter(k)`` returns k random changes of the spacing, relative to the mean spacing, which
@@ -113,7 +113,7 @@ def passage_times(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Yield the outputs of a model whose `acceleration` in the plane [m/s2], [whole, 2], is computed at once."""
+    """Yield chunks of outputs, from prescribed motion and the run's `acceleration` in the plane [m/s2], [whole, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
         out = np.full((whole, col.COLUMN_COUNT), np.nan)
@@ -124,7 +124,7 @@ def prescribed_outputs(
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the kinematic model, see `hierarchy`; a click between two samples is divided between both."""
+    """Run the kinematic model; see `hierarchy` for the interface. Two samples share a click between them."""
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = PrescribedMotion(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)

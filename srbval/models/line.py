@@ -1,8 +1,8 @@
-"""Line model: the full model with continuous contacts, in which a roller touches a race's circle in a patch.
+"""Line model: the full model with continuous contact patches instead of points, three along each roller and race.
 
-Only the contact differs from the full model. For force and damping of a patch see "Continuous contact" on the page
-"Contact" of the theory; the elastic energy is 2/5 F d. The paper's contact of about three points agrees within some per
-cent. A defect raises a piece of the race by h: within the piece the penetration is d + h.
+Only the contact differs from the full model. For force F and damping of a patch see "Continuous contact" on the page
+"Contact" of the theory; with the penetration d the elastic energy is 2/5 F d. The paper's contact of about three
+points agrees within some per cent. A defect raises a piece of the race by h: there the penetration is d + h.
 
 The rate of penetration is that in the middle of the patch, because rolling adds as much along the patch as it removes.
 At xi = x / half length the penetration is d (1 - xi^2). A race that turns at W against a roller of radius rho slips
@@ -14,7 +14,7 @@ friction resists pivoting, their power, and the inclination of the normal along 
 Near a defect of a race the contact consists of points again, because a raised piece covers a part of the patch only:
 `DENSER` times as many points as in the scene, with K_c and C_c divided by this number.
 
-Without passing points, three of the full model's steps may be combined into one (500-1500 Hz RMS to 1 %).
+No points pass, so three of the full model's steps may be combined into one (RMS in 500-1500 Hz changes by up to 1 %).
 
 Answers: all questions, without the excitation by passing points. Cannot answer: this excitation; defects on rollers.
 """
@@ -69,7 +69,7 @@ def _denser_defect(defect: Defect) -> Defect:
 
 
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
-    """Constants of a patch for the kernel, in the order of `columns`."""
+    """Constants of a patch for the kernel, at 1 m of penetration: force, damping, slip spread, squared half length."""
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
@@ -77,11 +77,11 @@ def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Patch:
-    """Contact patch between one circle of a race and a roller.
+    """Contact patch between a roller and one of the three contact circles of a race.
 
-    `stiffness_n_m2`: K_c / s and `damping_ns_m2`: C_c / s, with `spacing_m`, s, of the points; `curvature_1_m`:
-    curvature of the gap along the race; `lean_rad`: angle of the circle's normal from the roller's slot; `normal_rad`:
-    angle of the normal from the bearing's radial direction.
+    `stiffness_n_m2`, `damping_ns_m2`: stiffness K_c and damping C_c of a contact point in the full model, divided by
+    `spacing_m` of these points; `curvature_1_m`: curvature of the gap along the race; `lean_rad`, `normal_rad`: angle
+    of the circle's normal from the roller's slot, and from the bearing's radial direction.
     """
 
     stiffness_n_m2: float
@@ -103,7 +103,7 @@ class Patch:
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force that a raised piece adds at the distance `middle_m` along the race [N]; shapes broadcast."""
+        """Force [N] that a raised piece adds if its middle is `middle_m` from the patch's middle; shapes broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -111,7 +111,7 @@ class Patch:
         return self.stiffness_n_m2 * added
 
     def _area(self, depth: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-        """Integral of max(0, depth - kappa x^2 / 2) from `start` to `end` [m2]."""
+        """Integral of the penetration max(0, depth - curvature x^2 / 2) from x = `start` to `end` [m2]."""
         deep = np.maximum(depth, 0.0)
         reach = np.sqrt(2 * deep / self.curvature_1_m)
         a, b = np.clip(start, -reach, reach), np.clip(end, -reach, reach)
@@ -119,7 +119,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Raised piece of a race in parts of length `part_m`: distances from its middle, and heights, [parts] each."""
+    """Raised piece of a race, in parts of the length `part_m`: distances from its middle, heights, [parts] each."""
 
     offset_m: FloatArray
     height_m: FloatArray
@@ -127,7 +127,7 @@ class RaisedPiece(NamedTuple):
 
 
 def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m: float, *, inner: bool) -> list[Patch]:
-    """Patches of the three circles of a race, from the mid-plane outwards.
+    """Patches between a roller and the three contact circles of a race, from the mid-plane outwards.
 
     The curvature of the gap is cos(lean) / radius of the barrel, across its axis, plus cos(normal) / radius of the
     race, along the circle; the latter is negative on the outer race.
@@ -153,7 +153,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
 
 
 def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
-    """Convert a defect to a raised piece as long as the defect's extent, or as the spacings of its points."""
+    """Convert a defect to a raised piece of the length `extent_m`, otherwise `spacing_m` times its points."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
     parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5

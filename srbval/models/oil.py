@@ -1,4 +1,4 @@
-"""Oil in the slices model: constants of traction, rolling resistance, drag and pockets for the kernels.
+"""Oil in the slices model: constants of traction, rolling resistance, drag and friction in cage pockets.
 
 The page "Oil" of the theory describes rolling resistance, drag, and what is neglected. The length of an elliptical
 contact follows B. J. Hamrock & D. Brewe 1983 (quoted from memory; for a circle it is Hertz's radius to 1 %). The area
@@ -37,7 +37,7 @@ class ContactShape:
         self.roller_length_m = roller_length_m
 
     def length_m(self, load_n: float) -> float:
-        """Length, at most the roller's: 2 (6 k^2 eps Q R / (pi E'))^(1/3), k = 1.0339 r^0.636, eps = 1 + 0.5968 / r."""
+        """Length of the contact along the roller [m] (Hamrock & Brewe 1983), at most the roller's length."""
         ratio = self.across_m / self.along_m
         shape = (1.0339 * ratio**0.636) ** 2 * (1 + 0.5968 / ratio)
         radius = 1 / (1 / self.along_m + 1 / self.across_m)
@@ -45,13 +45,13 @@ class ContactShape:
         return float(min(found, self.roller_length_m))
 
     def rolling_couple_nm(self, oil: Oil, rate_rad_s: float, load_n: float, length_m: float) -> float:
-        """Couple 2 F R of rolling resistance at a relative rate of rotation of both surfaces [N m], isothermal."""
+        """Couple 2 F R of rolling resistance [N m], isothermal; `rate_rad_s`: rolling speed over reduced radius R."""
         force = rolling_force_n(oil, rate_rad_s * self.along_m, load_n, self.along_m, length_m)
         return 2 * force * self.along_m
 
 
 def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
-    """Constants of traction by films: viscosity over film thickness as a polynomial of the pressure, to 5 %."""
+    """Constants of traction by oil films: viscosity over film thickness is a polynomial of the pressure, to 5 %."""
     films = [[line_film_m(oil, 1.0, line_load_n_m(p, s.along_m), s.along_m) for p in PRESSURES_PA] for s in shapes]
     thickness = min(line_film_m(oil, 1.0, line_load_n_m(REFERENCE_PA, s.along_m), s.along_m) for s in shapes)
     thicker = np.array([oil.log_thickening(p) for p in PRESSURES_PA]) - np.log(np.array(films) / thickness)
@@ -69,7 +69,7 @@ def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
 
 
 def oil_law(oil: Oil, shapes: list[ContactShape], roller_m: float) -> OilLaw:
-    """Constants of rolling resistance, drag and pockets; `roller_m`: radius of a roller."""
+    """Constants of rolling resistance, drag and friction in cage pockets; `roller_m`: radius of a roller."""
     rolling = np.zeros((2, 2))
     for race, shape in enumerate(shapes if oil.rolling_resistance else []):
         short = shape.rolling_couple_nm(oil, RATE_RAD_S, SHORT_N, shape.length_m(SHORT_N)) / SHORT_N**0.5

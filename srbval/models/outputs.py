@@ -35,11 +35,11 @@ CHUNK_STEPS = 500_000  # highest number of steps in a chunk; a run can only be i
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outputs:
-    """Outputs of a run or a chunk: `out` has a row for each output interval, and the columns of this module.
+    """Outputs of a run or a chunk: `out` has a row for each output interval and a column for each quantity.
 
-    A column is NaN if the model does not compute the quantity. `spin_rad_s`, [k, 2 M], and `load_n`, [k, 2 races,
-    2 M rollers, 3 circles], are the detailed outputs, if any: spins of the rollers and normal forces. `sensor_m_s2` is
-    the acceleration at the sensor for each row, if the scene has a path to the sensor.
+    A column is NaN if the model does not compute the quantity. Detailed outputs, if any, are `spin_rad_s`, spins of the
+    rollers, [k, 2 M rollers], and `load_n`, normal forces, [k, 2 races, 2 M rollers, 3 circles]. `sensor_m_s2` is the
+    acceleration at the sensor in each interval, if the scene has a path to the sensor.
     """
 
     out: FloatArray
@@ -51,7 +51,7 @@ class Outputs:
 def split_run(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
     """Yield the first interval and the number of intervals of each chunk of a run of `whole` intervals.
 
-    A chunk ends with the first `settle` intervals; chunks begin at detailed outputs, one in `per_detail` intervals.
+    A chunk ends after `settle` intervals. Chunks begin at detailed outputs, one in `per_detail` intervals (0: none).
     """
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:

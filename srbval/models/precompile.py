@@ -1,7 +1,4 @@
-"""Compile kernels into the cache, in the process ``python -m srbval.models.precompile KERNEL ...``.
-
-`jit.precompile` starts this process.
-"""
+"""Process ``python -m srbval.models.precompile KERNEL ...`` of `jit.precompile`: compiles kernels into the cache."""
 
 import gc
 import sys

@@ -1,4 +1,4 @@
-"""Result of a run: signals on one time axis, status, figures and cost."""
+"""Result of a run: signals on one time axis, status, numerical results and cost."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class RunStatus(enum.StrEnum):
 
     `SKIDDING`: the cage is much slower or faster than in pure rolling. `ROLLERS_UNLOADED`: the load bypasses the
     rollers, or there is no load. `INACCURATE`: errors due to the step exceed the tolerances of `step_error`; the
-    run is written to a file but not accepted. All others are failures of the numerics, the last six only from outside.
+    run is written to a file but not accepted. All others are failures, the last six only of models from outside.
     """
 
     OK = "ok"
@@ -58,7 +58,7 @@ class RunStatus(enum.StrEnum):
 
     @property
     def usable(self) -> bool:
-        """True if the run is written to a file: it is accepted or inaccurate."""
+        """True if a run with this status is written to a file: it is accepted (see `works`) or inaccurate."""
         return self.value in USABLE
 
 
@@ -70,7 +70,7 @@ USABLE = (*WORKING, "inaccurate")  # statuses of runs that are written to a file
 def works(status: str) -> bool:
     """True if `srbval simulate` accepts a run with this status, a `RunStatus` or its stored text.
 
-    A run is accepted if its numerics passed every check, also if the bearing skids or is unloaded.
+    A run is accepted if its numerics passed every check, even if the bearing skids or is unloaded.
     """
     return status in WORKING
 
@@ -84,7 +84,7 @@ class RunSummary:
     rollers (NaN without a load; the housing spring carries the rest), `balanced_share` their share in static balance.
     `drive_power_w` is the mean power of the shaft's drive; `energy_imbalance` and `missing_n` (along the load): see
     `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration, `idle_share` the
-    share of the time without contact.
+    share of the time without any contact.
 
     `step_error`: errors due to the step, None if not estimated; `step_limit_s`: `step_limits.elastic_limit_s` of the
     solver, `default_limit_s` of the default solver; `check_wall_s`: wall time of estimating the error or choosing the
@@ -164,17 +164,17 @@ class RunSummary:
 
     @property
     def wall_per_simulated_s(self) -> float:
-        """Wall time per simulated second, with settling, without compiling."""
+        """Wall time per simulated second (settling time included), without compiling."""
         return self.wall_s / (self.seconds + self.scene.settle_s)
 
     @property
     def cpu_per_simulated_s(self) -> float:
-        """Processor time per simulated second, with settling, without compiling."""
+        """Processor time per simulated second (settling time included), without compiling."""
         return self.cpu_s / (self.seconds + self.scene.settle_s)
 
 
 def _output(columns: int | slice, meaning: str) -> Any:
-    """Make a property of a run that returns columns of `out` in a contiguous array."""
+    """Make a property of `Run` that returns columns of its array `out`, contiguous; `meaning`: its docstring."""
     return property(lambda run: np.ascontiguousarray(run.out[:, columns]), doc=meaning)
 
 
@@ -202,7 +202,7 @@ class Run(RunSummary, Outputs, NotebookObject):
         return pandas.DataFrame({"time_s": self.time_s} | columns)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Convert to the data set that xarray reads from a file of the run, with units, names and attributes."""
+        """Convert to the data set that xarray reads from the run's file, with units, names and attributes."""
         engine = require_xarray()
         with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
             load_public("write_run")(self, path := Path(folder) / "run.h5")
@@ -218,7 +218,7 @@ class Run(RunSummary, Outputs, NotebookObject):
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:
-    """Parts of a scene that no comparison with measurements has validated, as texts; amplitudes are always one.
+    """Parts of a scene that no comparison with measurements has validated, as texts; amplitudes are always among them.
 
     A bearing of any name counts as validated if it has the geometry of the paper's bearing.
     """

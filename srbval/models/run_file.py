@@ -102,7 +102,7 @@ def write_run(run: Run, path: str | Path) -> None:
 
 
 def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
-    """Build the summary of a run of `scene` from JSON; `LookupError`, `TypeError` or `ValueError` if damaged."""
+    """Build a run's summary from its JSON `table`; raises `LookupError`, `TypeError` or `ValueError` if damaged."""
     kept = dict(table)
     solver, error = dataclasses.replace(scene.solver, step_s=kept.pop("chosen_step_s")), kept.pop("step_error")
     if error is not None:
@@ -113,7 +113,7 @@ def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
 
 
 def read_run_file(path: Path, summary: RunSummary) -> Run:
-    """Read the run that has this summary from its file; raises `OSError` or `LookupError` for another file."""
+    """Read the signals of a run from its file; raises `OSError` or `LookupError` if it is missing or another file."""
     import h5py
 
     with h5py.File(path) as file:

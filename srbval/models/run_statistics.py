@@ -43,7 +43,7 @@ class RingSupport(NamedTuple):
 
 @dataclass
 class RunningSums:
-    """Sum of all rows of a run's outputs, first row and last row, [COLUMN_COUNT] each, for energy and momentum."""
+    """Sum of a run's outputs over all intervals, outputs of the first and of the last interval, [COLUMN_COUNT] each."""
 
     rows: int = 0
     total: FloatArray = field(default_factory=lambda: np.zeros(col.COLUMN_COUNT))
@@ -51,7 +51,7 @@ class RunningSums:
     last: FloatArray = field(default_factory=lambda: np.zeros(col.COLUMN_COUNT))
 
     def add(self, out: FloatArray) -> None:
-        """Add the rows of a chunk, [n, COLUMN_COUNT]."""
+        """Add the outputs of a chunk of n intervals, [n, COLUMN_COUNT]."""
         self.first = self.first if self.rows else out[0].copy()
         self.rows, self.last = self.rows + len(out), out[-1].copy()
         self.total = self.total + np.ascontiguousarray(out.T).sum(axis=1)
@@ -59,7 +59,7 @@ class RunningSums:
     def energy_imbalance(self, interval_s: float) -> float:
         """Energy imbalance: work minus stored energy minus losses, as a share of the losses; NaN without losses.
 
-        The stored energy is known at the start of an interval, so the last interval is left out.
+        The stored energy is known only at the start of an interval, so the last interval is left out.
         """
         through = (self.total - self.last) * interval_s
         gained, lost = float((self.last - self.first)[STORED_ENERGIES].sum()), float(through[LOSS_POWERS].sum())
@@ -68,7 +68,7 @@ class RunningSums:
     def missing_n(self, ring: RingSupport, load_n: FloatArray, interval_s: float) -> FloatArray:
         """Mean force missing in Newton's second law of the ring [N], [3]; NaN if unknown. `load_n`: mean load, [3].
 
-        A missing force is an error of the integrator. The first row is left out: the speed before it is unknown.
+        A missing force is an error of the integrator. The first interval is left out: the speed before it is unknown.
         """
         intervals = self.rows - 1 if self.rows > 1 else math.nan
         mean = (self.total - self.first) / intervals

@@ -21,7 +21,7 @@ def along_sensor(acceleration: FloatArray) -> FloatArray:
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
     """RMS of `samples` within a band, in the unit of the samples; Hann window, sharp band edges.
 
-    The samples must be means over their intervals, like a run's accelerations; this attenuation is compensated.
+    The samples must be means over their intervals, like a run's accelerations; the attenuation is compensated.
     """
     from scipy.fft import rfft
 
@@ -54,7 +54,7 @@ def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
 
 @dataclass
 class BandLevels:
-    """Running RMS of the sensor's signal in each of `BANDS_HZ`, by causal Butterworth filters."""
+    """Running RMS of the sensor's signal in each frequency band of `BANDS_HZ`, by causal Butterworth filters."""
 
     fs_hz: float
     samples: int = 0
@@ -80,7 +80,7 @@ class BandLevels:
 
 
 class SensorFilter:
-    """Filter from the ring's acceleration to the sensor's; without a `path`, the component along the sensor's axis.
+    """Filter that converts the ring's acceleration to the sensor's; without a `path`, the component along its axis.
 
     The response of the path is sampled in frequency and multiplied by a Hann window in time, which gives a filter of
     `FILTER_S` for each direction and smooths gains within 40 Hz of a band's edge. The output is delayed by `FILTER_S`

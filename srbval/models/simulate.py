@@ -83,7 +83,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 
 def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
-    """Compile the kernels that the scenes need, as a task of `progress`; returns the time it took [s]."""
+    """Compile the kernels that the scenes need, reported to `progress`; returns the time it took [s]."""
     own = [scene for scene in scenes if not level_of(scene.model).outside]
     if not missing_kernels(*own):
         return 0.0
@@ -92,12 +92,12 @@ def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = si
 
 
 def _with_outside_solver(scene: Scene) -> Scene:
-    """Return the scene; if its model is from outside, with a solver that this model offers."""
+    """Return the scene; if its model is from outside, replace the default solver by one that the model offers."""
     return import_function(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
 
 
 def _prepare_run(scene: Scene, step: Step, progress: Progress, folder: Path | None = None) -> RunStatistics:
-    """Check the scene and the free memory, compile, treat the step; returns the statistics for the run."""
+    """Check scene and memory, compile, check or choose the step (see `Step`); returns the still empty statistics."""
     level, scene = level_of(scene.model), _with_outside_solver(scene)
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     level.check_scene(scene)
@@ -112,7 +112,7 @@ def _prepare_run(scene: Scene, step: Step, progress: Progress, folder: Path | No
 
 
 def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
-    """Raise `ConfigurationError` if the run does not fit into memory, or its file into `folder`."""
+    """Raise `ConfigurationError` if the run does not fit into memory, or its file on the disk of `folder`."""
     scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COLUMN_COUNT
     details = samples // (scene.outputs_per_detail or math.inf) * stats.bearing.rolling_elements * 14 * 8
     kept = 16 * samples if folder else COPIES * (samples * row + details)  # beside a file, only the time axis
@@ -125,7 +125,7 @@ def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
         if needed > there:
             raise ConfigurationError(
                 f"{scene.duration_s:g} s at {scene.output_rate_hz:g} Hz need some {needed / 1e9:.3g} GB of {what}, "
-                f"there are {there / 1e9:.3g} GB: shorten the run, lower the rates{'' if folder else ', or use -o'}."
+                f"there are {there / 1e9:.3g} GB: shorten the run, lower output rates{'' if folder else ', or use -o'}."
             )
 
 

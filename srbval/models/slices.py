@@ -4,8 +4,8 @@ Only the contact differs from the full model, see "Contact cut into slices" on t
 defect is an opening of its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a
 roller; slices are finer there.
 
-Neglected: variation of slip along the race within a slice, and by pivoting about the normal across its width; crowned
-ends of rollers; support of slices by their neighbours.
+Neglected: variation of slip within a slice, both along the race and, by pivoting about the normal, across its width;
+crowned ends of rollers; support of slices by their neighbours.
 
 Answers: all questions. Cannot answer: excitation by passing points, which no real raceway has; two defects that one
 roller touches at the same time.
@@ -61,7 +61,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
     # shift of the inner arc's centre along the normal
     shift = geometry.inner_profile_radius_m - geometry.raceway_radius_m
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
-        raise ConfigurationError("two defects on one roller: the slices model handles one a roller; move one of them.")
+        raise ConfigurationError("two defects on one roller: the slices model allows one per roller; move one of them.")
     on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # in the order of the model's rollers
     races = [contact.openings(scene.defects, on_rollers) for contact in contacts]
     oil, film = scene.oil, None
@@ -99,9 +99,9 @@ def sliced_contacts(scene: Scene, geometry: SphericalRollerGeometry) -> list[Sli
 def films_m(
     scene: Scene, geometry: SphericalRollerGeometry, model: Parameters, load_n: FloatArray, cage_rad_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Film thickness in the middle and least film thickness of all loaded contacts [m], first of the outer race.
+    """Film thickness in the middle and least film thickness of each loaded contact [m], outer race first.
 
-    `load_n`: normal forces, [2 races, 2 M]. The contacts are elliptical; heating of the inlet is included.
+    `load_n`: normal forces, [2 races, 2 M rollers]. The contacts are elliptical; heating of the inlet is included.
     """
     oil = scene.oil
     assert oil is not None
@@ -119,7 +119,7 @@ def films_m(
 def _slice_table(
     races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float], on_rollers: int
 ) -> SliceTable:
-    """Table of the slices of all windows of both races; windows of damaged rollers are at the end, in reverse order."""
+    """Join the tables of both races for the kernel; tables of damaged rollers are at the end, in reverse order."""
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
     table, middle, reach = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows)), np.zeros((2, windows))
@@ -138,7 +138,7 @@ def _slice_table(
 
 
 def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
-    """Parameters of the search for contacts: near a defect, a roller touches the window of the defect."""
+    """Parameters of the contact search, which selects the table of slices for a roller by its angle around the race."""
     search = [RaceSearch(1.0, 1.0, *own_stretch(race.window_of, 1)) for race in races]
     windows = max(len(race.rows) for race in races) + on_rollers
     highest = np.zeros((2, windows))
@@ -157,11 +157,11 @@ def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Rac
 
 
 class Openings(NamedTuple):
-    """Windows of a race, each a table of slices, [col.SLICE_ROWS, slices].
+    """Tables of slices of a race, [col.SLICE_ROWS, slices] each, with and without defects.
 
     `rows`: tables of the undamaged race and of each defect on the race; `of_rollers`: table of each defect on a roller;
-    `middle_rad`: angle from x to the middle of each defect; `window_of`, [2 rows, RACE_POSITIONS]: number of the window
-    that a roller at a position touches.
+    `middle_rad`: angle from x to the middle of each defect; `window_of`, [2 rows of rollers, RACE_POSITIONS angles]:
+    index in `rows` of the table for a roller at this angle.
     """
 
     rows: list[FloatArray]
@@ -172,7 +172,7 @@ class Openings(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SlicedContact:
-    """Contact of the scene's rollers, with a radius of `roller_m`, with one race."""
+    """Contact between the scene's rollers (radius `roller_m`) and one race, `inner` or outer, cut into slices."""
 
     scene: Scene
     geometry: SphericalRollerGeometry
@@ -220,7 +220,7 @@ class SlicedContact:
         return curvature
 
     def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
-        """Windows for the defects on the race and `on_rollers`; `ConfigurationError` if defects are too close."""
+        """Make tables of slices with and without defects; `ConfigurationError` if a roller can touch two at once."""
         found = Openings(
             rows=[self._slice_rows(self._slice_edges(None), None)],
             of_rollers=[self._slice_rows(self._slice_edges(defect), defect) for defect in on_rollers],
@@ -263,7 +263,7 @@ class SlicedContact:
     def _defect_ends(self, defect: Defect) -> tuple[float, float, float]:
         """Ends of a defect along the roller, limited to the roller's ends, and the defect's middle [m]."""
         if defect.shape is DefectShape.COSINE:
-            raise ConfigurationError("defect shape = 'cosine': the slices model has 'flat' (with ramps) and 'hole'.")
+            raise ConfigurationError("defect shape = 'cosine': the slices model needs 'flat' (with ramps) or 'hole'.")
         half, gap = self.geometry.roller_width_m / 2, self.geometry.raceway_radius_m * self.geometry.tilt_rad / 2
         width = defect.extent_m if defect.shape is DefectShape.HOLE else defect.width_m
         middle = defect.axial_m if defect.axial_m is not None else (defect.circle - 2) * gap
@@ -274,7 +274,7 @@ class SlicedContact:
         return low, high, middle
 
     def _slice_rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
-        """Table of the slices between `edges` along the roller, [col.SLICE_ROWS, slices], with a defect's opening."""
+        """Make the table of slices between `edges` along the roller, [col.SLICE_ROWS, slices], with any `defect`."""
         middle, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         length = self.geometry.roller_width_m
         rows = np.zeros((col.SLICE_ROWS, len(middle)))

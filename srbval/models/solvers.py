@@ -2,9 +2,9 @@
 
 Explicit Runge-Kutta methods of fixed step: the paper's ODE4 and the lower orders it rules out. Names follow the paper's
 simulation software: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method (Hairer, Norsett &
-Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). On the negative real axis they are stable to 2, 2,
-2.51 and 2.79 over the largest rate. The full model's friction relaxes some 300 times faster than ode4 resolves at
-1/61440 s: it chatters, bounded, instead of diverging, and the chatter is broadband noise in the acceleration.
+Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). On the negative real axis steps are stable up
+to 2, 2, 2.51 and 2.79 over the largest rate. The full model's friction relaxes some 300 times faster than ode4 resolves
+at 1/61440 s: it chatters, bounded, instead of diverging, and the chatter is broadband noise in the acceleration.
 
 Others take friction and contact damping implicitly. ros2, a two-stage W-method (Verwer, Spee, Blom & Hundsdorfer, A
 second-order Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456): with
@@ -80,7 +80,7 @@ class Coefficients(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """One-step method with its name, title, `order` of consistency and coefficients."""
+    """Method of time integration: its name, title, `order` of consistency and coefficients."""
 
     name: str
     title: str

@@ -63,9 +63,9 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     """Choose the longest step that keeps all errors within tolerance; returns the scene with this step, and the errors.
 
     The search begins with the scene's step, or with the longest step below the limit of stability, and tries steps 2, 4
-    and 8 times finer. If none is fine enough, the finest is chosen, or the first if finer steps gain nothing. If chance
-    hides the errors in a longer run, they are estimated again in a piece `LONG_PIECE_FACTOR` times as long, and the
-    longest of 1, 2 and 4 times finer steps that is certainly fine enough is chosen.
+    and 8 times finer. If none is fine enough, the finest is chosen, or the first if finer steps gain nothing. If the
+    scatter hides an error, errors are estimated again in a piece `LONG_PIECE_FACTOR` times as long (if the run is
+    longer than `PIECE_S`), and the longest of 1, 2 and 4 times finer steps that is certainly fine enough is chosen.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 
@@ -109,7 +109,7 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
 
 
 def _steady(scene: Scene) -> Scene:
-    """The scene at constant speed and load, the highest of its profiles."""
+    """Replace the scene's profiles of speed and load by their highest values."""
     if scene.speed_profile is not None:
         fastest = max(scene.speed_profile.speed_rad_s, key=abs)
         scene = replace(scene, speed_profile=None, shaft_speed_rad_s=fastest)
@@ -122,8 +122,8 @@ def _steady(scene: Scene) -> Scene:
 class _Piece:
     """A short piece of a run from one settled state, computed once with each step that is compared.
 
-    The output rate is raised if `BLOCKS` require it. A band is compared if it is below half the scene's output rate and
-    the piece is longer than `MIN_BAND_PIECE_S`.
+    The output rate is raised if `BLOCKS` blocks need more outputs. RMS is compared in frequency bands below half the
+    scene's output rate, if the piece is longer than `MIN_BAND_PIECE_S`.
     """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun, *, longer: float = 1.0) -> None:
@@ -137,7 +137,7 @@ class _Piece:
         self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
-        """Estimate the errors of steps `finer` times as fine as the run's, against `REFINEMENT` times finer steps."""
+        """Estimate the errors of the run's step divided by `finer`, against a step `REFINEMENT` times shorter."""
         for times in (finer, REFINEMENT * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
@@ -167,7 +167,7 @@ def block_means(
 ) -> BlockMeans:
     """Means of each quantity over `BLOCKS` equal blocks of a run, from its outputs, [n] and [n, 3].
 
-    Bands above half the rate or `bands_below_hz` are left out, and all bands if an acceleration is not finite.
+    Frequency bands have means of squares; bands above half the rate or `bands_below_hz`, or not finite, are left out.
     """
     found = {CAGE_QUANTITY: cage_rad_s, DRIVE_QUANTITY: drive_w}
     along = along_sensor(acceleration_m_s2)
@@ -179,7 +179,7 @@ def block_means(
 
 
 def estimate_errors(first: BlockMeans, second: BlockMeans) -> tuple[Estimate, ...]:
-    """Relative errors of the `first` run against the `second`, of any length, with jackknife standard errors."""
+    """Relative errors of the `first` run's means against a more accurate run's, with jackknife standard errors."""
     with np.errstate(all="ignore"):
         return tuple(_estimate_error(name, first[name], second[name]) for name in first if name in second)
 

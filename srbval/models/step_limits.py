@@ -49,8 +49,8 @@ CAGE_ANGLES = 3  # from a roller on the defect to the defect midway between two;
 class LinearSystem:
     """Linear system q' = `motion` v, v' = `stiffness` q + `damping` v, with the shapes [q, v], [v, q] and [v, v].
 
-    In the full model, q contains slides, cage angles and ring displacement, v all generalised speeds. The rollers'
-    angles about their axes are left out: they have no effect unless a roller is damaged.
+    In the full model, q contains cage angles, displacements of the ring and of rollers along their slots; v contains
+    all speeds. Angles of rollers about their axes are left out: they have no effect unless a roller is damaged.
     """
 
     motion: FloatArray
@@ -83,7 +83,7 @@ def longest_step(method: Method, system: LinearSystem) -> float | None:
 
 
 def explicit_limit(method: Method, values: ComplexArray) -> float | None:
-    """Longest stable step of a Runge-Kutta method [s]: |R(h lambda)| <= 1 for each decaying eigenvalue [1/s], [k]."""
+    """Longest stable step h of a Runge-Kutta method [s]: |R(h lambda)| <= 1 for decaying eigenvalues lambda [1/s]."""
     size = np.abs(values)
     decaying = (size > FREE_PER_S) & (values.real < -1e-9 * size)
     limits = [_stable_radius(method, complex(value / abs(value))) / float(abs(value)) for value in values[decaying]]
@@ -91,7 +91,7 @@ def explicit_limit(method: Method, values: ComplexArray) -> float | None:
 
 
 def _stable_radius(method: Method, direction: complex) -> float:
-    """Distance along `direction`, a complex number of modulus one, up to which |R| is at most one."""
+    """Distance along `direction`, a complex number of modulus one, up to which |`stability_function`| <= 1."""
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
@@ -142,7 +142,7 @@ def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
 
 
 def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Map of `step_kernel.leapfrog_step` on q, v and the predicted change of v."""
+    """Matrix of one `step_kernel.leapfrog_step` for a linear system; it acts on q, v and the predicted change of v."""
     coordinates, speeds = system.motion.shape
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping
@@ -159,7 +159,7 @@ def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatA
 
 
 def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Map of `step_kernel.rosenbrock_step` on q and v; only the equations of the velocities are implicit."""
+    """Matrix of one `step_kernel.rosenbrock_step` for a linear system (q, v); only the velocities are implicit."""
     coordinates = len(system.motion)
     start = np.eye(sum(system.motion.shape))
     solve = np.eye(len(start))
@@ -198,7 +198,7 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> LinearSystem:
 
 
 def central_difference(model: Parameters, state: FloatArray, part: slice | int, size: float) -> FloatArray:
-    """Derivative of the rates with respect to a part of the state, by central differences of +-`size`."""
+    """Derivative of the state's rates with respect to `part` of the state, by central differences of +-`size`."""
     there, back = state.copy(), state.copy()
     there[part] += size
     back[part] -= size

@@ -170,8 +170,8 @@ def test_a_model_offers_its_own_solvers():
         ("models.py", ConfigurationError, "name its function too"),
         ("nowhere.py:ring", DataError, "no such file"),
         ("no_such_package.module:ring", DataError, "no Python package 'no_such_package'"),
-        ("command ./nothing {out_csv}", ConfigurationError, "no program that may be executed"),
-        (f"command {sys.executable}", ConfigurationError, "name the file that it writes"),
+        ("command ./nothing {out_csv}", ConfigurationError, "no executable program './nothing' is found"),
+        (f"command {sys.executable}", ConfigurationError, "it must contain {out_csv}, the file"),
     ],
 )
 def test_a_wrong_name_is_an_error_with_its_remedy(model, error, text):

@@ -37,7 +37,7 @@ FMU_SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for ax
 
 
 class FmuVariable(NamedTuple):
-    """Variable of an FMU: scene `key` or signal, name, size of its unit in SI, and numbers in place of words."""
+    """Variable of an FMU for a `key` of the scene or a signal; `unit`: its unit in SI; `codes`: numbers for words."""
 
     key: str
     name: str
@@ -76,7 +76,8 @@ def load_fmu(path: Path) -> Any:
         for part, allowed in parts.items()
     )
     if not any(one.key.startswith("acceleration") for one in read):
-        raise ConfigurationError(f"{where} [signals] names no acceleration; add acceleration_m_s2, or its x and y.")
+        needed = "acceleration_m_s2, or acceleration_x_m_s2 and acceleration_y_m_s2"
+        raise ConfigurationError(f"{where} [signals] has no acceleration; add {needed}.")
 
     def simulate(scene: Scene) -> Any:
         values, step_s = dict(walk_leaves(scene_dict(scene))), scene.solver.step_s
@@ -108,7 +109,7 @@ def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowe
         raise UnknownNameError.of(f"{place} {key}: the FMU has no variable {name!r}", name, tuple(known))
     described = known[name].unit or getattr(known[name].declaredType, "unit", None) or ""
     if stated and described and stated != described:
-        raise ConfigurationError(f"{place} {key}: the unit {stated!r} differs from the FMU's {described!r}.")
+        raise ConfigurationError(f"{place} {key}: the unit {stated!r} differs from the FMU's {described!r}: omit it.")
     units = SUFFIXES.get(max((suffix for suffix in SUFFIXES if key.endswith(suffix)), key=len, default=""), {"": 1.0})
     unit = stated or described
     if unit not in units and (unit or len(units) > 1):

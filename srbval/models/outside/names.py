@@ -20,7 +20,7 @@ COMMAND, FMU, SOLVERS_VARIABLE = "command ", ".fmu", "SOLVERS"
 
 
 def is_outside(name: str) -> bool:
-    """True if `name` is a model from outside; raises `ConfigurationError` for a Python file without a function."""
+    """True if `name` is a model from outside; raises `ConfigurationError` for ``FILE.py`` without a function."""
     if name.endswith(".py"):
         raise ConfigurationError(f"model {name!r}: name its function too, for example {name}:simulate.")
     return name.startswith(COMMAND) or name.endswith(FMU) or ":" in name or name in entry_points()
@@ -28,12 +28,12 @@ def is_outside(name: str) -> bool:
 
 @cache
 def entry_points() -> dict[str, str]:
-    """Installed models: ``package.module:NAME`` by name of the entry point."""
+    """Models of installed packages: ``package.module:NAME`` by name of the entry point."""
     return {point.name: point.value for point in importlib.metadata.entry_points(group="srbval.models")}
 
 
 def content_of(name: str) -> str:
-    """Name of a model without its folder, and hash of its source files; raises `DataError` if they are missing."""
+    """Text of a model's name, without folder, and the hash of its source files; `DataError` if one is missing."""
     digest = hashlib.sha256()
     for path in sources_of_model(name):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
@@ -51,7 +51,7 @@ def solvers_of(name: str) -> tuple[str, ...]:
 
 
 def sources_of_model(name: str) -> list[Path]:
-    """Source files of a model, its main file first: imported files of its folder, a package, or files of a command."""
+    """Source files of a model, main file first: with imported files of its folder, a package, or a command's files."""
     place = entry_points().get(name, name)
     if place.startswith(COMMAND):
         program, *words = shlex.split(place.removeprefix(COMMAND)) or [""]

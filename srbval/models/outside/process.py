@@ -1,6 +1,6 @@
 """Process in which a model from outside runs: ``python -m srbval.models.outside.process``.
 
-Every outcome is returned as a value: the columns of a run, a status with its reason, or an error of the user.
+Every outcome is returned as a value: outputs of a run, a status with its reason, or an exception for wrong input.
 """
 
 import contextlib
@@ -116,9 +116,9 @@ def command_model(text: str) -> Model:
     """Return a function that runs a program, which reads the scene as JSON and writes the signals as columns of CSV."""
     words = shlex.split(text)
     if not words or not any(SIGNAL_FILE in word for word in words):
-        raise ConfigurationError(f"command {text!r}: name the file that it writes, as {SCENE_FILE} {SIGNAL_FILE}.")
+        raise ConfigurationError(f"command {text!r}: it must contain {SIGNAL_FILE}, the file that it writes.")
     if shutil.which(words[0]) is None:
-        raise ConfigurationError(f"command {text!r}: {words[0]!r} is no program that may be executed here.")
+        raise ConfigurationError(f"command {text!r}: no executable program {words[0]!r} is found here.")
 
     def simulate(scene: Scene) -> Any:
         import pandas as pd

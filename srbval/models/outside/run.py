@@ -61,7 +61,7 @@ def with_own_solver(scene: Scene) -> Scene:
 
 
 def run_in_process(scene: Scene) -> OutsideResult:
-    """Run the scene's model in a process; raises errors of the user, returns all other failures with their reasons."""
+    """Run the scene's model in a process; raises errors in the user's input, returns other failures as a status."""
     limit_s = _limit(TIME_VARIABLE, START_S + PER_SIMULATED_S * (scene.settle_s + scene.duration_s))
     memory = 1e9 * _limit(MEMORY_VARIABLE, USUAL_GB)
     with tempfile.TemporaryDirectory(prefix="srbval-model-", ignore_cleanup_errors=True) as folder:
@@ -91,7 +91,7 @@ def run_in_process(scene: Scene) -> OutsideResult:
 
 @contextlib.contextmanager
 def models_ended() -> Iterator[None]:
-    """Stop the models that run in other threads, with `CancelledError`; no model can start within the block."""
+    """Stop the models from outside that other threads run (with `CancelledError`); none can start within the block."""
     _ending.append(None)
     try:
         while _running:
