@@ -1,1 +1,1 @@
-"""From lines to a fault: comparison with a healthy baseline, probabilities of each fault."""
+"""Diagnosis of a bearing from the lines of a record: comparison with a healthy record, fault probabilities, verdict."""

@@ -38,7 +38,7 @@ class Baseline:
     """Healthy record, analysed in the band of the record that is compared with it.
 
     `conditions` lists differences in speed or load that make the records incomparable, `remarks` all other differences.
-    `fault` is the headline of its own verdict if this names a fault.
+    `fault` is the headline of the healthy record's own verdict if that verdict names a fault, otherwise empty.
     """
 
     analysis: Analysis
@@ -51,9 +51,9 @@ class Baseline:
 class BaselineComparison:
     """Comparison of the fault lines of a record with a healthy record.
 
-    `ratios` contains, for each line above the noise, its modulation over the healthy record's, and the 95 % interval.
-    `line` is the deepest risen line, `risen` its part. `baseline` is the file of a comparable healthy record.
-    `by_level` is true if the squared envelopes are compared in their unit, false if as shares of their mean.
+    `ratios` contains the modulation of each line above the noise over the healthy record's, with its 95 % interval.
+    `line` is the risen line with the greatest modulation, `risen` its part, `baseline` the file of a comparable healthy
+    record. `by_level` is true if modulations are compared in the squared envelope's unit, false for shares of its mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -69,7 +69,7 @@ class BaselineComparison:
 
     @property
     def times(self) -> str:
-        """Words after a ratio: "times as high" for levels, "times as deep" for depths of modulation."""
+        """Words after a ratio: "times as high" for levels, "times as deep" for modulations relative to the mean."""
         return "times as high" if self.by_level else "times as deep"
 
 
@@ -77,7 +77,7 @@ NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """Load the registered healthy record of the same rig, speed and load; None if no record is comparable."""
+    """Load the registered healthy record of the same rig, speed and load; None if the register has none to compare."""
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
@@ -97,16 +97,16 @@ def _is_same_signal(one: Recording, other: Recording) -> bool:
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record with the `settings` of the record that is compared with it.
 
-    The healthy file's own speed, state, loads, unit and sensitivity have priority; its `scale` is given or registered.
-    Raises `ConfigurationError` if the file is declared faulty, or if a scale is given for the other record alone.
+    The healthy file's own speed, state, loads, unit and sensitivity have priority; `scale` is its scale, by default as
+    registered. Raises `ConfigurationError` if the file is declared faulty or only the other record's scale is given.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)
     own = registered_settings(path)
     if settings.scale is not None and scale is None and own.scale is None:
         raise ConfigurationError(
-            f"--scale {settings.scale:g} is the record's scale; also state the scale of {path}: --healthy-scale F, or "
-            "register it with `srbval data add FILE --scale F`."
+            f"--scale {settings.scale:g} applies to the record alone; state the scale of {path} too: --healthy-scale F "
+            "or register it with `srbval data add FILE --scale F`."
         )
     of_the_record = dict.fromkeys(("state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"))
     kept = replace(settings, **of_the_record, scale=scale)
@@ -123,7 +123,7 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
 
 
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """Analyse `healthy` in the band of `analysis` and list all differences; raises an error if incomparable."""
+    """Analyse `healthy` in the band of `analysis` and list how the records differ; raises an error if incomparable."""
     ours, processed = analysis.recording, analysis.processed
     if _is_same_signal(healthy, ours):
         raise ConfigurationError(
@@ -137,8 +137,8 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
             f"{' and '.join(unscaled)}: whole numbers of a converter without a scale: levels cannot be compared. "
-            "State full scale (or 1) in the given unit: --scale F for the record, --healthy-scale F for the healthy "
-            "record. With --unit unknown only shares of the mean are compared."
+            "State the full scale (or 1) in the given unit with --scale F for the record, --healthy-scale F for the "
+            "healthy record; or give --unit unknown, to compare modulations relative to the mean."
         )
     found = analyse_by_parts(healthy, analysis.bearing, band_hz=processed.band_hz)
     compared = (
@@ -166,7 +166,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if a stated unit makes the backgrounds of two records differ as g and m/s2 do."""
+    """Raise `ConfigurationError` if two records of one stated unit differ in background by 9.81, as g and m/s2 do."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
@@ -188,8 +188,8 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
     """Compare the fault lines of `analysis` with a healthy record in the same band; `ValueError` for different bands.
 
-    Modulations are compared in the unit of the squared envelope if both records are in m/s2, otherwise as depths.
-    Nothing is compared if the `conditions` of a `Baseline` differ or it has a fault.
+    Modulations are compared in the unit of the squared envelope if both records are in m/s2, otherwise as shares of its
+    mean. No line is compared with a `Baseline` that has a `fault` or another speed or load (`conditions`).
     """
     if baseline is None:
         return NO_HEALTHY
@@ -198,7 +198,7 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     if given.fault:
         return BaselineComparison(sentence=f"The healthy record {name} has a fault: nothing is compared with it.")
     if healthy.processed.band_hz != analysis.processed.band_hz:
-        raise ValueError(f"bands differ: {analysis.processed.band_hz}, {healthy.processed.band_hz}.")
+        raise ValueError(f"bands of both records differ: {analysis.processed.band_hz}, {healthy.processed.band_hz} Hz.")
     if given.conditions:
         return BaselineComparison(
             sentence=f"The healthy record {name} was taken at {', '.join(given.conditions)}: levels at different "
@@ -239,7 +239,7 @@ def short_ratio(ratio: float) -> str:
 
 
 def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
-    """Modulation of `line` over the baseline's, and the 95 % interval; None if the baseline's cannot be read."""
+    """Ratio of the modulation of `line` to the baseline's, and 95 % interval; None if the baseline's cannot be read."""
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
     if before.explained_by is NotDetected.ANOTHER and before.snr and before.depth is not None:

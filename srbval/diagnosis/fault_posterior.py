@@ -1,8 +1,8 @@
 """Posterior probabilities of the state of a bearing, from its combs, its lines and a comparison with a healthy record.
 
-Combs are searched after cepstrum prewhitening in all parts of the whole band together; no band is chosen. A state is
-healthy, a fault of one part, two faults, something else (a strong comb of no line of the bearing), or a fault of an
-unknown part.
+A comb is a line with its harmonics in the spectrum of the squared envelope. Combs are searched in the whole band after
+cepstrum prewhitening; no narrower band is chosen. A state is healthy, a fault of one part, faults of two parts,
+something else (a strong comb that is no line of the bearing), or a fault of an unknown part.
 """
 
 import itertools
@@ -52,11 +52,11 @@ RECORD_CORRELATION = 0.5  # of two records of one bearing: 0.36 in 84 healthy re
 
 @dataclass(frozen=True, kw_only=True)
 class Comb:
-    """Comb of lines at multiples of `found_hz`, which is None if no comb is within the record's reach.
+    """Line with its harmonics at multiples of `found_hz`, which is None if the spectrum does not reach to this line.
 
-    `excess` is its score minus the score of a typical comb, `depth` the modulation depth of its first line.
-    `explained_by` names a source of which the comb is a multiple: the mains, the shaft, or a comb at least as high and
-    half as deep.
+    `excess` is its score (`CombSpectrum`) minus a typical comb's, `depth` the modulation depth of its first line.
+    `explained_by` names the source of which the comb is a multiple: the mains, the shaft, or a lower comb with at least
+    its score and half its depth.
     """
 
     excess: float = 0.0
@@ -66,9 +66,9 @@ class Comb:
 
     @property
     def log_ratio(self) -> float:
-        """Log likelihood ratio of a fault to no fault: the lower of the ratios from excess and from depth.
+        """Log likelihood ratio of a fault to no fault: about the lower of two ratios, from `excess` and from `depth`.
 
-        Lines twice as deep raise the excess by 2 log 2 each, so both limits have one slope.
+        Doubling the depth of all lines raises the excess by 2 log 2 per line; both ratios then rise equally.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET
@@ -78,10 +78,10 @@ class Comb:
 
 @dataclass(frozen=True, kw_only=True)
 class FaultScores:
-    """Combs of a record by cause: each fault, and `OTHER_CAUSE` for the strongest unexplained comb.
+    """Combs of a record by cause: each fault, and `OTHER_CAUSE` for the strongest comb without a known cause.
 
-    `first` contains the combs in the whole spectrum, `second` the combs without the lines of the `strongest` comb; it
-    is empty if no comb is evidence. `cage` is the comb at the cage frequency, which identifies no fault.
+    `first` contains the combs of the whole spectrum, `second` the combs after the lines of the `strongest` comb are
+    removed (empty if no comb indicates a fault). `cage` is the comb at the cage frequency, which identifies no fault.
     """
 
     first: Mapping[str, Comb]
@@ -92,13 +92,13 @@ class FaultScores:
 
     @property
     def unexplained_order(self) -> float | None:
-        """Shaft order of the strongest unexplained comb; None if there is no such comb."""
+        """Frequency of the strongest comb without a known cause, in shaft orders; None if there is no such comb."""
         found_hz = self.first[OTHER_CAUSE].found_hz
         return None if found_hz is None else found_hz / self.shaft_hz
 
 
 def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> FaultScores:
-    """Score the combs of a record in its spectrum, averaged over shaft orders with `more` records of the machine."""
+    """Score the combs in a record's spectrum, averaged at equal shaft orders with `more` records of its machine."""
     speed, bearing = analysis.speed, analysis.bearing
     every = [analysis.processed]
     for one in more:
@@ -166,12 +166,12 @@ def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed)
 def log_likelihood(
     views: Sequence[FaultScores], lines: Mapping[str, int], *, stands: bool, elsewhere: FaultScores | None = None
 ) -> dict[str, float]:
-    """Log likelihood ratio of each class to healthy, for use with any prior.
+    """Log likelihood ratio of each state in `CLASSES` to healthy, for use with any prior.
 
-    The likelihood is the mean over all `views` (channels or speeds): a fault may be visible in any view. `lines`
-    contains the weight of the table's line of each part: 0 for no peak, 1 for an unexplained peak, 2 for a risen line.
-    `stands` is true if the table contains any unexplained line. If the strongest of the combs `elsewhere`, at a speed
-    outside the stated tolerance, belongs to another cause, the faulty part is unknown.
+    `views` are comb scores by channel and speed, whose likelihoods are averaged: a fault may be visible in one alone.
+    `lines` is 0 for a part whose line has no peak, 1 for an unexplained peak, 2 for a line risen over a healthy
+    record's. `stands` is true if any line is unexplained. `elsewhere` are scores at a speed outside the stated
+    tolerance: another strongest comb there makes a fault of an unknown part more likely.
     """
     found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
@@ -185,9 +185,9 @@ def log_likelihood(
 
 
 def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
-    """Log likelihood ratio of each class from the combs of one view, with or without a second cause.
+    """Log likelihood ratio of each state to healthy from the combs of one channel and speed, of one or two causes.
 
-    A missing comb is no evidence against a part whose line has risen.
+    A missing comb is no evidence against a part whose line has risen over a healthy record.
     """
 
     def ratio(name: str, comb: Comb) -> float:
@@ -206,7 +206,7 @@ def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, f
 
 
 def probabilities(log_likelihood: Mapping[str, float]) -> dict[str, float]:
-    """Posterior probability of each class, at most `MAX_PROBABILITY`."""
+    """Posterior probability of each state from its log likelihood ratio to healthy, at most `MAX_PROBABILITY`."""
     log = np.array([math.log(CLASS_PRIOR[name]) + log_likelihood[name] for name in CLASSES])
     shares = np.exp(log - np.logaddexp.reduce(log))
     best = int(np.argmax(shares))
@@ -218,9 +218,10 @@ def probabilities(log_likelihood: Mapping[str, float]) -> dict[str, float]:
 
 
 def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Sum of the log likelihood ratios of n records of one bearing, over 1 + (n - 1) `RECORD_CORRELATION`.
+    """Pool n records of one bearing: sum of their log likelihood ratios over 1 + (n - 1) `RECORD_CORRELATION`.
 
-    The divisor is the design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4).
+    The divisor is the design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4). For a fault of an
+    unknown part (`OPEN`) the highest ratio is taken.
     """
     count = len(log_likelihoods)
     effect = 1 + (count - 1) * RECORD_CORRELATION
@@ -229,30 +230,30 @@ def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, 
 
 
 def most_probable(probabilities: Mapping[str, float]) -> str:
-    """Class of the highest probability."""
+    """State with the highest probability."""
     return max(probabilities, key=lambda name: probabilities[name])
 
 
 def share_of(state: str, probabilities: Mapping[str, float]) -> float:
-    """Probability that all parts of a class are faulty, alone or with other parts; at most `MAX_PROBABILITY`."""
+    """Probability that all parts named in `state` are faulty, alone or with other parts; at most `MAX_PROBABILITY`."""
     parts = set(state.split("+"))
     return min(MAX_PROBABILITY, sum(share for name, share in probabilities.items() if parts <= set(name.split("+"))))
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """Select the most probable class: healthy from one half, others from `MIN_NAMED_PROBABILITY`; else `UNDECIDED`."""
+    """Return the most probable state if healthy has 1/2, or another `MIN_NAMED_PROBABILITY`; otherwise `UNDECIDED`."""
     best = most_probable(probabilities)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED
 
 
 def stands_out(excess: float) -> bool:
-    """True if a comb of this excess is 1 / `SECOND_CAUSE_SHARE` times as probable with a cause as without."""
+    """True if a comb of this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a cause as without."""
     return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
 def faults_of(name: str) -> tuple[Fault, ...]:
-    """Faulty parts of a class; empty if the class names no part."""
+    """Faulty parts in the name of a state, such as ``outer+roller``; empty if it names no part."""
     return tuple(fault for fault in DEFECTS if fault.value in name.split("+"))
 
 

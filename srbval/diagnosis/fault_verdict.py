@@ -1,8 +1,8 @@
 """Verdict on a record: a fault is named, nothing is found, or the state is undecided.
 
-`diagnose` combines the combs, the table of lines and the comparison with a healthy record to one probability per class,
-from which headline, reasons and JSON are derived. *Named*: a fault has two thirds. *Nothing found*: healthy has one
-half and both race lines were searched. *Undecided*: all other records. The declared state is not used.
+`diagnose` computes one probability for each state from the combs (lines with their harmonics), the single lines and the
+comparison with a healthy record. A fault is named from a probability of two thirds. Nothing is found if healthy has one
+half and a fault of either race would have been detected. The declared state is not used.
 """
 
 import enum
@@ -58,11 +58,11 @@ DETECTABLE_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis(NotebookObject):
-    """Most probable state of a record ("undecided" if no class is probable enough) and the evidence for it.
+    """Most probable state of a record ("undecided" if no state is probable enough) and the evidence for it.
 
-    `probabilities` contains all classes, `log_likelihood` their log likelihood ratios to healthy, for use with other
-    priors. `standing` describes the unexplained lines of the table. `scores` belong to the clearest `channel`, None if
-    there is only one.
+    `probabilities` contains all states, `log_likelihood` their log likelihood ratios to healthy, for use with other
+    priors. `standing` describes the unexplained lines. `scores` are the combs with the clearest evidence, from
+    `channel` (None if only one channel was used or healthy is most probable).
     """
 
     state: str
@@ -74,7 +74,7 @@ class Diagnosis(NotebookObject):
 
     @property
     def shown_probabilities(self) -> dict[str, float]:
-        """Probabilities by label; two faults at once are left out if improbable."""
+        """Probability of each state by its name in words, without improbable pairs of faults."""
         return {LABELS[name]: x for name, x in self.probabilities.items() if "+" not in name or x >= SECOND_CAUSE_SHARE}
 
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
@@ -109,10 +109,10 @@ class Diagnosis(NotebookObject):
 def diagnose(
     analysis: Analysis, comparison: BaselineComparison = NO_HEALTHY, *, all_channels: bool = False
 ) -> Diagnosis:
-    """Compute the diagnosis of an analysed record, compared with a healthy record if given.
+    """Compute the diagnosis of an analysed record, with its comparison with a healthy record if there is one.
 
-    With `all_channels` the other channels of the record are scored too. If the speed was estimated from the record, the
-    combs are also scored at the stated speed: the estimate may belong to another shaft.
+    With `all_channels` the combs in the other channels of the record are used too. If the speed was estimated from the
+    record, the combs are also scored at the stated speed: the estimate may belong to another shaft.
     """
     return weigh_evidence(score_views(analysis, all_channels=all_channels), analysis, comparison)
 
@@ -120,7 +120,7 @@ def diagnose(
 def weigh_evidence(
     views: Sequence[tuple[str | None, FaultScores]], analysis: Analysis, comparison: BaselineComparison
 ) -> Diagnosis:
-    """Combine the comb scores of all views (channel, scores), the table of lines and the comparison to a diagnosis."""
+    """Combine comb scores (`views`: channel, scores), lines and comparison with a healthy record to a diagnosis."""
     standing, elsewhere = tuple(_describe_standing(analysis, comparison)), None
     lines = {
         part.value: 2 if x.name == comparison.line else int(_is_unexplained(x, comparison))  # risen, or unexplained
@@ -145,7 +145,7 @@ def weigh_evidence(
 
 
 def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Score the combs of each usable channel, and at each speed if the speed is estimated (see `diagnose`)."""
+    """Score the combs of one channel or all usable channels, also at the stated speed if the speed was estimated."""
     if isinstance(analysis, LongAnalysis):
         return list(analysis.views)
     recording, done = analysis.recording, analysis.processed
@@ -160,7 +160,7 @@ def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | N
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True if a first harmonic exceeds the noise and is deep or has risen over a healthy record's."""
+    """True for a first harmonic above the noise, unless it is shallow and not risen over the healthy record's."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -168,7 +168,7 @@ def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
 
 
 def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
-    """Describe the unexplained lines of the table in a few words each: the risen line first, then by height."""
+    """Describe each unexplained line in a few words: first the line risen over a healthy record, then by height."""
     if comparison.line is not None:
         yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):
@@ -199,8 +199,8 @@ class Finding(enum.StrEnum):
 class FaultVerdict:
     """Verdict on a record: the faulty `parts` named, a `headline` and `reasons`.
 
-    `finding` and `diagnosis` are None if the record is not measured. `advice` is also the first reason; it is empty if
-    a part is named.
+    `finding` and `diagnosis` are None if the record is not measured. `advice` explains why no part is named and what
+    would decide; it is also the first reason, and is empty if a part is named.
     """
 
     finding: Finding | None
@@ -261,7 +261,7 @@ class FaultVerdict:
 def fault_verdict(
     analysis: Analysis, baseline: Baseline | Analysis | RecordSource | None = None, *, all_channels: bool = False
 ) -> FaultVerdict:
-    """Verdict on an analysed record, compared with a healthy record if given; raises `baseline_of`'s errors."""
+    """Verdict on an analysed record, compared with a healthy record if given; raises the errors of `baseline_of`."""
     if isinstance(baseline, RecordSource):
         baseline = baseline_of(analysis, recording_of(baseline))
     if analysis.recording.origin is not Origin.MEASURED:
@@ -347,7 +347,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
 def smallest_detectable_depth(line: Line, comparison: BaselineComparison) -> float:
     """Modulation depth from which a line is detected in 95 of 100 records; infinite if it cannot be detected.
 
-    Such a line has `DETECTABLE_SNR` times the power of the noise or, if the healthy bearing has the line too,
+    A line of this depth has `DETECTABLE_SNR` times the power of the noise or, if the healthy bearing has the line too,
     `RISEN_RATIO` times the depth of `line`.
     """
     if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:

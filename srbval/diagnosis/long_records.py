@@ -4,10 +4,9 @@ The fifth harmonic of a line stays within a bin only while the shaft turns evenl
 an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in 20 s, and are
 lost in 60 s. A modulation of `fault_posterior.EVEN_ODDS_DEPTH` is still 80 times the noise in 10 s of a band of 2 kHz.
 
-The mean likelihood of all parts decides. The table of lines comes from one part: the parts are sorted by their
-strongest fault comb, and the part at one half of this order is tried first, then at one quarter, and so on to the
-clearest, each with as many trials as there are parts for one as clear. The first with a fault line is used, otherwise
-the first.
+Probabilities follow from the mean likelihood of all parts; lines are read in one part. The parts are sorted by their
+strongest fault comb. The part at one half of this order is tried first, then at one quarter, and so on to the
+strongest, until a fault line is detected (else the first is used). The part at one quarter counts as four trials.
 """
 
 import itertools
@@ -33,9 +32,9 @@ LEAST_PARTS = 3  # shorter records are read as a whole
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LongAnalysis(Analysis):
-    """Analysis of the part of a long record that begins at `first_s` [s] and represents all `parts`.
+    """Analysis of one part of a long record of `parts` parts; the part begins at `first_s` [s].
 
-    The fault comb of `as_clear` parts is at least as strong; `views` are channel and scores of every usable part.
+    `as_clear` parts have a fault comb at least as strong; `views` are channel and comb scores of all usable parts.
     """
 
     parts: int
@@ -53,14 +52,14 @@ class LongAnalysis(Analysis):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Document of the part, with the entry ``long_record``."""
+        """Values for JSON of the analysed part, with the entry ``long_record`` on the division into parts."""
         keys = ("parts", "as_clear", "first_s", "read_in")
         return super().to_dict() | {"long_record": {key: getattr(self, key) for key in keys}}
 
 
 @one_thread()
 def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
-    """Analyse a record as `analyse` does, and a long record in parts; parts that cannot be read are left out."""
+    """Analyse a record with `analyse` and its `options`, a long record in parts; unreadable parts are left out."""
     shaft_hz = recording.known_speed.value_hz
     count = math.floor(recording.seconds / max(PART_S, PART_TURNS / shaft_hz))
     if count < LEAST_PARTS:

@@ -48,10 +48,10 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """Request to analyse a file, or a `recording` in its place; see `analyse`, `bearing_of`, `load_healthy`.
+    """Request to analyse a `file`, or a `recording` instead; fields as in `analyse`, `bearing_of`, `load_healthy`.
 
-    A band is chosen from the record with `auto_band`, and if neither the request nor a data set states a band; with
-    `one_band` the whole band is used instead, so that the levels of all records can be compared.
+    The band is chosen from the record with `auto_band`, or if neither request nor data set states a band. In the second
+    case `one_band` selects the whole band instead, so that the levels of all records can be compared.
     """
 
     file: str = ""
@@ -68,7 +68,7 @@ class RecordRequest:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordReading:
-    """Record with its analysis, its healthy baseline and its verdict; `cautions` concern the baseline."""
+    """Analysis of a record, its healthy baseline and its verdict; `cautions` concern the healthy baseline."""
 
     analysis: Analysis
     baseline: Baseline | None
@@ -76,7 +76,7 @@ class RecordReading:
     cautions: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Document of ``analyse --json``."""
+        """Values printed by ``srbval analyse --json``."""
         recording, verdict = self.analysis.recording, self.verdict
         return self.analysis.to_dict() | {
             "channel": recording.channel,
@@ -122,7 +122,7 @@ def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> lis
 def read_record(request: RecordRequest) -> RecordReading:
     """Load and analyse a record, compare it with the given or registered healthy record, and compute the verdict.
 
-    One error names all missing statements about the file. If no channel is stated, all channels
+    One error names all facts that the user must still state (bearing, speed). If no channel is stated, all channels
     contribute to the verdict. Raises the errors of all steps.
     """
     stored, all_channels = registered_settings(request.file), request.settings.channel is None
@@ -163,7 +163,7 @@ def read_record(request: RecordRequest) -> RecordReading:
 def read_records(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> tuple[list[dict[str, Any]], list[FailedFile]]:
-    """Analyse many files; returns their documents, the most serious first, and the failed files. See `answers_of`."""
+    """Analyse many files (`answers_of`); returns their JSON documents, the most serious first, and the failed files."""
 
     def seriousness(document: dict[str, Any]) -> tuple[float, ...]:
         shares, line = document["fault"]["probabilities"], _highest_line(document)
@@ -179,9 +179,9 @@ def read_records(
 def answers_of(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[RecordRequest, list[dict[str, Any]] | FailedFile]:
-    """Analyse many files, `jobs` at a time (default: one per core); returns the documents of each file, or its failure.
+    """Analyse many files, `jobs` at a time (default: one per core); returns each file's JSON documents or its failure.
 
-    A file without a stated channel has one document per channel. Raises the error of the files if all fail.
+    A file without a stated channel has one document per channel. Raises an error if all files fail.
     """
     register = repr(listing(or_none=True).recordings)
     contents = {request: _dependencies(request, register) for request in requests}
@@ -202,7 +202,7 @@ def answers_of(
 
 
 def _highest_line(document: dict[str, Any]) -> dict[str, Any] | None:
-    """Detected line of the named part, otherwise the highest detected line; None if no line is detected."""
+    """Detected line of the part named by the verdict, otherwise the highest detected line; None if there is none."""
     called = next((part.line for part in DEFECTS if part.value == document["fault"]["called"]), None)
     found = [line for line in document["lines"] if line["harmonic"] == 1 and line["detected"]]
     return max(found, key=lambda line: (line["name"] == called, line["snr"]), default=None)
@@ -213,13 +213,13 @@ def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
     first, *others = {str(one.error).replace(one.file, ""): one.error for one in failed}.values()
     if not others:
         return first
-    return DataError("none of the recordings can be reported: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
+    return DataError("none of the recordings can be analysed: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
 
 
 def separate_other_files(
     failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
 ) -> tuple[list[FailedFile], list[str]]:
-    """Separate failed files from files that are no recordings: not `named`, with a suffix that no `read` file has."""
+    """Separate failures from files that are no recordings: not `named` by the user, with a suffix of no `read` file."""
     endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
         one.file
@@ -230,7 +230,7 @@ def separate_other_files(
 
 
 def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Rows of name, value and unit for the features of `features_of`; accelerations also in g."""
+    """Table of the features of `features_of` with name, value and unit; accelerations also in g."""
     scales = {found["unit"]: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found["unit"] == ACCELERATION_UNIT else {})
     levels = {"RMS": found["rms"], "peak": found["peak"], "RMS in the band": found["band_rms"]}
     rows = [(name, value * scale, unit) for name, value in levels.items() for unit, scale in scales.items()]
@@ -241,7 +241,7 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """Summarise a document in one row: verdict, most probable fault (None if nothing is found), its line, features."""
+    """Summarise an analysis in a table row: verdict, most probable fault (None if nothing is found), line, features."""
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
     part = max(shares, key=lambda one: shares[one] or 0.0)
@@ -262,7 +262,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Judge all records of one bearing together, without records whose lines fit a speed outside the tolerance."""
+    """Judge all records of one bearing together, except records whose lines fit a speed outside the tolerance."""
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
             f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give records of one "
@@ -277,18 +277,18 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
-    """Judge short records of one bearing together by their mean spectrum; `DataError` for too few turns."""
+    """Judge short records of one bearing together by their mean spectrum; `DataError` for too few shaft turns."""
     found = [read_short(*_loaded(request)) for request in requests]
     own = [one.processed.seconds * one.speed.value_hz for one in found]
     if (few := min(own)) < MIN_POOLED_TURNS:
         name = found[own.index(few)].recording.name
-        raise DataError(f"{name}: {few:.2g} turns of the shaft; at least {MIN_POOLED_TURNS:g} are needed to pool it.")
+        raise DataError(f"{name}: {few:.2g} turns of the shaft; each record needs {MIN_POOLED_TURNS:g} or more.")
     if len({one.bearing.name for one in found}) > 1 or len({one.processed.fs_hz for one in found}) > 1:
         raise ConfigurationError(
-            "--one-machine: the records are of several bearings or sampling rates; give records of one."
+            "--one-machine: the records differ in bearing or sampling rate; give records that agree in both."
         )
     if (turns := sum(own)) < LEAST_REVOLUTIONS:
-        raise DataError(f"{len(found)} records of {turns:.3g} turns together; {LEAST_REVOLUTIONS} are needed.")
+        raise DataError(f"{len(found)} records: {turns:.3g} turns in all; {LEAST_REVOLUTIONS} or more are needed.")
     scores = posterior.fault_scores(found[0], found[1:])
     together = posterior.log_likelihood([scores], {}, stands=False)
     how = f"{len(found)} short records, {turns:.0f} turns in all, by their mean spectrum"
@@ -296,7 +296,7 @@ def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
 
 
 def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how: str) -> dict[str, Any]:
-    """State, probabilities and sentence of a machine from its log likelihood ratios."""
+    """Describe the state of a machine from its log likelihood ratios and the excess of its records' cage combs."""
     shares = posterior.probabilities(together)
     state = posterior.decide(shares)
     parts, best = posterior.faults_of(state), posterior.most_probable(shares)
@@ -352,7 +352,7 @@ def record_features(
 
 
 def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert a document of `answers_of` to a row of the feature table; `reason` explains missing values."""
+    """Convert an analysis document to a row of the feature table; the column `reason` explains missing values."""
     found, (low_hz, high_hz) = document["features"], document["band_hz"]
     unit, missing = found["unit"], [found["velocity_missing"]]
     if unit != ACCELERATION_UNIT:
@@ -375,7 +375,7 @@ def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _read_channels(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
-    """Analyse a file: a document for each channel, or for the stated channel; or the error."""
+    """Analyse a file; returns one JSON document for each channel, or for the stated channel, or the failure."""
     try:
         settings = registered_settings(request.file, request.settings, request.band_hz)
         names = () if request.recording else open_channels(Path(request.file), settings)
@@ -388,7 +388,7 @@ def _read_channels(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
 
 
 def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, Any]:
-    """Analyse a record; if it is too short and is only compared with other records, compute its levels."""
+    """Analyse a record; if it is too short and the request compares records (`one_band`), compute its levels alone."""
     try:
         return read_record(request)
     except ShortRecordError:
@@ -404,7 +404,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 
 def _dependencies(request: RecordRequest, register: str) -> str:
-    """Text of everything on which the documents of a file depend; empty if the file cannot be read."""
+    """Key of a file's stored results: text of everything that determines them; empty if they are not stored."""
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:

@@ -1,15 +1,15 @@
 """Trend of the records of one machine: levels of its fault lines, RMS, velocity, and the first alarm.
 
 The level of a fault in a record is the RMS modulated by its line: the band's RMS times the root of the line's depth in
-the squared envelope. A level has risen if its logarithm x is above the prediction limit of the baseline, which is the
-first b records of the history, with mean m and standard deviation s::
+the squared envelope. The baseline is the first b records of the history; m and s are mean and standard deviation of the
+logarithms of their levels. A level has risen if its logarithm x is above the prediction limit of the baseline::
 
     x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
 
-This is the limit for one further value of the same normal distribution (Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted
-from memory, not checked). K is the number of all comparisons: by Bonferroni's inequality the chance of any false alarm
-in the whole history is at most alpha, if the healthy machine does not change. A change of load or temperature is also a
-rise.
+This is the limit for one further value of the same normal distribution, with t of Student (Hahn 1969, J. Am. Stat.
+Assoc. 64, 878; quoted from memory, not checked). K is the number of levels compared with a limit: by Bonferroni's
+inequality the chance of any false alarm in the whole history is at most alpha, if the healthy machine does not change.
+A change of load or temperature is also a rise.
 """
 
 import csv
@@ -45,12 +45,12 @@ DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelTrend:
-    """Records of one channel in the order of time, as `points` with file, time, rpm, velocity and zone.
+    """Records of one channel in the order of time; each of the `points` has file, time, rpm, velocity and ISO zone.
 
-    Each also contains the `levels` of the lines and the RMS in the recording's unit, their 95 % half widths `ci95_db`
-    [dB], the `risen` levels, and `comparable`, false if the speed differs from the baseline's. `reference` contains the
-    geometric means of the baseline's levels, `limits` the levels above which they have risen, `zones` the smallest
-    velocities of zones B, C and D [mm/s]. `velocity_missing` is the reason for a missing velocity or zone.
+    A point also has the `levels` of lines and RMS in the recording's unit, their 95 % half widths `ci95_db` [dB], names
+    of `risen` levels, and `comparable`, false if the speed differs from the baseline's. `reference` contains geometric
+    means of the baseline's levels, `limits` the levels above which they have risen, `zones` the smallest velocities of
+    zones B, C and D [mm/s]. `velocity_missing` is the reason for a missing velocity or zone.
     """
 
     channel: str | None
@@ -62,7 +62,7 @@ class ChannelTrend:
     velocity_missing: str
 
     def rise_db(self, levels: Mapping[str, float], name: str) -> float | None:
-        """Level of a point, or a limit, relative to the baseline [dB]; None if one of them is missing."""
+        """Level or limit called `name` in `levels`, relative to the baseline's mean [dB]; None if either is missing."""
         value, before = levels.get(name), self.reference.get(name)
         return DB_PER_NEPER * math.log(value / before) if value and before else None
 
@@ -80,7 +80,7 @@ class ChannelTrend:
 
 @dataclass(frozen=True, kw_only=True)
 class Trend:
-    """Trends of all channels, with the numbers of baseline records and of comparisons, and the false-alarm chance."""
+    """Trends of all channels, with the numbers of baseline records and compared levels, and the false-alarm chance."""
 
     JSON_PROPERTIES: ClassVar = ("answer", "alarm")
 
@@ -92,12 +92,12 @@ class Trend:
 
     @property
     def alarm(self) -> ChannelTrend | None:
-        """Channel of the first alarm; None without an alarm."""
+        """Trend of the channel with the first alarm; None without an alarm."""
         found = [one for one in self.channels if one.first_alarm is not None]
         return min(found, key=lambda one: one.first_alarm or 0, default=None)
 
     def rows(self) -> list[dict[str, Any]]:
-        """Rows of all records and channels: levels of lines and RMS, velocity, zone and risen levels."""
+        """Table with a row per record and channel: levels of lines and RMS, velocity, zone, names of risen levels."""
         rows = []
         for one, point in ((channel, point) for channel in self.channels for point in channel.points):
             levels = {f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference}
@@ -114,7 +114,7 @@ class Trend:
 
     @property
     def answer(self) -> str:
-        """Sentence about the line (else the RMS) with the highest rise: its rise, its start, the false-alarm chance."""
+        """Sentence on the alarm: line (otherwise RMS) with the highest rise, when it began, false-alarm chance."""
         count = max(len(one.points) for one in self.channels)
         first = self.alarm
         if not self.comparisons:
@@ -152,14 +152,14 @@ def machine_classes() -> dict[str, tuple[float, ...]]:
 
 
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
-    """Velocities [mm/s] between the zones of a class, none without a class; `UnknownNameError` for an unknown class."""
+    """Velocities [mm/s] between the ISO 20816-3 zones of a class, none without class; `UnknownNameError` if unknown."""
     if machine_class is not None and machine_class not in machine_classes():
         raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, machine_classes())
     return machine_classes()[machine_class] if machine_class else ()
 
 
 def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | None:
-    """Zone, A to D, of an RMS velocity [mm/s]; None without a velocity or boundaries."""
+    """Zone of ISO 20816-3, A to D, for an RMS velocity [mm/s]; None without a velocity or boundaries."""
     if velocity_mm_s is None or not boundaries:
         return None
     return "ABCD"[int(np.searchsorted(boundaries, velocity_mm_s))]
@@ -168,8 +168,8 @@ def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | N
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
     """Time of each file, and the source of the times in words.
 
-    The source is a `table` with the columns `file` and `time`, else dates in the names, else the last number in each
-    name, else the dates of change. Raises `ConfigurationError` if the table cannot be used.
+    The source is a CSV `table` with the columns `file` and `time`, else dates in the file names, else the last number
+    in each name, else the dates of last change. Raises `ConfigurationError` if the table cannot be used.
     """
     names = {file: Path(file).name for file in files}
     if table is not None:
@@ -179,7 +179,7 @@ def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[
             return {file: stated[name] for file, name in names.items()}, f"the column time of {table.name}"
         except (KeyError, ValueError, TypeError) as error:
             raise ConfigurationError(
-                f"{table}: {error}: it must have the columns file and time, a row for each file, and times that are "
+                f"{table}: {error}: the table needs the columns file and time, a row for each file, and times that are "
                 "dates (2026-11-24 13:55) or numbers."
             ) from None
     dates = {file: match for file, name in names.items() if (match := DATE.search(name))}
@@ -217,8 +217,8 @@ def trend_of(
 ) -> Trend:
     """Compute the trend of the `documents` of `read_records`, by channel; `times` contains the time of each file.
 
-    The scatter is computed from the first `baseline` records (default: a third, from `LEAST_BASELINE` to
-    `MOST_BASELINE`). `zones_mm_s` are the velocities at which zones B, C and D begin (default: of the `machine_class`).
+    Limits follow from the first `baseline` records (default: a third of all, from `LEAST_BASELINE` to `MOST_BASELINE`).
+    `zones_mm_s` are the velocities at which zones B, C and D begin (default: of the `machine_class`).
     """
     import pandas as pd
 
@@ -231,7 +231,7 @@ def trend_of(
     share = round(BASELINE_SHARE * max(map(len, by_channel.values())))
     count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))
     if count < LEAST_BASELINE:
-        raise ConfigurationError(f"a baseline of {count} records: at least {LEAST_BASELINE} are needed.")
+        raise ConfigurationError(f"a baseline of {count} records is too short: at least {LEAST_BASELINE} are needed.")
     boundaries = zones_mm_s or zone_boundaries(machine_class)
 
     def point_of(one: Mapping[str, Any], usual_hz: float) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Amplitudes and patterns of a record, in third octaves of 400 to 3150 Hz: the rig's drive has tones outside them."""
+"""Levels and line patterns of a record, in third octaves of 400 to 3150 Hz: the rig's drive has tones outside them."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -29,7 +29,7 @@ TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise 
 
 
 def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
-    """Edges of the third octaves (base ten) whose middles are in a band, by their exact middles [Hz]."""
+    """Edges [Hz] of the third octaves (base ten) centred in a band, by their exact centre frequencies [Hz]."""
     first, last = (10 * math.log10(one) for one in band_hz)
     middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
     return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
@@ -40,7 +40,7 @@ LEVEL_BANDS = {f"{hz:.0f} Hz": edges for hz, edges in third_octaves(WHOLE_HZ).it
 
 @dataclass(frozen=True, kw_only=True)
 class Amplitude:
-    """Quantity of a record with the half width `ci95` of its 95 % interval.
+    """Quantity of a record, such as a level or kurtosis, with the half width `ci95` of its 95 % interval.
 
     `present` is true if the quantity exceeds the noise; `least` is the smallest value that would exceed it.
     """
@@ -69,7 +69,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Level of the increment over `healthy` in all bands [dB re 1 m/s2]; without `healthy`, level of the record."""
+    """Level in each band [dB re 1 m/s2] of a record's power minus the `healthy` record's; without it, of all power."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():
@@ -81,7 +81,7 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitu
 
 
 def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
-    """Total level of each third octave [dB re 1 m/s2], with the power of the record `added` if given."""
+    """Level of the power in each third octave [dB re 1 m/s2], with the power of the record `added` if given."""
     found = {}
     powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
     for name, (low, high) in LEVEL_BANDS.items():
@@ -91,7 +91,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Power locked to the fault per third octave [dB re 1 m/s2]; if not present, half the least detectable power."""
+    """Level of power locked to the fault per third octave [dB re 1 m/s2], at least half the least detectable power."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)
@@ -107,7 +107,7 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 def pattern(
     recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands relative to the first harmonic [dB], depth of modulation [%], kurtosis in two bands."""
+    """Harmonics and sidebands relative to the first harmonic [dB], modulation depth [%], kurtosis in two bands."""
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
@@ -132,7 +132,7 @@ def pattern(
 
 
 def kurtoses(recording: Recording) -> dict[str, Amplitude]:
-    """Kurtosis in both bands; intervals by leaving out one block after the other (jackknife: Efron & Stein 1981)."""
+    """Kurtosis in `KURTOSIS_BANDS`; intervals by leaving out each block in turn (jackknife: Efron & Stein 1981)."""
     found = {}
     for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(BAND_FILTER_ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
@@ -145,7 +145,7 @@ def kurtoses(recording: Recording) -> dict[str, Amplitude]:
 
 
 def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[float, float, float]:
-    """Common level [dB] of the errors of n bands, its standard deviation u, and D^2 of the remaining pattern.
+    """Split the errors of n bands: common level [dB], its standard deviation u, and D^2 of the remaining pattern.
 
     Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): the covariance V of the errors E gives the
     level b with u^2 = 1 / (1' V^-1 1); D^2 = E' V^-1 E - (b / u)^2. If the model is right, b / u is normal and D^2 is
@@ -158,10 +158,10 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 
 
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
-    """Standard deviation of the level between mountings [dB]: posterior mean and 95 % interval, from pairs of records.
+    """Standard deviation tau of levels between mountings [dB]: posterior mean and 95 % interval, from pairs of records.
 
-    Only third octaves count in which the faulty record is quieter than the healthy one, since a fault adds power. These
-    differences are half-normal with variance 2 tau^2 + u^2 (u: both readings); the prior of tau is half-normal too.
+    `pairs` are (faulty, healthy). Only third octaves in which the faulty record is quieter are used, since a fault adds
+    power. Their differences are half-normal with variance 2 tau^2 + u^2 (u: both readings), as is the prior of tau.
     """
     off, u = [], []
     for faulty, healthy in pairs:
@@ -180,7 +180,7 @@ def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: flo
 
 
 def _line_power(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:
-    """Power of a line within `PEAK_REACH_BINS`, and its ratio to the local noise."""
+    """Power of the highest peak within `PEAK_REACH_BINS` of a line, and its ratio to the local noise."""
     length = 8 * square.size
     power = np.abs(scipy.fft.rfft(square - square.mean(), n=length)) ** 2 / square.size**2
     place, wide, reach = line_hz / (rate / length), 8 * PEAK_REACH_BINS, 8 * NOISE_REACH_BINS

@@ -47,9 +47,9 @@ Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowe
 class Identified:
     """Identified path, the powers from which it follows, and the sidebands that determine its ratio of directions.
 
-    `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the locked power of the record (NaN if not
-    present) and of the run along the load and across it. `sidebands_db` [2, 2] are the sidebands of the record and of
-    the run behind the path, at one and two spacings; None if no sidebands determine the ratio.
+    `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the power locked to the fault of the record
+    (NaN if not present) and of the run, along the load and across it. `sidebands_db` [2, 2] are the sidebands of the
+    record and of the run behind the path, at one and two spacings; None without a record of an inner-race fault.
     """
 
     path: SensorPath
@@ -67,7 +67,7 @@ class Identified:
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """Record of a faulty bearing, and a run at the same speed, load and fault, without a path."""
+    """Measured record of a faulty bearing, and a simulated run at its speed, load and fault, without a sensor path."""
 
     record: Recording
     run: Run
@@ -81,11 +81,11 @@ def identify(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> Identified:
-    """Identify the path behind which the run of `pair` has the powers of its record; see `DEFAULT_BAND_HZ`.
+    """Identify the path to the sensor behind which the run of `pair` has the power of its record in all third octaves.
 
-    The ratio of the directions is fitted to the sidebands of `cross`, or of `pair` if its fault is on the inner race.
-    The power of a `healthy` record at the same passage is subtracted. Raises `DataError` for unusable records,
-    `ConfigurationError` for a band beyond the record and for a record without a fault.
+    The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on
+    the inner race. The power of a `healthy` record at the same passage is subtracted. Raises `DataError` for unusable
+    records, `ConfigurationError` for a band beyond the record (default: `DEFAULT_BAND_HZ`) and for no fault.
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
@@ -145,13 +145,13 @@ def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
 
 
 def line_order(run: Run, bearing: Bearing) -> float:
-    """Order of the line of a run's fault: computed from its cage speed, or found if a rolling element is faulty."""
+    """Shaft order of a run's fault line: computed from its cage speed, or read from its signal for a roller fault."""
     by_cage = run.scene.defect.kind.passing_order(bearing.rolling_elements, run.cage_ratio)
     return by_cage or found_order(recording_from_run(run), bearing, DEFAULT_BAND_HZ)
 
 
 def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
-    """Order at which the line of a record's fault is found in a band; if it is not found, its order in pure rolling."""
+    """Shaft order of a record's fault line as read in a band; in pure rolling if the line cannot be read."""
     state, shaft_hz = _fault_and_speed(record)
     line = analyse(record, bearing=bearing, band_hz=band_hz).line_of(state)
     return (line.found_hz or line.kinematic_hz) / shaft_hz
@@ -168,13 +168,13 @@ def _fault_and_speed(record: Recording) -> tuple[Fault, float]:
 
 
 def record_behind_path(run: Run, path: SensorPath | None) -> Recording:
-    """Recording of a run by a sensor at the end of a path from the ring."""
+    """Recording of a run by a sensor at the end of a path from the outer ring, or on the ring if `path` is None."""
     sensor = SensorFilter(path, run.scene.output_rate_hz, run.scene.load.direction_rad)
     return recording_from_run(replace(run, sensor_m_s2=sensor.add(run.acceleration_m_s2)))
 
 
 def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join third octaves downwards to bands of `least_hz` or wider; a narrow rest at the lower end is dropped."""
+    """Join third octaves, from the highest down, to bands of at least `least_hz`; a narrower rest is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -186,15 +186,15 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of joined third octaves, and power locked to the fault minus a `healthy` record's [(m/s2)^2], by band."""
+    """Edges of joined third octaves, and power in each locked to the fault, minus a `healthy` record's [(m/s2)^2]."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
-            raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit, or --scale too.")
+            raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit (and --scale).")
     limit_hz, bands = 0.5 * record.fs_hz / HALF_THIRD_OCTAVE, third_octaves(band_hz)
     if not bands or max(bands) >= limit_hz:
         raise ConfigurationError(
-            f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise, contain the middle of a third octave and end below "
-            f"{limit_hz:.0f} Hz, for the rate of {record.name}."
+            f"band {band_hz[0]:g} to {band_hz[1]:g} Hz: it must contain the centre frequency of a third octave, and "
+            f"none from {limit_hz:.0f} Hz, the limit by the sampling rate of {record.name}."
         )
     order = found_order(record, bearing, band_hz)
     bands = join_bands(bands, SPACINGS * order * _fault_and_speed(record)[1])
@@ -207,11 +207,11 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Power of a run locked to its fault's line [dB re 1 m/s2] in each band of at least two spacings, [n]."""
+    """Level of a run's power that repeats at shaft order `order` in each wide enough band [dB re 1 m/s2], [n]."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
-            f"output_rate_hz = {run.fs_hz:g} of the scene: signals end at half of it, the bands go up to "
-            f"{max(bands):.0f} Hz: raise output_rate, or end --band lower."
+            f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "
+            "raise output_rate, or lower the upper edge of --band."
         )
     return np.array([decibels(one.value) for one in locked_powers(run, bearing, order, bands).values()])
 
@@ -225,7 +225,7 @@ def _interpolate_missing(values: FloatArray) -> FloatArray:
 def _fit_cross_ratio(
     pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
 ) -> tuple[float, float, FloatArray]:
-    """Ratio of cross to load, its deviation [dB], and the sidebands of record and run behind the path [dB], [2, 2]."""
+    """Fit the ratio of gains across and along the load; also its deviation and both sidebands, [2, 2], in dB."""
     from scipy.optimize import minimize_scalar
 
     any_path = path_with(1.0)
@@ -269,7 +269,7 @@ def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silen
 
 
 def path_toml(path: SensorPath) -> str:
-    """Text of the file that a scene's `sensor_path` names."""
+    """Text of a TOML file with a path's gains, to be named by `sensor_path` in a scene."""
 
     def quoted(text: str) -> str:  # a TOML string of printable text; the escapes are JSON's
         return json.dumps("".join(c if c.isprintable() else "?" for c in text), ensure_ascii=False)

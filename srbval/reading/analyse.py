@@ -38,14 +38,14 @@ class ShortRecordError(DataError):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysis(SpeedSearch, NotebookObject):
-    """Lines of one recording, with false-alarm probabilities corrected for all trials, and the search for them."""
+    """Lines of one recording in a `band`; false-alarm probabilities are corrected for all bands and speeds tried."""
 
     recording: Recording
     band: BandChoice
 
     @property
     def closure(self) -> dict[str, Any]:
-        """Sum of both race lines compared with Z f_shaft; the numbers are None for the reason `why`.
+        """Compare the sum of both race lines with Z f_shaft, Z rolling elements; `why` explains a missing or wrong sum.
 
         BPFO + BPFI = Z f_shaft for any slip (Randall 2011, sect. 2.2.3); otherwise a line or the stated speed is wrong.
         """
@@ -66,7 +66,7 @@ class Analysis(SpeedSearch, NotebookObject):
 
     @property
     def summary(self) -> str:
-        """Detected lines, and lines or a speed outside the search, in words."""
+        """Detected lines, and lines or a shaft speed found outside the search range, in words."""
         findings = [one.sentence for one in (self.outside, self.outside_speed) if one is not None]
         return " ".join((describe_lines(self.lines, self.speed), *findings))
 
@@ -79,7 +79,7 @@ class Analysis(SpeedSearch, NotebookObject):
         return self.line(fault.line or "")
 
     def to_frame(self, rows: str = "lines") -> "pandas.DataFrame":
-        """Pandas table of the ``lines``, or of their ``families``."""
+        """Pandas table of all lines or, if `rows` is ``families``, of the first harmonics with their states."""
         import pandas
 
         lines = [vars(line) | {"false_alarm": line.false_alarm} for line in self.lines]
@@ -87,7 +87,7 @@ class Analysis(SpeedSearch, NotebookObject):
 
     @property
     def families(self) -> list[dict[str, Any]]:
-        """State and false-alarm probability of each line together with its harmonics."""
+        """Name, state and false-alarm probability of each line, judged together with its harmonics."""
         names = ("name", "false_alarm", "detected", "explained_by")
         first = (line for line in self.lines if line.is_first)
         return [{n: getattr(x, n) for n in names} | {"state": x.not_detected or "detected"} for x in first]
@@ -201,7 +201,7 @@ def _clearest(
     tracking: Tracking,
     trials: int,
 ) -> tuple[SpeedSearch, BandChoice]:
-    """Search for the lines in each band; returns the search and the band in which the lines are clearest."""
+    """Search for the lines in each of `bands`; returns the search and the band in which the lines are clearest."""
     readings = []
     for band in bands:
         check_band(band.band_hz, recording.fs_hz)
@@ -224,7 +224,7 @@ def _clearest(
 def bearing_of(
     recording: Recording, given: Bearing | str | Path | None = None, *, largest_slip_pct: float | None = None
 ) -> Bearing:
-    """Bearing that is `given` (object, name or file), else the recording's, with `largest_slip_pct` [%] if given."""
+    """Return the `given` bearing (object, name or file), else the recording's, with its slip limit if that is given."""
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:
         raise ConfigurationError(

@@ -1,4 +1,4 @@
-"""Families of a bearing's lines: search windows, placebos, and the probability that a peak is the line."""
+"""Families (a bearing line, its harmonics and sidebands): search windows, and comparison with combs of no such line."""
 
 import math
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ LOG_RATIO_SLOPE, LOG_RATIO_ONSET = 1.35, 4.42
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
-    """Line of one cause at a shaft speed: its frequency, its harmonics, and sidebands `sideband_hz` apart."""
+    """Line of one part of the bearing at a shaft speed, with its harmonics and with sidebands `sideband_hz` apart."""
 
     name: str
     kinematic_hz: float
@@ -39,7 +39,7 @@ class Family:
 
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
-    """Half width of the search window as a share of the line: slip, and the interval of a measured speed."""
+    """Half width of a line's search window over its frequency: largest slip, plus the interval of a measured speed."""
     return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
 
@@ -50,7 +50,7 @@ def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
 
 
 def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
-    """Families of the races, the rollers and, last, the cage at a shaft speed [Hz]."""
+    """Families of lines of the races, the rollers and, last, the cage at a shaft speed [Hz]."""
     orders = bearing.orders
     faults = (
         Family(
@@ -72,7 +72,7 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Fundamentals [Hz], [n], of placebos for a family: within an octave and clear of lines (`is_placebo_order`)."""
+    """Fundamentals [Hz], [n], of placebos: combs within an octave of a family that are no line of the bearing."""
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -83,7 +83,7 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each fundamental [n] whose window is clear of shaft harmonics, families and their simple ratios."""
+    """True for each of `candidates_hz` [n] whose window is clear of shaft harmonics, bearing lines and their ratios."""
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in SIMPLE_RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])

@@ -1,4 +1,4 @@
-"""Features of one channel such as RMS, kurtosis and velocity; a snapshot is too short to search for lines."""
+"""Features of one channel such as RMS, kurtosis and velocity, and levels in records too short to search for lines."""
 
 import itertools
 import math
@@ -75,7 +75,7 @@ def velocity_rms(
 
 
 def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None = None) -> Analysis:
-    """Process a record that is too short to search for lines, in a `band` (default: the whole); `lines` is empty."""
+    """Process a record that is too short to search for lines, in a `band` (default: the whole); returns no lines."""
     band = band or whole_band_of(recording.fs_hz)
     done = process(recording, band_hz=band.band_hz, ends_s=END_PERIODS / (band.band_hz[1] - band.band_hz[0]))
     speed = recording.known_speed
@@ -86,7 +86,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
     """Convert the analysis of a snapshot (`read_short`) to a document with the values that a trend needs.
 
     `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over the
-    power nearby. A shaft harmonic closer to it than two over the duration cannot be separated.
+    power nearby. A shaft harmonic closer to it than 2 / duration cannot be separated.
     """
     done, shaft_hz = read.processed, read.speed.value_hz
     time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
@@ -111,7 +111,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
 
 
 def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
-    """Average the powers of successive snapshots in at least `groups` groups; returns a document per group."""
+    """Average the powers of successive snapshots in at least `groups` groups; returns one document for each group."""
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
     found = []

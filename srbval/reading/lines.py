@@ -1,7 +1,7 @@
 """Lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
-The strongest family is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at
-a simple ratio of a stronger line is explained by the stronger line and is not detected.
+The strongest line is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at a
+simple ratio of a stronger line is explained by the stronger line and is not detected.
 """
 
 import enum
@@ -55,10 +55,10 @@ class NotDetected(enum.StrEnum):
 class Line:
     """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
 
-    Only the interval of the deviation includes the uncertainty of the speed. The first harmonic comes from the joint
-    fit of all harmonics and is ranked among placebos; the others are read one by one. `explained_by` names a stronger
-    line of which this line is a simple multiple, or another explanation of the peak. `identity_probability` is the
-    probability that a first harmonic's peak is the line.
+    `deviation_pct` refers to `kinematic_hz`; its interval alone includes the uncertainty of the speed. The first
+    harmonic comes from the joint fit of all harmonics and is ranked among combs of no bearing line (placebos);
+    harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio or another
+    explanation of the peak. `identity_probability` is the probability that a first harmonic's peak is this line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -86,7 +86,7 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """`joint_false_alarm` of noise and placebos; None for a line without a rank."""
+        """False-alarm probability from noise and placebos (`joint_false_alarm`); None for a line without a rank."""
         noise, mixed, whole = self.noise_false_alarm, self.placebo_false_alarm, self.comb_false_alarm
         return None if noise is None or mixed is None or whole is None else joint_false_alarm(noise, mixed, whole)
 
@@ -113,7 +113,7 @@ class Line:
         return self.isolated and not self.covered and (self.snr or 0.0) > LEAST_SNR and noise < FALSE_ALARM
 
     def stated(self) -> "Line":
-        """Line for a document: without its frequency if it is not detected, since some peak is always found."""
+        """Copy of the line for output, without its frequency if it is not detected, since some peak is always found."""
         nothing: dict[str, Any] = dict.fromkeys(_IF_DETECTED)
         return self if self.detected else replace(self, **nothing)
 
@@ -127,13 +127,13 @@ _IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "s
 
 
 def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
-    """Detected first harmonics of the race and roller lines, the deepest first."""
+    """Detected first harmonics of the race and roller lines, the line with the greatest modulation depth first."""
     shown = (line for line in lines if line.detected and line.harmonic == 1 and Fault.of_line(line.name))
     return sorted(shown, key=lambda line: line.depth or 0.0, reverse=True)
 
 
 def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
-    """Describe the detected race and roller lines and their clearness in a sentence."""
+    """Describe the detected race and roller lines in a sentence: frequency, power over noise, modulation, deviation."""
     said = [
         f"{line.name} ({fault.label}) line detected: "
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
@@ -159,8 +159,8 @@ def read_lines(
 
     All lines are searched near `scale` times their kinematic frequencies; with a nominal speed the first detected line
     also sets the scale of the others. The cage line is read by itself, since its harmonics coincide with other lines.
-    With `brief` only first harmonics are read, and are ranked among `combs` placebos only if noise does not explain
-    them; the same lines are detected.
+    First harmonics are ranked among `combs` placebos. With `brief` only first harmonics are read, and only those that
+    noise does not explain are ranked; the detected lines are the same.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -170,7 +170,7 @@ def read_lines(
     bare = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Add the lines of a reading, rank and explain its first harmonic; returns True if it is detected."""
+        """Add the lines of a reading, rank and explain the first harmonic; returns True if it is detected."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
@@ -217,7 +217,7 @@ def read_lines(
 def _readings(
     record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
 ) -> dict[Family, LineReading]:
-    """Read each family near `scale` times its kinematic frequency, in a window of the relative half width `share`."""
+    """Read each family near `scale` times its kinematic frequency, in a window of relative half width `share`."""
     found = {}
     for family in families:
         centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz
@@ -231,7 +231,7 @@ def _readings(
 def _with_cover(
     line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain an undetected line by the highest peak in its window: a shaft line, `stronger` lines, or a flank."""
+    """Explain an undetected line by the highest peak in its window: a shaft line, a `stronger` line or a flank."""
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
         return line
@@ -251,7 +251,7 @@ def _with_cover(
 
 
 def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None:
-    """Ratio of this line's frequency to a stronger line's, such as ``3/2 BPFO``; None without such a line."""
+    """Simple ratio to a stronger line that explains this line, such as ``3/2 BPFO``; None if there is none."""
     for other, (up, down) in itertools.product(stronger, SIMPLE_RATIOS):
         expected, wide = ((value or 0.0) * up / down for value in (other.found_hz, other.ci95_hz))
         margin = bin_hz + math.hypot(line.ci95_hz or 0.0, wide)
@@ -271,7 +271,7 @@ def _mask_family(record: Periodogram, family: Family, reading: LineReading) -> P
 def _lines_of(
     family: Family, first: Line, reading: LineReading, record: Periodogram, scale: float, speed: ShaftSpeed, brief: bool
 ) -> list[Line]:
-    """First harmonic of a family, its other harmonics and its sidebands; only the first harmonic if `brief`."""
+    """Lines of a family: its first harmonic and, unless `brief`, its other harmonics and its sidebands."""
     shows = first.detected
     # With a comb at half its frequency it would be a second harmonic. Not for a roller's line: a roller strikes both
     # races per revolution, so its rate is half its line.
@@ -283,7 +283,7 @@ def _lines_of(
         return [first]
 
     def read_one(name: str, number: int, offset_hz: float = 0.0) -> Line:
-        """Read one line at its distance from the found fundamental, otherwise at its kinematic frequency."""
+        """Read one harmonic or sideband relative to the found first harmonic, otherwise at its kinematic frequency."""
         line, slip_hz = Line(name=name, harmonic=number, kinematic_hz=number * family.kinematic_hz + offset_hz), 0.0
         if shows:
             slip_hz, centre = number * reading.ci95_hz, number * reading.found_hz + offset_hz
@@ -325,7 +325,7 @@ def _with_reading(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
 
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
-    """Clearness of the best race or roller line, to choose a band: -log of its false-alarm probability, then S/N."""
+    """Values that rank bands: -log of the false-alarm probability and S/N of the clearest race or roller line."""
     firsts = (
         x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, NotDetected.HIDDEN)
     )
@@ -334,10 +334,10 @@ def clearness(lines: Iterable[Line]) -> tuple[float, float]:
 
 
 def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | None = None) -> tuple[Line, ...]:
-    """Correct the false-alarm probabilities for the trials, 1 - (1 - p)^trials, and detect the lines again.
+    """Correct false-alarm probabilities for the number of `trials` (bands, speeds), and decide again what is detected.
 
-    The correction (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials and too high for bands that
-    overlap. `trials_of_rank` is the number of trials for the ranks, if it differs.
+    The corrected value 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials and
+    too high for overlapping bands. `trials_of_rank` is the number for the ranks among placebos, if it differs.
     """
     if trials == 1:
         return lines

@@ -1,6 +1,6 @@
-"""Power locked to a fault: the part of a record's power in a band that repeats with the passages of its defect.
+"""Power locked to a fault: the part of a record's power in a band that repeats at each passage over the defect.
 
-The squared envelope in the band is averaged over the phase of the passage. Its mean minus its quiet level
+The squared envelope in the band is averaged at each phase of the passage. Its mean minus its quiet level
 (`srbval.signal.locked`) is the power that the fault adds; background and tones are not included.
 """
 
@@ -29,7 +29,7 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power locked to the line at `found_order` in each band of at least `SPACINGS` spacings; blocks are cage turns."""
+    """Power that repeats at shaft order `found_order`, in each band wider than `SPACINGS` times its frequency."""
     speed = recording.known_speed
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}
@@ -48,7 +48,7 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """Remove the `PASSAGE_LINES` in a range, read between the passages of a fault at `found_order` (`steady_tone`)."""
+    """Remove tones at `PASSAGE_LINES` times BPFO in a range [Hz], fitted between the passages at `found_order`."""
     speed = recording.known_speed
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz

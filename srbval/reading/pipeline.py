@@ -47,10 +47,10 @@ CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """Order tracking of a record: the shaft angle `course`, None if the record is not tracked, and the reason `why`.
+    """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` is the reason.
 
-    Tracked spectra have the constant speed `mean_hz`. `drift_bins` is the shift of the higher race line within the
-    record, None without a speed signal.
+    Frequencies in tracked spectra are those at the speed `mean_hz`. `drift_bins` is the shift of the higher race line
+    within the record [bins], None without a speed signal.
     """
 
     why: str
@@ -78,7 +78,7 @@ class Processed:
     `whole` [n] is the normalised signal; `scale` is the standard deviation by which it was divided, in the recording's
     unit. `squared` [m] is its squared envelope in the band, at a lower rate, without the `end_s` [s] at either end that
     the filter distorts, and at even shaft angles if `tracking` is used. `trials` is the number of parts of a long
-    record for one that is as clear as this part.
+    record among which this part was chosen, otherwise 1.
     """
 
     whole: FloatArray
@@ -102,7 +102,7 @@ class Processed:
 
     @functools.cached_property
     def filtered(self) -> FloatArray:
-        """Band-passed signal over time, [n]."""
+        """Band-passed signal over time without its ends, [n]."""
         return drop_ends(self._analytic.real, self.fs_hz, self.end_s)
 
     @functools.cached_property
@@ -192,7 +192,7 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice | None:
-    """Band given [Hz], stated for the record, or used in the paper (scaled by a model's size); None if none applies."""
+    """Return the band given [Hz], else stated for the record, else the paper's (scaled by a model's size), or None."""
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:
@@ -209,7 +209,7 @@ def declared_band(
 
 
 def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all records that are compared") -> BandChoice:
-    """Whole band of a record sampled at `fs_hz`."""
+    """Whole usable band of a record sampled at `fs_hz`; `why` is the reason to use it."""
     low, high = (share * fs_hz for share in WHOLE_BAND)
     return BandChoice(band_hz=(low, high), why=why)
 
@@ -217,7 +217,7 @@ def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all rec
 def bands_of_record(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> tuple[BandChoice, ...]:
-    """Whole band of a record and, if any fits, its most impulsive band; both below half of the rate `within_fs_hz`."""
+    """Bands to try: the whole band and, if narrower bands fit, the most impulsive; all below `within_fs_hz` / 2."""
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
     count, whole = picture.kurtosis.size, "the whole band"
@@ -262,7 +262,7 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
 def whitened_bands(
     processed: Processed, bearing: Bearing, speed: ShaftSpeed, *, most: int = WHITENED_BANDS
 ) -> tuple[Periodogram, ...]:
-    """Periodograms of at most `most` equal parts of the whole band, each wide enough for the bearing's lines.
+    """Periodograms of the squared envelope in at most `most` equal parts of the whole band, wide enough for all lines.
 
     The record is prewhitened by its cepstrum; squared envelopes are clipped so that a few knocks form no combs.
     """

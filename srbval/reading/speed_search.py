@@ -1,7 +1,7 @@
 """Search for the lines and the shaft speed of a processed record, in windows as wide as slip and speed require.
 
-A nominal speed may be wrong by more than a window. Then the speed is searched first, else lines are read at several
-speeds, each a trial. A speed outside the tolerance, or a line outside all windows, is only reported.
+A nominal speed may be wrong by more than a window. The speed is then estimated from the record; if this fails, lines
+are read at several trial speeds. A speed outside the tolerance, or a line outside all windows, is only reported.
 """
 
 import math
@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Lines outside the windows that would be the family `name` at a shaft speed of `shaft_hz`, `off_pct` away."""
+    """Comb at `found_hz` outside the windows, `off_pct` from the line `name`, which it fits at the speed `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -46,7 +46,7 @@ class OutsideFamily:
 
     @property
     def sentence(self) -> str:
-        """Possible meaning of the lines in words."""
+        """Sentence on the comb, its possible cause and what to check."""
         to_check = {SpeedSource.TACHOMETER: "the tachometer (--pulses-per-rev) and ", SpeedSource.PRESCRIBED: ""}
         check = to_check.get(self.source, "the speed (--rpm, --rpm-tolerance) and ")
         return (
@@ -67,7 +67,7 @@ class OutsideSpeed:
 
     @property
     def sentence(self) -> str:
-        """Finding and remedy in words."""
+        """Sentence on the speed found, why it is not used and what to do."""
         return (
             f"The record's lines would fit a shaft at {60 * self.value_hz:,.1f} ± {60 * self.ci95_hz:.2g} rpm, outside "
             f"the stated {60 * self.stated_hz:g} rpm ± {self.tolerance_pct:.3g} %: not used. If the set point may be "
@@ -79,7 +79,7 @@ class OutsideSpeed:
 class SpeedSearch:
     """Lines of a record and its shaft speed; probabilities are not yet corrected for the number of speeds `tried`.
 
-    `span` contains the lowest and the highest speed at which lines were read, as shares of the speed.
+    `span` contains the lowest and the highest speed at which lines were read, as shares of `speed`.
     """
 
     processed: Processed
@@ -119,7 +119,7 @@ class SpeedSearch:
 def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
     """Read all lines at a measured speed, or at the speed found in the record within the tolerance of a nominal speed.
 
-    A line outside all windows is used only if its sidebands give the speed, within the tolerance, that explains it.
+    A line outside all windows is used only if its sidebands give a speed within the tolerance that explains it.
     """
     if stated.source is not SpeedSource.NOMINAL:
         lines = _read_lines_at(processed, bearing, stated)
@@ -176,14 +176,14 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 def _read_lines_at(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
-    """Read the lines at `scale` times the speed `at`; deviations refer to the speed, masks to the scaled speed."""
+    """Read the lines at `scale` times the speed `at`; deviations refer to `at`, shaft masks to the scaled speed."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
     combs = max(MIN_PLACEBOS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
 
 
 def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
-    """Read the lines at trial speeds within the tolerance and keep the speed at which a fault line is deepest."""
+    """Read the lines at trial speeds within the tolerance; keep the speed with the greatest depth of a fault line."""
     scales = trial_scales(stated, bearing.largest_slip)
     tried = len(scales)
 
@@ -199,7 +199,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """Find the strongest family outside its window and all lines at its scale, if no fault line was detected."""
+    """Find the strongest comb outside its window, and all lines at its speed, if no fault line was detected."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
@@ -227,13 +227,13 @@ def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tupl
 
 
 def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
-    """Shares of the nominal speed, 1 first and `apart` from each other, whose windows cover its interval."""
+    """Trial speeds as shares of the nominal speed: 1, then steps of `apart` until the windows cover its interval."""
     steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9))
     return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
 
 
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Estimate the shaft speed from the strongest comb of a whitened envelope near `nominal`; None if unclear."""
+    """Estimate the shaft speed near `nominal` from the strongest comb of a whitened envelope; None if it is unclear."""
     combs = CombSpectrum.of([[record.unmasked()]], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
     inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
     score, hz = combs.score[inside], combs.frequency_hz[inside]
@@ -249,8 +249,8 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
     """Follow a drifting shaft of mean `speed` by the comb of a fault that is clear in all parts of a record.
 
-    The comb is the highest within `SEARCH_SHARE` of the line. None if the combs are less probable with a fault than
-    without (`LOG_RATIO_ONSET`), or move by less than the search window of a steady shaft.
+    The comb is the highest within `SEARCH_SHARE` of a fault line's kinematic frequency. None if the combs are less
+    probable with a fault than without (`LOG_RATIO_ONSET`), or move by less than the search window of a steady shaft.
     """
     size = processed.squared.size // DRIFT_PARTS
     part_s = size / processed.squared_fs_hz

@@ -26,12 +26,12 @@ SIDEBAND_HARMONICS = 3  # sidebands of higher harmonics overlap with other lines
 
 @dataclass(frozen=True, kw_only=True)
 class LineReading:
-    """Highest peak of a line, or of a comb of lines, in its window; `detected` is true if the peak is a line.
+    """Highest peak of a line, or of a line with its harmonics (comb), in a window; `detected` is true if it is a line.
 
     `ci95_hz` excludes the uncertainty of the shaft speed. `snr` is the power of each harmonic over the mean noise power
     in a bin, `depth` the first harmonic's amplitude over the record's mean, `noise_false_alarm` the probability that
     noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of another line, `covered` true
-    in a masked zone. `sideband_hz` is the sidebands' spacing.
+    for a peak in a masked zone. `sideband_hz` is the sidebands' spacing.
     """
 
     found_hz: float
@@ -50,13 +50,13 @@ class LineReading:
 
     @property
     def detected(self) -> bool:
-        """True for a line: improbable as noise and as a placebo, strong, and no side lobe of another line."""
+        """True for a strong peak, neither masked nor a side lobe, that neither noise nor placebos explain."""
         improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)
         return self.isolated and not self.covered and improbable and self.snr[0] > LEAST_SNR
 
 
 def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
-    """True if neither noise nor the record's placebos (if ranked) explain a line."""
+    """True if neither noise nor (if ranked) comparison with combs of no bearing line, placebos, explains a line."""
     return noise_false_alarm < FALSE_ALARM and (placebo_false_alarm or 0.0) < PLACEBO_FALSE_ALARM
 
 
@@ -69,13 +69,13 @@ def read_comb(
     sideband_hz: float = 0.0,
     period_s: float | None = 0.0,
 ) -> LineReading | None:
-    """Fit ``f, 2f, ... Hf``, and visible sidebands ``hf - s``, ``hf + s``, within `half_window_hz` of `expected_hz`.
+    """Fit lines at ``f, 2f, ... Hf`` and sidebands ``hf +- s``, f within `half_window_hz` of `expected_hz`.
 
     The fit starts at the highest sum of `neg_log_p` of all harmonics and at the spacing `sideband_hz` (zero: no
-    sidebands). Line and spacing maximise the likelihood for lines of unknown amplitude and phase (Rife & Boorstyn 1974,
-    IEEE Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`), unless `period_s`, the
-    period of the modulation by the shaft, is None. Masked lines and lines beyond ``record.limit_hz`` are ignored.
-    Returns None if the fundamental is beyond the limit, its whole window is masked, or the window contains no peak.
+    sidebands). f and s maximise the likelihood for lines of unknown amplitude and phase (Rife & Boorstyn 1974, IEEE
+    Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`), unless `period_s`, the period
+    of the modulation by the shaft, is None. Masked lines and lines beyond ``record.limit_hz`` are ignored. Returns None
+    if the fundamental is beyond the limit, its whole window is masked, or the window contains no peak.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -134,12 +134,12 @@ def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> 
 
 
 def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
-    """`neg_log_p` of all harmonics together, and the sum of their ratios to the true noise (`true_noise_ratio`)."""
+    """Sums over all harmonics of `neg_log_p` and of the ratio to the true noise (`true_noise_ratio`)."""
     return float(neg_log_p(snr, bins).sum()), float(true_noise_ratio(snr, bins).sum())
 
 
 def _highest_peak(candidates: FloatArray, score: FloatArray) -> float | None:
-    """Candidate of the highest interior maximum; a maximum at the edge belongs to a line outside."""
+    """Candidate frequency of the highest interior maximum; a maximum at the edge belongs to a line outside."""
     peaks = np.flatnonzero((score[1:-1] >= score[:-2]) & (score[1:-1] > score[2:])) + 1
     return float(candidates[peaks[np.argmax(score[peaks])]]) if peaks.size else None
 
@@ -194,9 +194,9 @@ def fit(
 
 
 def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> FloatArray:
-    """Select unmasked harmonics h of `line_hz`, and sidebands, k to a side, that clearly exceed the noise.
+    """Select unmasked harmonics h of `line_hz`, and those sidebands, k = -1 or 1, that clearly exceed the noise.
 
-    Returns h, k, mean noise power in a bin, and power over noise as rows, [4, lines].
+    Returns h, k (0 for a harmonic), mean noise power in a bin, and power over noise as rows, [4, lines].
     """
     harmonics = len(noise)
     terms = [(h, 0) for h in range(1, harmonics + 1)]
@@ -214,7 +214,7 @@ def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideba
 
 
 def _maximise(phasors: Phasors, directions: FloatArray, snr: FloatArray, noise_power: FloatArray) -> FloatArray:
-    """Maximise the weighted sum of powers by Newton steps; returns the shifts along `directions` [c, 1 or 2] in Hz."""
+    """Maximise the weighted power of lines by Newton steps; returns the shifts [Hz] of line and sideband spacing."""
     # Components that rise little above the noise carry little information: weight by the line's share of the power.
     weight = np.maximum(snr - 1, 0.05) / np.maximum(snr, 1.05) / noise_power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))

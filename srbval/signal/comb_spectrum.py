@@ -1,4 +1,4 @@
-"""Scores of combs at any fundamental of a record."""
+"""Scores of combs (a line with its harmonics) at any fundamental of a record."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class CombSpectrum:
 
     @classmethod
     def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float, harmonics: int) -> CombSpectrum:
-        """Score combs from `lowest_hz` on, in the mean spectrum of all `bands` of all records, as many of each record.
+        """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`, equally many per record.
 
         The scatter of the mean of n records is smaller by the root of n, so the logarithms are scaled up by the root of
         n about their value for noise. For several records, the depths are computed from the mean power above the noise.
@@ -59,12 +59,12 @@ class CombSpectrum:
         return self.line_hz[: self.score.size]
 
     def highest(self, centre_hz: float, half_hz: float) -> int | None:
-        """Index of the highest score within `half_hz` of `centre_hz`; None if it is out of reach."""
+        """Index of the highest score within `half_hz` of `centre_hz`; None if the spectrum does not reach there."""
         first, end = np.searchsorted(self.frequency_hz, (centre_hz - half_hz, centre_hz + half_hz))
         return int(first + np.argmax(self.score[first:end])) if end > first else None
 
     def typical(self, relative: float) -> float:
-        """Median over all fundamentals of the highest score within the share `relative` of them."""
+        """Typical highest score within a relative distance `relative`: its median over all fundamentals."""
         if self.score.size == 0:
             return 0.0
         half = max(1, round(relative / self.step))
@@ -81,7 +81,7 @@ class CombSpectrum:
 
 
 def _summed(lines: FloatArray, harmonics: int, step: float) -> FloatArray:
-    """Sum over harmonics 1, 2, ... of line scores [m], by the fundamental, [n]."""
+    """Sum the line scores [m] over all harmonics of each fundamental, [n]."""
     shift = [round(math.log(number) / step) for number in range(1, harmonics + 1)]
     size = max(0, lines.size - shift[-1])
     return np.asarray(np.sum([lines[at : at + size] for at in shift], axis=0))

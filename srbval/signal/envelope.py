@@ -1,4 +1,4 @@
-"""Envelope of a band from the recorded axes: rotation, normalisation, band-pass, Hilbert transform, ends."""
+"""Envelope of a signal in a band: rotation of axes, normalisation, band-pass, Hilbert transform, removal of ends."""
 
 import math
 
@@ -59,8 +59,8 @@ def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = MIN_END_S) -> 
     end = math.ceil(seconds * fs_hz)
     if samples.size <= 2 * end:
         raise DataError(
-            f"the record lasts {samples.size / fs_hz:.3g} s; {2 * seconds:g} s are lost to the filter's ends "
-            "and nothing is left. Use a longer recording."
+            f"the record lasts {samples.size / fs_hz:.3g} s; the filter distorts {2 * seconds:g} s at its ends, so "
+            "that nothing is left. Use a longer recording."
         )
     return samples[end : samples.size - end]
 
@@ -109,7 +109,7 @@ def _warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, fl
 
 
 def _band_lines(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, int, int]:
-    """Lines of the analytic signal with a gain above `_LEAST_GAIN`, the bin number of the first, the padded length."""
+    """Spectrum of the analytic signal from its first bin with a gain above `_LEAST_GAIN`, that bin, padded length."""
     check_band(band_hz, fs_hz)
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples, n=length)

@@ -2,9 +2,9 @@
 
 `neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives the number of
 times that its sum over harmonics rises above a level in the window. Real noise contains lines of other machines, so a
-comb is also ranked among placebos: combs whose lines come from two fundamentals that are no line of the bearing, each
-harmonic from one of them at random. Whole combs at one fundamental are few (some tens do not overlap), but as strong as
-the comb of another bearing in the window; `joint_false_alarm` weighs the ranks among both.
+comb (line with harmonics) is also ranked among placebos: mixed combs, each harmonic from one of two fundamentals at
+random that are no line of the bearing, and whole combs at one such fundamental. Whole combs are few (some tens do not
+overlap), but as strong as another bearing's comb in the window; `joint_false_alarm` weights both ranks.
 """
 
 import math
@@ -30,11 +30,11 @@ BLOCK = 4096  # placebos scored at a time
 
 
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """-log of the probability that noise reaches `snr` at one given frequency; exponential of mean 1 on noise.
+    """-log of the probability that noise reaches `snr` at one given frequency; on noise, exponential with mean 1.
 
-    `snr` [..., h] is power over a noise mean estimated as median / ln 2 of `bins` [h] (odd) exponential neighbours. The
-    k-th of n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta
-    Math. Hung. 4, 191), so the log of E exp(-x M / ln 2) is a difference of log gamma functions.
+    `snr` [..., h] is power over a noise mean estimated as median M / ln 2 of `bins` [h] (odd) bins nearby. The k-th of
+    n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta Math. Hung.
+    4, 191), so the log of E exp(-x M / ln 2), x the `snr`, is a difference of log gamma functions.
     """
     half, ratio = (bins + 1) / 2, np.asarray(snr) / math.log(2)
     rise = scipy.special.gammaln(bins + 1 + ratio) - scipy.special.gammaln(half + ratio)
@@ -44,7 +44,7 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
     """Expected ratio of a noise peak to the true noise, if it is `snr` [..., h] times the noise estimated from `bins`.
 
-    Noise is far above its estimate mostly if the estimate is too low. With `neg_log_p` S the ratio is x dS/dx.
+    A noise peak far above the estimate mostly means a low estimate. For x = `snr` and S = `neg_log_p` it is x dS/dx.
     """
     ratio = np.asarray(snr) / math.log(2)
     rise = scipy.special.digamma(bins + 1 + ratio) - scipy.special.digamma((bins + 1) / 2 + ratio)
@@ -54,11 +54,11 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def false_alarm(
     total_neg_log_p: float, total_ratio: float, share: FloatArray, half_window_hz: float, seconds: float
 ) -> float:
-    """Probability that noise has a peak of a comb with at least this `neg_log_p` anywhere inside the window.
+    """Probability that noise alone gives a comb this summed `neg_log_p`, `total_neg_log_p`, anywhere inside the window.
 
-    `share` [h + 1] is the part of the window in which this number of the comb's lines is not masked. With N peaks on
-    average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a
-    window that begins above the level).
+    `share` [h + 1] contains the share of the window in which 0, 1, ... h of the comb's lines are not masked. With N
+    peaks on average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without his
+    term for a window that begins above the level).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:
@@ -105,17 +105,17 @@ def neg_log_rank(score: float, placebos: FloatArray) -> float:
 
 
 def rank(score: float, placebos: FloatArray) -> float:
-    """(1 + number of `placebos` [n] at least as strong) / (n + 1)."""
+    """Rank of a score, (1 + number of `placebos` [n] at least as strong) / (n + 1)."""
     return float(1 + np.count_nonzero(placebos >= score)) / (placebos.size + 1)
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """Larger of `noise` and the mean of the ranks among `mixed` and `whole` combs, weighted by `FOREIGN_COMB`."""
+    """Larger of `noise` and the mean rank among `mixed` and `whole` placebos, `whole` with weight `FOREIGN_COMB`."""
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
 class PlaceboRank(NamedTuple):
-    """Rank of a comb among placebos, the same by `neg_log_rank`, and its rank among whole combs that share no line."""
+    """Rank of a comb among mixed placebos, the same with a fitted tail (`neg_log_rank`), rank among whole placebos."""
 
     false_alarm: float
     tail_false_alarm: float
@@ -123,7 +123,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], of equal ratio, `GRID_PER_HALF_WINDOW` to each half window of the share `relative`."""
+    """Frequencies [Hz], [n], of constant ratio, `GRID_PER_HALF_WINDOW` in each half window of share `relative`."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 
@@ -138,8 +138,8 @@ def rank_among_placebos(
 ) -> PlaceboRank | None:
     """Rank the comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
 
-    `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has as many lines, in
-    windows of the same relative width and mask. None if `placebo_hz` covers fewer than `LEAST_WINDOWS` windows.
+    `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has the comb's number
+    of lines, relative window and mask. None if `placebo_hz` covers fewer than `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID_PER_HALF_WINDOW * LEAST_WINDOWS:

@@ -1,4 +1,4 @@
-"""Part of a signal that repeats with a passage, and a steady tone between the passages.
+"""Part of a signal that repeats at each passage over a defect, and a steady tone between the passages.
 
 The quietest quarter of the period is selected in every other passage and its level is read in the passages between, and
 vice versa: the least of many noisy means is biased low, the mean of other passages is not.
@@ -21,7 +21,7 @@ LEAST_PASSAGES = 4 * MIN_JACKKNIFE_BLOCKS  # two in each block of either half
 
 @dataclass(frozen=True, kw_only=True)
 class LockedMean:
-    """Mean of a signal over the phase of a passage minus its mean in the quietest quarter, in the signal's unit.
+    """Mean of a signal minus its mean in the quietest quarter of the passage period, in the signal's unit.
 
     `u` is its standard deviation by the jackknife over `blocks` successive parts (Efron & Stein 1981).
     """
@@ -37,9 +37,9 @@ class LockedMean:
 
 
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
-    """Locked mean of non-negative `samples` [n] at the phase `periods` of a passage, in periods [n, rising].
+    """Locked mean (`LockedMean`) of non-negative `samples` [n] with passages; `periods` [n] counts passages up to each.
 
-    The `blocks` (at least `MIN_JACKKNIFE_BLOCKS`) are independent. `DataError` for fewer than `LEAST_PASSAGES`.
+    `blocks` is the number of independent parts of the record. Raises `DataError` for fewer than `LEAST_PASSAGES`.
     """
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(
@@ -56,9 +56,10 @@ def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> Locked
 def steady_tone(
     analytic: ComplexArray, tone: FloatArray, periods: FloatArray | None, slip: float
 ) -> tuple[complex, float]:
-    """Fit a tone A exp(2 pi i (`tone` + s k / n)) to an analytic signal [n] with passages: amplitude A and slip s.
+    """Fit A exp(2 pi i (`tone` + s k / n)) to samples k of an analytic signal [n]; returns amplitude A and slip s.
 
-    The slip is within +- `slip` periods. With passages, the quarter of their phase that leaves the least power is used.
+    s is within +- `slip` periods. With `periods` (passages), only the quarter of their phase with least other power is
+    used.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

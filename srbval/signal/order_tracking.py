@@ -34,13 +34,13 @@ class ShaftAngle:
         turns = np.interp(index, np.arange(speed.size), turned)
         if knots < 4 or not np.all(np.diff(turns) > 0):
             raise DataError(
-                f"the speed signal turns {turned[-1]:.3g} times and {speed.min():.3g} Hz at its slowest: order "
+                f"the speed signal covers {turned[-1]:.3g} turns and has a least speed of {speed.min():.3g} Hz: order "
                 "tracking needs three turns and a shaft that never stops; cut the record or give a mean --rpm."
             )
         return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
-        """Shift of a line of `order` within the record, in bins: highest minus lowest of `DRIFT_PARTS` means."""
+        """Shift of a line of shaft order `order` in bins: highest minus lowest mean of `DRIFT_PARTS` parts."""
         marks = np.linspace(0, self.time_s[-1], DRIFT_PARTS + 1)
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
@@ -66,7 +66,7 @@ class ShaftAngle:
 
 
 def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: float) -> tuple[FloatArray, FloatArray]:
-    """Add a knot at each end beyond which the record reaches, at the speed of that end."""
+    """Add a knot at each end if the record is longer than the shaft angle, at the speed of that end."""
     rate = np.diff(turns) / np.diff(time_s)
     if first_s < time_s[0]:
         turns = np.concatenate(([turns[0] - rate[0] * (time_s[0] - first_s)], turns))

@@ -65,7 +65,7 @@ class Phasors:
         )
 
     def shifted(self, by_hz: FloatArray) -> Phasors:
-        """Demodulate at frequencies higher by `by_hz` [c], well within a block's bin."""
+        """Demodulate at frequencies higher by `by_hz` [c], which must be well below one over a block's duration."""
         rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
         return replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
 
@@ -75,7 +75,7 @@ class Phasors:
 
 
 class Noise(NamedTuple):
-    """Local mean noise power: the median of an odd number of `bins` over ln 2."""
+    """Local mean noise power: the median power of an odd number of `bins`, divided by ln 2."""
 
     mean_power: float
     bins: int
@@ -115,7 +115,7 @@ class Periodogram:
         return bare.masking(number * shaft_hz, number * shaft_ci_hz)
 
     def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Periodogram:
-        """Periodogram with further masked zones, each at least `MASK_BINS` bins to either side, in rising order."""
+        """Periodogram with further masked zones, each `half_width_hz` and `MASK_BINS` bins to either side."""
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
         zones = zones[np.argsort(zones[:, 0])]
@@ -187,7 +187,7 @@ class Periodogram:
         return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
 
     def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
-        """Power over the local noise: a running median of unmasked bins, up to the record's limit with `to_limit`."""
+        """Power over the local noise, a running median of unmasked bins; with `to_limit`, of bins up to `limit_hz`."""
         spacing = POINTS_PER_BIN * self.step_hz
         last = self.power.size // POINTS_PER_BIN
         bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS) if to_limit else last)
@@ -200,7 +200,7 @@ class Periodogram:
 
 
 def decimate(samples: FloatArray, down: int) -> FloatArray:
-    """Low-pass filter and keep every sample number `down`, as `scipy.signal.resample_poly` but quicker to load."""
+    """Low-pass filter and keep one of `down` samples, as `scipy.signal.resample_poly` does, which loads slowly."""
     half, size, share = 10 * down, -(-samples.size // down), 1 / down
     place = np.arange(-half, half + 1)
     kaiser = scipy.special.i0(5.0 * np.sqrt(1 - (place / half) ** 2.0)) / scipy.special.i0(5.0)

@@ -28,7 +28,7 @@ _STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and o
 class Posterior:
     """Mean shift of the line and half width of its 95 % credible interval [Hz]; `steady` is the probability of no slip.
 
-    As a confidence interval it is too wide without slip and too narrow with little slip (`slip.weak_factor`).
+    As a confidence interval it is too wide without slip and too narrow with little slip: see `slip.weak_factor`.
     """
 
     shift_hz: float
@@ -37,7 +37,7 @@ class Posterior:
 
 
 def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> Posterior:
-    """Compute the posterior of a line whose harmonics `number` [c] have `sums` [c, blocks] in units of their noise.
+    """Compute the posterior of a line from the block sums [c, blocks] of its harmonics `number` [c], in units of noise.
 
     The prior is flat in the frequency and over `JITTERS`, with `STEADY_WEIGHT` for no jitter. The harmonics' amplitudes
     maximise the likelihood for each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
@@ -89,19 +89,19 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
 
 
 def _shift_grid(error_hz: float, seconds: float) -> FloatArray:
-    """Shifts for the likelihood [Hz], for a standard error of the mean frequency of about `error_hz`."""
+    """Grid of shifts [Hz] at which the likelihood is computed, for a standard error of about `error_hz`."""
     reach = REACH_BINS / seconds + REACH_ERRORS * error_hz
     count = math.ceil(reach / (STEP * error_hz))
     return np.linspace(-reach, reach, 2 * count + 1)
 
 
 def _steps(step_rad2: FloatArray, mean_step_rad: FloatArray) -> ComplexArray:
-    """Distribution of the walk's step on the circle, in Fourier orders, [b, orders]."""
+    """Distribution of the phase's step from block to block on the circle, in Fourier orders, [b, orders]."""
     return np.asarray(np.exp(-0.5 * np.outer(step_rad2, _ORDER**2) - 1j * np.outer(mean_step_rad, _ORDER)))
 
 
 def _stepped(density: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Density [b, CIRCLE] after one step, by a circular convolution."""
+    """Density of the phase [b, CIRCLE] after one step, by a circular convolution."""
     return np.maximum(scipy.fft.irfft(scipy.fft.rfft(density, axis=1) * steps, n=CIRCLE, axis=1), 0.0)
 
 
@@ -111,14 +111,14 @@ def _rotations(number: FloatArray, circle: int) -> ComplexArray:
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood ratio of each block at each phase to no line, [blocks, w, CIRCLE], for `amplitude` [w, c]."""
+    """Log likelihood ratio of a line to none, by block and phase, [blocks, w, CIRCLE]; `amplitude` is [w, c]."""
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for `steps` [b, orders]; row b uses the likelihoods of blocks of `which[b]`."""
+    """Log likelihood [b] of the record for `steps` [b, orders] and the block likelihoods of amplitudes `which[b]`."""
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
     density = likelihood[0][which] / CIRCLE

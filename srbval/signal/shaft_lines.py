@@ -57,14 +57,14 @@ def shaft_by_lines(
 
 
 def _terms(line_hz: float, harmonics: int) -> list[tuple[int, int]]:
-    """Terms (h, k) at h times the fault line plus k times the shaft: shaft harmonics, sidebands of the line."""
+    """Pairs (h, k): lines at h times the fault line plus k times the shaft; shaft harmonics, sidebands of the line."""
     orders = [k for k in range(-SIDEBANDS_PER_SIDE, SIDEBANDS_PER_SIDE + 1) if k]
     sides = itertools.product(range(1, harmonics + 1), orders) if line_hz else ()
     return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float, harmonics: int) -> tuple[float, float] | None:
-    """Fit line and shaft by least squares to the peaks of all clear terms: shaft speed and half width [Hz]."""
+    """Fit fault line and shaft by least squares to the peaks of all clear terms: shaft speed and half width [Hz]."""
     whole = [(h, 0) for h in range(1, harmonics + 1)] if line_hz else []
     terms = whole + _terms(line_hz, harmonics)
     read = [(k, h, *p) for h, k in terms if (p := _peak(record, h * line_hz + k * shaft_hz))]
@@ -85,7 +85,7 @@ def _fit(record: Periodogram, line_hz: float, shaft_hz: float, harmonics: int) -
 
 
 def _peak(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
-    """Frequency of the peak nearest `about_hz` and its standard error [Hz]; None if no peak is `SHOWN_SNR` high."""
+    """Frequency and standard error [Hz] of the highest peak within a bin of `about_hz`; None if below `SHOWN_SNR`."""
     reach = record.bin_hz
     if not 3 * reach < about_hz < record.limit_hz:
         return None

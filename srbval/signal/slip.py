@@ -1,10 +1,10 @@
 """Mean frequency of a slipping line from its phase over the record, and its interval from noise and slip.
 
-Random slip makes the phase of a line, whose slope is the frequency, a random walk; noise adds an independent error to
-each block's phase. The ratio of walk to noise is estimated from the phase's residuals about a straight line. They
-cannot separate slip as large as the noise from no slip, so the half width is a tabulated multiple of the estimated
-spread (`half_width`). The path of the phase is found by dynamic programming (Viterbi 1967, IEEE Trans. Inf. Theory 13,
-260), since a block's phase may be wrong by a turn, and then refined.
+Random slip makes the phase of a line, whose slope is the frequency, a random walk over the blocks (parts) of a record;
+noise adds an independent error to each block's phase. The ratio of walk to noise is estimated from the phase's
+residuals about a straight line. They cannot separate slip as large as the noise from no slip, so the half width is a
+tabulated multiple of the estimated spread (`half_width`). The path of the phase is found by dynamic programming
+(Viterbi 1967, IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then refined.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def frequency_error_hz(information: float, seconds: float) -> float:
 def slip_interval() -> dict[str, Any]:
     """Calibrated table of interval widths (`slip_interval.toml`).
 
-    The half width is ``floor`` standard errors up to ``start``, and above it ``factor`` times the spread, interpolated
-    linearly between the knots ``log_spread``: the weighted mean of log(1 + ratio of walk to noise). For weak lines see
-    `weak_factor`.
+    The log spread is the weighted mean of log(1 + ratio of walk to noise). The half width is ``floor`` standard errors
+    up to the log spread ``start``, and above it ``factor`` times the spread, interpolated linearly between the knots
+    ``log_spread``. For weak lines see `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
@@ -67,7 +67,7 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor on a weak line's credible interval; `wide` is its width over noise's, `steady` the chance of no slip."""
+    """Factor on a weak line's credible interval, by its width over noise's (`wide`) and the chance of no slip."""
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
     return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))
@@ -99,7 +99,7 @@ PHASES = 96  # phases of the fundamental tried for each block; the fifth harmoni
 def track_slip(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, line_hz: float, period_s: float = 0.0
 ) -> tuple[float, float] | None:
-    """Shift of the mean frequency of a line that may slip from `line_hz`, and its 95 % half width [Hz].
+    """Shift from `line_hz` of the mean frequency of a line that may slip, and its 95 % half width [Hz].
 
     Component c of `phasors` is harmonic `number[c]`, with `noise_power[c]` in a bin; `period_s` is the period of the
     modulation. None if the line is too weak; the half width is infinite for too few blocks to estimate slip.
@@ -162,7 +162,7 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Log evidence (relative to no line), phase advance per block, and its 95 % half width [rad], from `path_rad`."""
+    """Refine the phase `path_rad`: log evidence over no line, phase advance per block, its 95 % half width [rad]."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share
@@ -184,7 +184,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Excess of noise at the line over noise nearby, 1 unless larger residuals need more, with `weigh_walk_ratios`."""
+    """Noise at the line over noise nearby, 1 unless larger residuals need more, and `weigh_walk_ratios` for it."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
@@ -197,8 +197,8 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 class Modes:
     """Orthonormal `contrasts` [n - 2, n] of n phases about a straight line, in which walk and noise are uncorrelated.
 
-    A walk that contributes as much as the noise, `slope_variance`, to the variance of the `slope` [n] has the variance
-    `share` [n - 2] in the contrasts, and the covariance `with_slope` with the slope.
+    `slope` [n] are the weights for the phases' slope, `slope_variance` its variance by noise of variance one. A walk
+    that adds as much has the variance `share` [n - 2] in the contrasts and the covariance `with_slope` with the slope.
     """
 
     contrasts: FloatArray
@@ -209,7 +209,7 @@ class Modes:
 
 
 def weigh_walk_ratios(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
-    """Posterior weight of each of `WALK_RATIOS` for `modes` of variance 1 + ratio `share`; log of the weights' sum."""
+    """Posterior weights of `WALK_RATIOS` for residuals `modes` of variance 1 + ratio times `share`; log of the sum."""
     spread = 1 + WALK_RATIOS[:, None] * share
     likelihood = -0.5 * (np.log(spread).sum(axis=1) + (modes**2 / spread).sum(axis=1))
     weight = WALK_RATIO_PRIOR * np.exp(likelihood - likelihood.max())
@@ -219,7 +219,7 @@ def weigh_walk_ratios(modes: FloatArray, share: FloatArray) -> tuple[FloatArray,
 
 @functools.cache
 def modes_of(count: int) -> Modes:
-    """Modes of `count` blocks, with the walk averaged over each block."""
+    """`Modes` for the phases of `count` blocks, with the walk averaged over each block."""
     index = np.arange(count)
     walk = np.minimum.outer(index, index) + 0.5 - np.eye(count) / 6
     middle = index - (count - 1) / 2

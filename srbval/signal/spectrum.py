@@ -45,7 +45,7 @@ class Spectrum(NotebookObject):
         return pandas.DataFrame({"frequency_hz": self.frequency_hz, "amplitude": self.amplitude})
 
     def to_xarray(self) -> xarray.DataArray:
-        """Array of xarray over ``frequency_hz``."""
+        """Amplitude as an array of xarray over ``frequency_hz``."""
         coordinate = ("frequency_hz", self.frequency_hz, {"units": "Hz"})
         about = {"resolution_hz": self.resolution_hz}
         data: xarray.DataArray = require_xarray().DataArray(self.amplitude, [coordinate], attrs=about, name="amplitude")
@@ -118,7 +118,7 @@ def prewhitened(samples: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Kurtogram:
-    """Kurtosis [k] of the complex envelope in each band, `band_hz` [k, 2], widest bands first.
+    """Excess kurtosis [k] of the complex envelope in each band, `band_hz` [k, 2], widest bands first.
 
     It is zero for Gaussian noise of any spectrum, -1 for a steady tone, large for rare impulses.
     """
@@ -161,7 +161,7 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scalogram:
-    """Amplitude, [rows, columns], in the unit of the signal; a sine of amplitude a has the value a in its row.
+    """Scalogram: `amplitude` [rows, columns] in the unit of the signal; a sine of amplitude a has a in its row.
 
     `time_s`, [columns], are the middles of the columns; the ends affect a row up to `edge_s`, [rows].
     """
