@@ -193,8 +193,8 @@ def record_powers(
     limit_hz, bands = 0.5 * record.fs_hz / HALF_THIRD_OCTAVE, third_octaves(band_hz)
     if not bands or max(bands) >= limit_hz:
         raise ConfigurationError(
-            f"band {band_hz[0]:g} to {band_hz[1]:g} Hz: it must contain the centre frequency of a third octave, and "
-            f"none from {limit_hz:.0f} Hz, the limit by the sampling rate of {record.name}."
+            f"band {band_hz[0]:g} to {band_hz[1]:g} Hz: it must contain the centre frequency of a third octave and end "
+            f"below {limit_hz:.0f} Hz, because of the sampling rate of {record.name}."
         )
     order = found_order(record, bearing, band_hz)
     bands = join_bands(bands, SPACINGS * order * _fault_and_speed(record)[1])

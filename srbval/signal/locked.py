@@ -58,8 +58,7 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Fit A exp(2 pi i (`tone` + s k / n)) to samples k of an analytic signal [n]; returns amplitude A and slip s.
 
-    s is within +- `slip` periods. With `periods` (passages), only the quarter of their phase with least other power is
-    used.
+    s is at most `slip`. If `periods` counts passages, only the quarter of their phase with the least residual is used.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

@@ -137,7 +137,7 @@ def test_records_that_cannot_be_used_are_refused(rig):
         with pytest.raises(error, match=said):
             identify(pair, bearing=BEARING)
     for band_hz in ((400.0, 12_000.0), (3000.0, 400.0), (1050.0, 1100.0)):
-        with pytest.raises(ConfigurationError, match="contain the middle of a third octave"):
+        with pytest.raises(ConfigurationError, match="contain the centre frequency of a third octave"):
             identify(rig.outer, bearing=BEARING, band_hz=band_hz)
     with pytest.raises(DataError, match="inner-race fault"):
         identify(rig.outer, rig.outer, bearing=BEARING)
