@@ -33,11 +33,11 @@ TAU_RANGE = (0.02, 50.0)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CageMeans:
-    """Mean cage ratio over the records of each nominal speed `rpm`, in rising order, and the scatter between records.
+    """Mean cage ratio (cage over shaft speed) at each nominal speed `rpm`, in rising order, and its scatter.
 
     `between_u` is the standard deviation between records, with the 95 % interval `between_ci95`. `draws`, shape [draws,
-    speeds], samples the joint distribution of the means. `outer_less_inner`, shape [draws], samples the difference in
-    ratio between outer-race and inner-race faults; None if the records cannot determine it.
+    speeds], samples the joint posterior distribution of the means. `outer_less_inner`, shape [draws], samples the
+    difference in ratio between outer-race and inner-race faults; None if the records cannot determine it.
     """
 
     rpm: tuple[float, ...]
@@ -50,7 +50,7 @@ class CageMeans:
 
 
 def covariance(readings: Sequence[CageReading]) -> FloatArray:
-    """Covariance of the records' cage ratios, shape [records, records], with a common scale error of the tachometer."""
+    """Covariance of the records' cage ratios, shape [records, records]; all share the tachometer's scale error."""
     per_speed = np.array([one.per_speed for one in readings])
     scale_u = SCALE_CI95 / NORMAL_95
     own = [one.reading_u**2 + max(one.speed_u**2 - (one.per_speed * scale_u) ** 2, 0.0) for one in readings]
@@ -82,9 +82,9 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
-    """Design matrix [records, effects]: nominal speeds in rising order, fault on either race, outer minus inner race.
+    """Design matrix [records, effects]; columns: nominal speeds (rising), fault on a race, outer minus inner race.
 
-    The column for a fault on either race is left out if every record has such a fault.
+    The column for a fault on a race is left out if the speeds determine it, as when every record has such a fault.
     """
     rpm = np.array([one.nominal_rpm for one in readings])
     outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)
@@ -95,14 +95,14 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 
 
 class RandomEffects(NamedTuple):
-    """Draws from the joint posterior: `effects`, shape [draws, effects], and tau as `between`, shape [draws]."""
+    """Posterior draws: `effects` [draws, effects] and standard deviation `between` records [draws]."""
 
     effects: FloatArray
     between: FloatArray
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
-    """Draw from the posterior of `values` [n] with `covariance` [n, n] and a `design` [n, effects] of full rank."""
+    """Draw the effects on `values` [n] with error `covariance` [n, n] and full-rank `design` [n, effects]."""
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))

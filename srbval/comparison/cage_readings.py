@@ -1,11 +1,11 @@
-"""Cage ratio (cage speed over shaft speed) of every record of the rig, read from combs: a line with its harmonics.
+"""Cage ratio (cage speed over shaft speed) of every record of the rig, read from combs (a line with its harmonics).
 
 The fault comb of a damaged race is read in the squared envelope, in the band of `BANDS` in which its first harmonic is
 highest over the noise. The passage comb, multiples of BPFO in the vibration itself, is caused by passing rollers, also
-in a healthy bearing; it counts if it is as improbable by chance as a detected line, by noise and by its rank among
-placebos (`rank_among_placebos`). If both combs agree within their intervals, the more precise one is used, otherwise
-the fault comb; the other is kept as a check. A passage comb alone may belong to another bearing of the shaft, which has
-four. Records are resampled over shaft angle; harmonics of the shaft count neither as line nor as noise.
+in a healthy bearing; it is used if it meets the criterion of a detected line: improbable as noise and by its rank among
+combs at meaningless frequencies (`rank_among_placebos`). If both combs agree within their intervals, the more precise
+one is used, otherwise the fault comb; the other is kept as a check. A passage comb alone may belong to another of the
+shaft's four bearings. Records are resampled over shaft angle. Shaft harmonics are excluded from lines and noise.
 """
 
 import math
@@ -36,9 +36,9 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 
 @dataclass(frozen=True, kw_only=True)
 class CageReading:
-    """Cage ratio of one record, with standard uncertainties by reading (`reading_u`) and by shaft speed (`speed_u`).
+    """Cage ratio of one record, with standard uncertainties due to reading (`reading_u`) and shaft speed (`speed_u`).
 
-    `reading_u` refers to the long-run ratio, about which the ratio wanders during the record. `per_speed` is the change
+    `reading_u` refers to the long-run ratio, about which the ratio varies during the record. `per_speed` is the change
     of the ratio c per relative error of the shaft speed: -c for a comb of BPFO, 1 - c for BPFI. `read_from` names the
     comb, `band_hz` its band. `check` is the reading from the record's other comb, if found.
     """
@@ -57,13 +57,13 @@ class CageReading:
 
 
 def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[CageReading, ...]:
-    """Read the cage ratio of each record in which a comb is found, sorted by nominal speed."""
+    """Read the cage ratio of every recording that permits it (see `cage_reading`); sorted by nominal speed."""
     read = [one for recording in recordings if (one := cage_reading(recording, bearing)) is not None]
     return tuple(sorted(read, key=lambda one: (one.nominal_rpm, one.state, one.record)))
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Read the cage ratio of one record; None without comb, measured speed, order tracking or enough revolutions."""
+    """Read the cage ratio of a record; None without a line, measured speed, order tracking or enough revolutions."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None
@@ -82,7 +82,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
 
 
 def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
-    """Read the cage ratio from the fault comb of the damaged race in the squared envelope."""
+    """Read the cage ratio from the line and harmonics of the damaged race in the envelope; None if undetected."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
@@ -97,7 +97,7 @@ def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, track
 
 
 def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
-    """Read the cage ratio from the multiples of BPFO that roller passages cause in the vibration itself."""
+    """Read the cage ratio from the multiples of BPFO caused by passing rollers; None if they are not detected."""
     band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)
@@ -123,7 +123,7 @@ def _read_comb(
 def _convert_comb(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, of: tuple[str, tuple[float, float]]
 ) -> CageReading:
-    """Convert the frequency of a comb to a cage ratio; `of` contains the comb's name and its band [Hz]."""
+    """Convert the frequency of a line with harmonics to a cage ratio; `of`: name of the line and its band [Hz]."""
     hz_per_ratio = bearing.rolling_elements * speed.value_hz
     share = reading.found_hz / hz_per_ratio
     inner = of[0].startswith(Fault.INNER.line or "")

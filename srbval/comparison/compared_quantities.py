@@ -3,9 +3,9 @@
 Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the path to the sensor.
 
 Each kind of quantity has one bias: the mean error over the records, with Student's interval b +- t s / sqrt(n). The
-errors of one record count as one, since they share bearing, mounting and speed. With fewer than `MIN_RECORDS_FOR_BIAS`
-records no bias is claimed. The model's scatter is the scatter of the errors beyond the uncertainty of the data
-(McGrattan et al., NIST SP 1018-3, fire-model validation guide).
+errors of one record are averaged first, since they share bearing, mounting and speed. With fewer records than
+`MIN_RECORDS_FOR_BIAS` no bias is claimed. The model's scatter is the scatter of the errors beyond the uncertainty of
+the data (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
 """
 
 import math
@@ -35,11 +35,11 @@ Effects = Mapping[tuple[str, str], Mapping[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedQuantity:
-    """Row of `COMPARED`: a quantity, how it is read and how it is compared.
+    """Quantity that is compared between model and rig, such as the level of a harmonic.
 
     `kind` groups quantities that share a bias. `name` may contain ``{line}`` for the fault's line. `read` returns the
-    value from an analysis for one of `faults`. If `value_of` is given, the value follows from the order of the line,
-    and errors are in per cent of the rig's value; otherwise in dB. `margin`: see `comparison`.
+    value from an analysis for one of `faults`. `value_of` computes the value from the order of the line; errors are
+    then in per cent of the rig's value, otherwise in dB. `margin` is the error within which model and rig agree.
     """
 
     kind: str
@@ -57,7 +57,7 @@ class ComparedQuantity:
 
 
 def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> float:
-    """Cage ratio c from the order of a race line and the rollers Z: order / Z for BPFO, 1 - order / Z for BPFI.
+    """Cage ratio c from the order of a race line, with Z rollers: order / Z for BPFO, 1 - order / Z for BPFI.
 
     Slip lowers BPFO and raises BPFI, so errors may be averaged over both races for the cage ratio only.
     """
@@ -65,7 +65,7 @@ def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> fl
 
 
 def line_value(value_of: ValueOfOrder) -> QuantityReader:
-    """Return a reader of a value that follows from the order of the fault's line, with its 95 % intervals."""
+    """Return a function that reads the order of a fault's line and converts it by `value_of`, with its errors."""
 
     def read(analysis: Analysis, fault: Fault) -> Value | None:
         line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
@@ -85,19 +85,19 @@ def line_value(value_of: ValueOfOrder) -> QuantityReader:
 
 
 def harmonic_level(number: int) -> QuantityReader:
-    """Return a reader of the level of harmonic `number` relative to the first harmonic [dB]."""
+    """Return a function that reads the level of harmonic `number` of the fault's line relative to the first [dB]."""
     return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
 
 
 def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
-    """Mean level of the first sidebands relative to the line [dB]; None for a fault without sidebands."""
+    """Mean level of the two first sidebands relative to the fault's line [dB]; None for a fault without sidebands."""
     if fault.sidebands is None:
         return None
     return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
 
 
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
-    """Mean level of the named lines over the first harmonic of the fault's line [dB]; None if a line is not read."""
+    """Mean level of the named lines relative to the fault's first harmonic [dB]; None if a line cannot be read."""
     first = analysis.line_of(fault)
     lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
     if first.found_hz is None or not first.depth or not lines:
@@ -145,14 +145,14 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Effects of inputs and numerics by (defect, quantity), from the stored result ``inputs``; empty without it."""
+    """Effects of uncertain inputs and numerics by (defect, quantity), from the stored result ``inputs``."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
-    """Read `quantities` from an analysed signal, by name; `order` is the line's order if the model's speeds give it."""
+    """Read `quantities` from an analysed signal, by name; a line's `order` from the model replaces the order read."""
     found = {}
     for row in (row for row in quantities if fault in row.faults):
         read = row.read(analysis, fault)
@@ -165,10 +165,10 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the bias of each kind of quantity, scene and use, from comparisons with a value on both sides.
+    """Compute the bias for each kind of quantity, scene and use, from rows (`comparison_row`) present on both sides.
 
-    If `used_for` is given, comparisons of all uses are combined under this name. `bias`, its 95 % half width `ci95` and
-    the model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
+    If `used_for` is given, all uses are combined under this name. `bias`, its 95 % half width `ci95` and the model's
+    `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
     shown = comparisons[both]

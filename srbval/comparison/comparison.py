@@ -55,7 +55,7 @@ def verdict_on_error(error: float, uncertainty: float | None, margin: float | No
 
 
 def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
-    """Met if an error beyond the tolerance has at most the probability `risk`, missed if at least 1 - `risk`."""
+    """Verdict on a tolerance exceeded with probability `p_beyond`: met up to `risk`, missed from 1 - `risk`."""
     if risk < p_beyond < 1 - risk:
         return Verdict.NOT_RESOLVED
     return Verdict.MET if p_beyond <= risk else Verdict.MISSED
@@ -63,7 +63,7 @@ def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
 
 @dataclass(frozen=True, kw_only=True)
 class QuantityValue:
-    """Value of a quantity for one side, model or rig, with 95 % half widths.
+    """Value of a compared quantity on one side, model or rig, with 95 % half widths.
 
     `ci95` is the half width due to reading, None if the source states none; `speed_ci95` is the half width due to the
     shaft speed. `present` is true if the value exceeds the noise. `kinematic` is the value in pure rolling.
@@ -86,12 +86,12 @@ def comparison_row(
     margin: float | None = None,
     **names: str,
 ) -> Row:
-    """Build a row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
+    """Build the row of one compared quantity, with the keys of `comparisons` in ``report.json``.
 
     `error`, `margin` and the 95 % half widths `parts` are in `error_unit`. The uncertainty is None if `parts` contains
-    only readings. A level that is not present on one side gets no verdict, since it is noise. Of `names`, `kind` groups
-    quantities that share a bias, `scene` is the model's bundled scene, and `used_for` is ``fit`` (fitted to the
-    record), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
+    none of the simulation. A level that is not present on one side gets no verdict, since it is noise. Of `names`,
+    `kind` groups quantities that share a bias, `scene` is the model's bundled scene, and `used_for` is ``fit`` (fitted
+    to the record), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None

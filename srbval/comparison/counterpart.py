@@ -29,7 +29,7 @@ CONVERGED_POINTS = 2000
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationCase:
-    """Run to be simulated: id, purpose, simulated bearing state, and scene."""
+    """Run to be simulated: id, purpose, bearing state, and scene."""
 
     id: str
     purpose: str
@@ -39,7 +39,7 @@ class SimulationCase:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnalysedRun:
-    """Run, its analysis, and `values` of the compared quantities; `line_order` by its speeds, None without a defect."""
+    """Run, its analysis, compared `values`, and order of the defect's line from the run's cage or roller speed."""
 
     case: SimulationCase
     run: Run
@@ -58,7 +58,7 @@ def paper_cases(seconds: float) -> list[SimulationCase]:
 
 
 def run_simulation_case(case: SimulationCase, *, progress: Progress = silent) -> Run:
-    """Run one case (see `stored_run`); raises `NumericsError` with the id of the case if the run fails."""
+    """Simulate one case or read its stored run; raises `NumericsError` with the case's id if the run fails."""
     run = stored_run(
         case.scene, step=Step.CHECKED, progress=lambda task, fraction: progress(f"{task} {case.id}", fraction)
     )
@@ -68,7 +68,7 @@ def run_simulation_case(case: SimulationCase, *, progress: Progress = silent) ->
 def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
-    """Run all cases in parallel and return the runs by case id; raises `NumericsError` if a run fails."""
+    """Simulate all cases in parallel and return the runs by case id; raises `NumericsError` if a run fails."""
     by_id = {case.id: case for case in cases}
     scenes = {name: case.scene for name, case in by_id.items()}
     return side_by_side(
@@ -81,7 +81,7 @@ def run_cases(
 
 
 def with_points(scene: Scene, points: int) -> Scene:
-    """Set the points on a circle of a scene; the circle's stiffness and damping and the defect's length are kept."""
+    """Set the contact points per circle of a scene; the circle's stiffness, damping and defect length are kept."""
     factor = points / scene.contact.points_per_circle
     contact = dataclasses.replace(
         scene.contact,
@@ -95,7 +95,7 @@ def with_points(scene: Scene, points: int) -> Scene:
 
 
 def converged(scene: Scene) -> Scene:
-    """Return the scene with at least `CONVERGED_POINTS` on a circle; unchanged if its model has no points."""
+    """Return the scene with at least `CONVERGED_POINTS` contact points per circle, if its model has such points."""
     coarse = scene.model == "full" and scene.contact.points_per_circle < CONVERGED_POINTS
     return with_points(scene, CONVERGED_POINTS) if coarse else scene
 
@@ -111,7 +111,7 @@ def run_counterpart(
     bearing_name: str = DEFAULT_BEARING,
     progress: Progress = silent,
 ) -> AnalysedRun:
-    """Simulate the counterpart of a recording: scene `base` at the recording's speed and load, with the defect `state`.
+    """Simulate the recording analysed in `rig`: scene `base` at the recording's speed and load with defect `state`.
 
     `model` replaces the scene's model; `bearing_name` is the name or file of the recording's bearing. If the recording
     states no load, the scene's load applies. The speed is rounded, since its last digits differ between machines.
@@ -143,7 +143,7 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, in the paper's band unless `band_hz` is given; a roller's line is searched at its true order."""
+    """Analyse a run, in the paper's band unless `band_hz` is given; a roller fault is searched at its true order."""
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
@@ -153,7 +153,7 @@ def analyse_run(
 
 
 def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
-    """Order of the line of `state`, from the mean speed of cage or roller; None if there is no line or no such speed.
+    """Order of the fault line of `state`, from the run's mean cage or roller speed; None if healthy or without speed.
 
     A defect on a roller strikes both races once per revolution of the roller relative to its cage slot, which rotates
     with the cage and is inclined by the bearing's tilt.

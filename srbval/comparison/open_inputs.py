@@ -23,7 +23,7 @@ class OpenInput:
 
     `keys` are dotted names in a `Scene` that all get the same value, or ``band.low_hz`` or ``band.high_hz``. The value
     is uniform from `low` to `high`, log-uniform if `log`, a factor on the scene's own value if `relative`; or one of
-    `choices`, equally likely. `with_choice` contains further values of the scene for a choice, by key.
+    `choices`, equally likely. `with_choice`: for a choice, further values to be set in the scene, by dotted name.
     """
 
     name: str
@@ -74,12 +74,12 @@ def scene_at_shares(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[
 
 
 def of_reading(one: OpenInput) -> bool:
-    """True for an end of the envelope band, which belongs to the reading and not to the scene."""
+    """True if the input is an end of the envelope band, which concerns the analysis of a signal, not the scene."""
     return one.keys[0] in BAND_KEYS
 
 
 def _replace_value(owner: Any, key: str, value: float | str, relative: bool) -> Any:
-    """Copy of `owner` with a new value at a dotted name; if `relative`, its present value times `value`."""
+    """Copy `owner` with `value` at the dotted name `key`; if `relative`, with the present value times `value`."""
     name, _, rest = key.partition(".")
     if not hasattr(owner, name):
         raise ConfigurationError(f"input {key}: the scene has no {name}; correct the key in budget.toml.")

@@ -24,7 +24,7 @@ PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # the 
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
-    """Published fault line [Hz]: kinematic, simulated and measured; ``_printed_pct`` are printed deviations [%]."""
+    """Fault line in a paper [Hz]: kinematic, of its model and rig; ``_printed_pct`` are the printed deviations [%]."""
 
     state: Fault
     rpm: float
@@ -38,7 +38,7 @@ class Published:
     source: str = ""
 
     def deviations_pct(self) -> dict[str, float]:
-        """Deviations of the model's and the rig's line from the printed kinematic frequency [%], if known."""
+        """Deviations of the known lines, of model and rig, from the printed kinematic frequency [%], by field."""
         known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
         kinematic_hz = self.kinematic_hz
         return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}
@@ -65,7 +65,7 @@ def published_rows(
 ) -> Iterator[Row]:
     """Compare our model at the paper's speed with the paper's model, rig and kinematic frequency, by race defect.
 
-    The paper states neither uncertainty nor measured speed for its rig values, so the verdict is insufficient data.
+    The paper states no uncertainty and no measured speed for its rig values, so the verdict is ``insufficient data``.
     """
     for fault in RACE_DEFECTS:
         row, (_, found_hz, ci95_hz) = printed[fault], read_first_harmonic(paper[fault], fault)
@@ -143,9 +143,9 @@ def _build_line_row(
 def check_race_sum(pair: Mapping[str, Any]) -> dict[str, Any]:
     """Check the sum rule: BPFO + BPFI in orders of the shaft equals the number of rolling elements.
 
-    If `pair` has orders from two records, their `slip_difference` is subtracted first. `closed` is true if sum and
-    number agree within `ci95`, None without an uncertainty. `implied_rpm` is the shaft speed at which the rule is
-    exact.
+    `pair` contains both orders. `slip_difference` is the known effect of different slip in two runs on the sum.
+    `closed` is true if the corrected sum agrees within `ci95`, None without an uncertainty. `implied_rpm` is the shaft
+    speed at which the rule is exact.
     """
     total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
     slip = pair.get("slip_difference", 0.0)
@@ -165,7 +165,7 @@ def check_table6_sums(
     runs: Mapping[str, Run],
     rig: Mapping[Fault, Analysis],
 ) -> Iterator[dict[str, Any]]:
-    """Check the sum rule for each source; the known slip between the two runs of our model is corrected."""
+    """Check that BPFO + BPFI orders equal the number of rollers, for Table 6, our model and the rig's recordings."""
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
         shaft_hz, rollers = printed[Fault.OUTER].rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
         bpfo, bpfi = (getattr(printed[fault], f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
@@ -201,7 +201,7 @@ def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis
 
 
 def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
-    """First harmonic of a fault's line, frequency and 95 % half width [Hz]; `DataError` if the record is too short."""
+    """First harmonic of a fault, its frequency and 95 % half width [Hz]; `DataError` if the record is too short."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")
@@ -209,5 +209,5 @@ def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, 
 
 
 def race_line_hz(run: Run, fault: Fault) -> float:
-    """Frequency of a race line from the run's mean cage speed [Hz]."""
+    """Frequency of the line of a race fault [Hz], from the run's mean cage speed."""
     return run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz

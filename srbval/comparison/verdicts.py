@@ -1,9 +1,9 @@
 """Verdict on the model's cage ratio against its tolerance: met, missed or not resolved.
 
-The error is E = S - D (ASME V&V 20) of an endpoint: the mean ratio at the fastest speed, the trend (slowest minus
-fastest speed), or outer-race minus inner-race faults. The model's value S has the distribution of runs at random draws
-of the inputs. All records share the draws, so that common effects cancel in a difference. The rig's value D has the
-distribution from `cage_means`. S, D and the change with a finer step are independent. `p_beyond` is the probability
+The error is E = S - D (ASME V&V 20), for each endpoint: the mean ratio at the fastest speed, the trend (slowest
+minus fastest speed), or outer-race minus inner-race faults. The model's value S has the distribution of runs at random
+draws of the inputs. All records share the draws, so that common effects cancel in a difference. The rig's value D has
+the distribution from `cage_means`. S, D and the change with a finer step are independent. `p_beyond` is the probability
 that |E| exceeds the limit:
 
     missed       p_beyond >= 1 - risk
@@ -31,7 +31,7 @@ Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the
 
 
 class Endpoint(NamedTuple):
-    """Linear combination of cage ratios: the `weights` of the records' ratios, and draws of its value for the rig."""
+    """Compared value: sum of the records' cage ratios times `weights`; `rig` samples its distribution for the rig."""
 
     name: str
     weights: FloatArray
@@ -39,7 +39,7 @@ class Endpoint(NamedTuple):
 
 
 def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Endpoint]:
-    """Endpoints, weighted by least squares; the trend needs two speeds, the difference of races both races."""
+    """Yield up to three endpoints: ratio at the fastest speed, slowest minus fastest speed, outer minus inner race."""
     speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
     slowest, fastest = means.rpm[0], means.rpm[-1]
     mean = np.linalg.pinv(speeds).round(12)
@@ -54,7 +54,7 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
-    """Verdicts by scene and endpoint, from the stored result ``inputs``; empty without result or records."""
+    """Verdicts on the cage ratio by scene and endpoint, from the content `stored` of the study ``inputs``."""
     if not readings or not stored:
         return []
     means = cage_means(readings)
@@ -109,7 +109,7 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Distribute the records' weights over the model's runs; a record whose state has no run uses the healthy run."""
+    """Convert `weights` of records to weights of runs; a record without a run of its state uses the healthy run."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -127,7 +127,7 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Effect of one input at shares `at` of its range, linear between `shares`; the nearest of two alternatives."""
+    """Interpolate `curve`, known at `shares` of an input's range, at shares `at`; select one of two alternatives."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)

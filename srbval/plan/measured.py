@@ -59,11 +59,11 @@ class Bound:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredErrors:
-    """Table of errors on scenes near the bundled scene `base`, against the model `reference` at a finer step.
+    """Measured errors of models on scenes near the bundled scene `base`, against the model `reference` at a finer step.
 
-    Each run lasts `seconds`. `ranges` contains the least and the greatest value of each axis, `values` the values of
-    the measured scene by dotted key, `pace` the wall time of each model per simulated second [s/s]. `models` are in the
-    order of the hierarchy.
+    Each run lasts `seconds`. `ranges` contains the least and greatest value of each axis (varied setting), `values` the
+    settings of the measured scene by dotted key, `pace` the wall time of each model per simulated second [s/s].
+    `models` are in the order of the hierarchy.
     """
 
     base: str
@@ -76,13 +76,13 @@ class MeasuredErrors:
     bounds: Mapping[BoundKey, Bound]
 
     def bound(self, scene: Scene, model: str, question: Question) -> Bound | None:
-        """Bound of a model's error for this roller fit and defect; None if too few scenes were measured."""
+        """Error bound of a model, for the scene's roller fit and defect; None if too few scenes were measured."""
         key = scene.contact.roller_fit.value, scene.defect.kind.scene_word, model, question
         found = self.bounds.get(key)
         return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
     def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
-        """List the settings, other than the axes, in which a scene differs from the measured scene."""
+        """List the settings, except the varied ones, in which a scene differs from the measured scene."""
         own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."
@@ -105,7 +105,7 @@ class MeasuredErrors:
         return (*self._list_exceeded_axes(scene), *self.list_differences(scene))
 
     def _list_exceeded_axes(self, scene: Scene) -> Iterator[str]:
-        """List the axes of the table whose range does not contain the scene."""
+        """List the properties of a scene (defect, speed, load, duration, step) outside the measured ranges."""
         kind, fit, step_s = scene.defect.kind, scene.contact.roller_fit.value, self.values["solver.step_s"]
         if kind is Fault.ROLLER:
             yield "defects on rollers were not measured: no question reads their line, and the line model has none"
@@ -152,7 +152,7 @@ def measured_errors() -> Mapping[str, MeasuredErrors]:
 
 
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
-    """Convert the content of the study's result to tables; `DataError` if the content is not valid."""
+    """Convert the content of the result ``model_levels`` to tables by scene; `DataError` if it is not valid."""
     bounds: dict[str, dict[BoundKey, Bound]] = {}
     try:
         for row in (one for one in content["bounds"] if one["question"] in list(Question)):
@@ -175,6 +175,6 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
 
 
 def nearest_table(scene: Scene) -> MeasuredErrors:
-    """Table whose measured scene has the fewest settings that differ from `scene`."""
+    """Table of measured errors whose scene differs from `scene` in the fewest settings."""
     own = scene_values(scene)
     return min(measured_errors().values(), key=lambda table: len(table.list_differences(scene, own)))

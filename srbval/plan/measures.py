@@ -19,7 +19,7 @@ MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record with a noise floor
 
 @dataclass(frozen=True, kw_only=True)
 class RunMeasures:
-    """Cage over shaft speed, noise floor (None for a short record) and band vibration along the sensor's axis."""
+    """Quantities of a run: cage over shaft speed, noise floor (None for a short record), band RMS at the sensor."""
 
     cage_ratio: float
     noise_floor: float | None
@@ -27,7 +27,7 @@ class RunMeasures:
 
 
 def measure(run: Run) -> RunMeasures:
-    """Compute the quantities of a complete run; the noise floor by the pipeline of recordings."""
+    """Compute cage ratio, noise floor and band RMS of a complete run; the noise floor as for a recording."""
     floor = None
     if run.seconds >= MIN_SECONDS_FOR_FLOOR:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)

@@ -23,7 +23,7 @@ IN_THE_PLANE = ("impulse", "planar")
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """Model with its error bound [%] and wall time [s], None if unknown; `ok` if the error is within tolerance."""
+    """Model with error bound [%] and wall time [s] for a scene, None if unknown; `ok` if within the tolerance."""
 
     model: str
     error_pct: float | None = None
@@ -35,7 +35,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Chosen model and candidates; `outside` are reasons why errors are unknown, `met` is true if a model is enough."""
+    """Chosen and all other models; `outside`: why errors are unknown; `met`: true if a model meets the tolerance."""
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 
@@ -47,7 +47,7 @@ class Plan:
     outside: tuple[str, ...]
 
     def to_frame(self) -> "pandas.DataFrame":
-        """Table of the candidates."""
+        """Table of all models that were considered, one row each."""
         import pandas
 
         return pandas.DataFrame([vars(one) for one in self.candidates]).drop(columns="bound")
@@ -59,7 +59,7 @@ class Plan:
 
     @property
     def error_of(self) -> str:
-        """Quantity to which the errors refer."""
+        """Quantity to which the errors refer, in words."""
         return MEANING[self.question].error_of
 
 
@@ -85,8 +85,8 @@ def make_plan(
         raise ConfigurationError(f"tolerance {tolerance_pct:g} % must be a positive number: try --tolerance 0.5.")
     if question not in asked_of(scene.defect.kind):
         raise ConfigurationError(
-            f"question {question.value!r}, defect {scene.defect.kind.scene_word}: a healthy bearing has no fault line "
-            "to ask about, the outer race's no sidebands of the shaft; give --defect outer or inner."
+            f"question {question.value!r} does not apply to defect {scene.defect.kind.scene_word}: a healthy bearing "
+            "has no fault line, and the outer race's line has no shaft sidebands; give --defect outer or inner."
         )
     table, bearing = measured or nearest_table(scene), load_bearing(scene.bearing)
     outside, levels = table.list_gaps(scene), [level_of(name) for name in table.models]
@@ -111,7 +111,7 @@ def make_plan(
 def _choose_model(
     candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]
 ) -> str:
-    """Cheapest accurate model; otherwise the reference, or the last model that can run the scene and answer."""
+    """Name the cheapest accurate model; else the reference, or the highest model that runs the scene and answers."""
     if enough := [one for one in candidates if one.ok]:
         return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
     able = [candidate.model for candidate in candidates if candidate.model not in refused]
@@ -124,7 +124,7 @@ def _choose_model(
 def _judge_model(
     level: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, table: MeasuredErrors, outside: bool
 ) -> Candidate:
-    """Compare the measured error of a model with the tolerance."""
+    """Compare the measured error of a model with the tolerance; `outside`: no measured error applies."""
     pace, asked, ok = table.pace.get(level.name), MEANING[question], False
     lacking, bound = level.lacks.get(question.value), table.bound(scene, level.name, question)
     error = bound.error_pct if bound is not None and lacking is None and not outside else None

@@ -1,7 +1,7 @@
 """Questions about a scene, their answers from a run, and the error of an answer [%].
 
-Amplitudes are read as in the rig's records, at the ring and without background. A difference of two levels by 3 dB is
-an error of 41 %.
+Amplitudes are read as in the rig's records, from the vibration of the ring and without the rig's background noise. If
+two levels differ by 3 dB, the error is 41 %.
 """
 
 import enum
@@ -24,7 +24,7 @@ AnswerValues = tuple[float | None, ...]  # None: the quantity does not exceed th
 
 
 class Question(enum.StrEnum):
-    """Question about a scene."""
+    """Question that a simulation of a scene can answer, such as its line frequencies."""
 
     LINES = "lines"
     NOISE_FLOOR = "noise-floor"
@@ -43,9 +43,9 @@ class Question(enum.StrEnum):
 class Meaning:
     """Description of a question; see ``questions.toml``.
 
-    `error` is the rule that compares two answers (see `error_pct`), `tolerance` the usual tolerance in the question's
-    unit. `states` are the defects to which the question applies, all if empty. `read` names the amplitudes of the
-    answer.
+    `error` is the rule that compares two answers (see `error_pct`), `tolerance` the error usually accepted, in the
+    question's unit. `states` are the defects to which the question applies, all if empty. `read` names the amplitudes
+    of the answer.
     """
 
     title: str
@@ -57,12 +57,12 @@ class Meaning:
 
     @property
     def unit(self) -> str:
-        """Unit of the errors."""
+        """Unit of the errors of answers: dB or %."""
         return "dB" if self.error == "apart" else "%"
 
     @property
     def tolerance_pct(self) -> float:
-        """Usual tolerance [%]."""
+        """Error of an answer that is usually accepted [%]."""
         return pct_of(self.tolerance) if self.unit == "dB" else self.tolerance
 
     @property
@@ -75,7 +75,7 @@ class Meaning:
         return error_pct if self.unit == "%" else 20 * math.log10(1 + error_pct / 100)
 
     def text(self, error_pct: float) -> str:
-        """Error as text with its unit."""
+        """Convert an error from per cent to text in the question's unit."""
         return f"{self.shown(error_pct):.3g} {self.unit}"
 
 
@@ -99,7 +99,7 @@ def answer_questions(
 ) -> dict[Question, AnswerValues | None]:
     """Compute what a successful run answers to each question; None if the run is too short or has no answer.
 
-    Levels of the increment by the defect need `healthy`, the same model's record without the defect. Line frequencies
+    The increase of levels by the defect needs `healthy`, a record of the same model without defect. Line frequencies
     follow from the mean cage speed (BPFO for a healthy bearing, none for a roller defect), since reading a line from a
     short record is uncertain by some tenths of a per cent, more than the errors of the models.
     """
@@ -127,7 +127,7 @@ def answer_questions(
 def _amplitudes(
     record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
 ) -> dict[Question, AnswerValues | None]:
-    """Read the amplitudes of a record; empty if its sampling rate is too low. `order` is the fault line's order."""
+    """Answer the questions on amplitudes, for a fault line at `order`; empty if the sampling rate is too low."""
     if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
         return {}
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
@@ -143,7 +143,7 @@ def _amplitudes(
 
 
 def error_pct(question: Question, own: AnswerValues | None, right: AnswerValues | None) -> float | None:
-    """Error of an answer [%]; None if an answer, or a quantity that is present in the reference, is missing."""
+    """Error [%] of the answer `own` against `right`; None if an answer or a quantity present in `right` is missing."""
     if own is None or right is None:
         return None
     # Quantities that are present in the reference; the error is infinite if the quantity is missing in `own`.

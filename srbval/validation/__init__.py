@@ -1,1 +1,1 @@
-"""Validation of any model against any rig: the case file, its pairs, and their comparison."""
+"""Validation of any model against any rig: the case file, its pairs of signals, and their comparison."""

@@ -36,10 +36,10 @@ MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance(Limited):
-    """Largest accepted errors, fixed before the comparison: of the cage ratio [%], and of levels over the line [dB].
+    """Largest accepted errors, fixed before the comparison: of the cage ratio [%], of levels over the line [dB].
 
-    A quantity without a tolerance is neither met nor missed. As `uncertainty` of a case, both are the 95 % half widths
-    that the user states for the simulated side.
+    A quantity without a tolerance is not judged ``met`` or ``missed``. As `uncertainty` of a case, both are the 95 %
+    half widths that the user states for the simulated side.
     """
 
     cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)
@@ -50,7 +50,7 @@ class Tolerance(Limited):
 class Source(RecordingSettings):
     """Signals of one side of a pair, and the settings with which they are read.
 
-    `file` contains paths or patterns (in Python also recordings); several are repeats. ``registered = "torino"``
+    `file` contains paths or patterns (in Python also recordings); several files are repeats. ``registered = "torino"``
     selects every registered record of the rig. `scene` (a name or a TOML file) is simulated at the measured speed and
     load, by `model`, such as ``mine.py:simulate``, or by the scene's own model.
     """
@@ -68,7 +68,7 @@ class Source(RecordingSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class CasePair:
-    """Comparison of a simulated with a measured side; `state` is by default read from the files."""
+    """Comparison of simulated with measured signals; the bearing's `state` is by default read from the files."""
 
     state: Fault | None = None
     simulated: Source | None = None
@@ -125,7 +125,7 @@ class ValidationCase:
         return str(self.folder / name) if name and (self.folder / name).is_file() else name
 
     def side(self, pair: CasePair, name: str) -> Source | None:
-        """Source of the side ``simulated`` or ``measured`` of a pair; the case's settings of this side are defaults."""
+        """Signals and settings of a pair's side ``simulated`` or ``measured``; the case's settings are defaults."""
         own, defaults = getattr(pair, name), getattr(self, name)
         return None if own is None else own.over(defaults)
 
@@ -201,7 +201,7 @@ def _source_table(raw: Any) -> Any:
 
 
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
-    """Find files by path, pattern or start of a registered name; `DataError` if a name is not found or ambiguous."""
+    """Find the files by path, pattern or start of a registered name; `DataError` if none or several fit a name."""
     names = (name for name in source.file or () if isinstance(name, str))
     return tuple(path for name in names for path in _find_files(name, folder, side))
 

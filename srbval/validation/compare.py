@@ -53,9 +53,9 @@ VALIDATION_COLUMNS += ["used_for", "simulated_hz", "measured_hz", "simulated_dev
 def compare_pair(
     number: int, state: Fault, sides: Mapping[str, SideReading], case: ValidationCase, effects: Effects, used_for: str
 ) -> Iterator[Row]:
-    """Compare a pair: one row (see `comparison_row`) for every quantity of its state that is found on a side.
+    """Compare a pair: one row (see `comparison_row`) for every quantity of its state found on at least one side.
 
-    In a row, model is the simulated and rig the measured side. `effects` of inputs and numerics apply to the scene
+    In a row, `model` is the simulated and `rig` the measured side. `effects` of inputs and numerics apply to the scene
     `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at the side's own speed, `speeds_hz` the
     shaft speeds.
     """
@@ -106,7 +106,7 @@ def compare_pair(
 def _effects(
     quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
 ) -> Mapping[str, Any] | None:
-    """Effects of inputs and numerics on a quantity; for a race line (order Z c or Z (1 - c)) from the cage ratio c."""
+    """Effects of uncertain inputs and numerics on a quantity; for a race line computed from the cage ratio."""
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
         return found
@@ -125,9 +125,9 @@ def _read_values(side: SideReading | None, name: str) -> list[QuantityValue]:
 
 
 def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | None]:
-    """Mean of repeats, and the 95 % half width of the mean from their scatter; None for a single value.
+    """Mean of repeated values, and the 95 % half width of the mean from their scatter; None for a single value.
 
-    The scatter includes the reading errors of the repeats; the error of the shaft speed counts as common to all.
+    The scatter includes the reading errors of the repeats; the error of the shaft speed is common to all.
     """
     if len(values) < 2:
         return (values[0] if values else MISSING_VALUE), None
@@ -151,7 +151,7 @@ def outside_parts(
     case: ValidationCase,
     pct: float,
 ) -> dict[str, float]:
-    """Parts of U of a simulation from outside [% or dB]: its reading or its repeats, and the part stated in the case.
+    """Uncertainty parts of a simulation from outside [% or dB]: from reading or repeats, and stated in the case.
 
     `pct` converts the quantity to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c
     / (1 - c) % of BPFI, and does not apply to a rolling element's spin.
@@ -166,14 +166,14 @@ def outside_parts(
 
 
 def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:
-    """Stated tolerance of a quantity [% or dB]; the tolerance of the cage ratio does not apply to lines."""
+    """Tolerance stated for a quantity [% or dB]; None if none is stated, and for fault lines."""
     if quantity.value_of:
         return tolerance.cage_pct if quantity is CAGE_RATIO else None
     return tolerance.level_db
 
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> pd.DataFrame:
-    """Table of a validation, with a row for each pair and quantity; ``met`` or ``missed`` if a tolerance is stated."""
+    """Table with a row for each pair and quantity; if a tolerance is stated, the verdict refers to it."""
     return plain_frame([_table_row(row, tolerance) for row in rows], VALIDATION_COLUMNS)
 
 
@@ -199,7 +199,7 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
 
 
 def same_speed(one_hz: float | None, other_hz: float | None) -> bool:
-    """True if both shaft speeds differ by at most `MAX_SPEED_DIFFERENCE`, or if only one is known."""
+    """True if both shaft speeds differ by at most `MAX_SPEED_DIFFERENCE`, or if one is unknown."""
     return one_hz is None or other_hz is None or abs(one_hz / other_hz - 1) <= MAX_SPEED_DIFFERENCE
 
 

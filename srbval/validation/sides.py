@@ -30,7 +30,7 @@ QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideReading:
-    """Analyses and quantities of the signals of a side; `scene` and its run `model` are None for files."""
+    """Analyses and compared quantities of a side's signals; `scene` and its run `model` are None for files."""
 
     analyses: tuple[Analysis, ...]
     values: tuple[Mapping[str, QuantityValue], ...]
@@ -65,7 +65,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
                 raise
             asked = "; ".join(str(question) for question in error.questions if question != BEARING_QUESTION)
             raise DataError(
-                f"{side} side, {error.subject} leaves open: {asked}. Put the key into [{side}] of the case, or give "
+                f"{side} side, {error.subject} does not state: {asked}. Put the key into [{side}] of the case, or give "
                 f"--set {side}.KEY=VALUE, such as --set {side}.channel=NAME."
             ) from None
         if side == "measured" and recording.origin is not Origin.MEASURED:
@@ -78,7 +78,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse each recording in the stated or the paper's band, or in a chosen band if it simulates another bearing."""
+    """Analyse recordings in the stated or the paper's band; simulations of another bearing in an automatic band."""
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
@@ -145,7 +145,7 @@ def state_in_name(name: str) -> Fault | None:
 
 
 def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, Any]:
-    """State of a file and its source, speed [rpm] and radial load [N] (NaN if unknown), read with the side's settings.
+    """Describe a file: bearing state and what states it, speed [rpm] and radial load [N] (NaN if unknown).
 
     `state` applies if neither file nor file name states one; without any state raises `ConfigurationError`.
     """
@@ -198,10 +198,10 @@ def pair_files(
 
 
 def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
-    """Expand a pair with all registered records of a rig to one pair per operating point; yield other pairs unchanged.
+    """Expand a pair with all registered records of a rig to one per speed, load and state; yield other pairs unchanged.
 
-    Of several records of a point the longest is used. The healthy record of each speed and load comes first and gets no
-    simulation. A record whose content was unknown before is ``blind``.
+    Of several records of a point the longest is used. The healthy record of each speed and load comes first and is not
+    simulated. A record that was never opened before is marked ``blind``.
     """
     source = pair.measured
     if source is None or source.registered is None:

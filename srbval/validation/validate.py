@@ -36,7 +36,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairReading:
-    """Pair with its sides and its `rows` of comparisons; `problem` is the reason if the simulated side is missing."""
+    """Pair with its sides and a row for each quantity; `problem` is the reason if the simulated side is missing."""
 
     number: int
     pair: CasePair
@@ -208,11 +208,11 @@ def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: i
 def _read_and_compare(
     number: int, pair: CasePair, case: ValidationCase, effects: Effects, progress: Progress
 ) -> PairReading:
-    """Read and compare a pair; a failed simulation becomes the pair's problem, other errors are raised."""
+    """Read and compare a pair; a failed simulation is stated in its `problem`, other errors are raised."""
     sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
     scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None
     if (scene is not None and scene.file) or any(source.scene for source in sources.values()):
-        raise ConfigurationError("a scene takes the place of simulated files; the pair names both, remove one.")
+        raise ConfigurationError("a scene replaces simulated files only; remove it, or the file beside it.")
     loaded = {side: load_files(source, case.folder, side) for side, source in sources.items()}
     if empty := next((side for side, files in loaded.items() if not files), None):
         raise ConfigurationError(f"{empty} side: no file is named; give at least one.")
@@ -231,7 +231,7 @@ def _read_and_compare(
 
 
 def pair_row(one: PairReading) -> Row:
-    """Table row of a pair: files, speeds, bands, cautions."""
+    """Row of `Validation.pairs`: files, speeds, frequency bands and cautions of a pair."""
     row: Row = {"pair": one.number, "state": one.state.value, "how": one.pair.how, "problem": one.problem}
     for side in SIDES:
         reading = one.sides.get(side)
@@ -261,7 +261,7 @@ def _describe_side(reading: SideReading) -> Row:
 
 
 def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
-    """Check the sum rule BPFO + BPFI on each side, for pairs of both races at the same speed."""
+    """Check on each side that the BPFO and BPFI orders of two pairs at one speed add to the number of rollers."""
     lines = [row for row in rows if row["kind"] == RACE_LINE.kind]
     for place, (side, name) in enumerate(zip(SIDES, ("model", "rig"), strict=True)):
         of = {fault: [row for row in lines if row["state"] == fault and row[f"{name}_present"]] for fault in Fault}

@@ -156,7 +156,7 @@ def test_the_least_model_for_an_amplitude_depends_on_the_amplitude():
 
 
 def test_questions_without_sense_are_refused():
-    with pytest.raises(ConfigurationError, match="no sidebands"):
+    with pytest.raises(ConfigurationError, match="no shaft sidebands"):
         make_plan(paper("outer"), question=Question.SIDEBAND_LEVELS)
     with pytest.raises(ConfigurationError, match="no fault line"):
         make_plan(paper("none"), question=Question.HARMONIC_LEVELS)
