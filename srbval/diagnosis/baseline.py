@@ -166,7 +166,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if two records of one stated unit differ in background by 9.81, as g and m/s2 do."""
+    """Raise `ConfigurationError` if two records of one stated unit differ by a factor of 9.81, as g and m/s2 do."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
@@ -186,7 +186,7 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
 
 
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
-    """Compare the fault lines of `analysis` with a healthy record in the same band; `ValueError` for different bands.
+    """Compare the fault lines of `analysis` with a healthy record; raises `ValueError` if their bands differ.
 
     Modulations are compared in the unit of the squared envelope if both records are in m/s2, otherwise as shares of its
     mean. No line is compared with a `Baseline` that has a `fault` or another speed or load (`conditions`).

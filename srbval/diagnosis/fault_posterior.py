@@ -55,8 +55,8 @@ class Comb:
     """Line with its harmonics at multiples of `found_hz`, which is None if the spectrum does not reach to this line.
 
     `excess` is its score (`CombSpectrum`) minus a typical comb's, `depth` the modulation depth of its first line.
-    `explained_by` names the source of which the comb is a multiple: the mains, the shaft, or a lower comb with at least
-    its score and half its depth.
+    `explained_by` names the source of which the comb is a multiple: the mains, the shaft, or a comb of lower frequency
+    with at least its score and half its depth.
     """
 
     excess: float = 0.0
@@ -241,7 +241,7 @@ def share_of(state: str, probabilities: Mapping[str, float]) -> float:
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """Return the most probable state if healthy has 1/2, or another `MIN_NAMED_PROBABILITY`; otherwise `UNDECIDED`."""
+    """Return the most probable state if it has at least `MIN_NAMED_PROBABILITY` (healthy: 1/2), else `UNDECIDED`."""
     best = most_probable(probabilities)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED

@@ -145,7 +145,7 @@ def weigh_evidence(
 
 
 def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Score the combs of one channel or all usable channels, also at the stated speed if the speed was estimated."""
+    """Score the combs of one channel or of all usable channels; if the speed was estimated, at the stated speed too."""
     if isinstance(analysis, LongAnalysis):
         return list(analysis.views)
     recording, done = analysis.recording, analysis.processed
@@ -160,7 +160,7 @@ def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | N
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True for a first harmonic above the noise, unless it is shallow and not risen over the healthy record's."""
+    """True for a first harmonic above the noise, unless its depth is small and not risen over a healthy record's."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -188,7 +188,7 @@ def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> It
 
 
 class Finding(enum.StrEnum):
-    """Kind of a verdict."""
+    """Kind of verdict on a record."""
 
     NAMED = "named"
     UNDECIDED = "undecided"
@@ -213,7 +213,7 @@ class FaultVerdict:
 
     @property
     def answer(self) -> str:
-        """Headline and probability of the most probable class in one sentence."""
+        """Headline and probability of the most probable state in one sentence."""
         if self.diagnosis is None:
             return self.sentence
         name = most_probable(self.diagnosis.probabilities)

@@ -34,7 +34,7 @@ LEAST_PARTS = 3  # shorter records are read as a whole
 class LongAnalysis(Analysis):
     """Analysis of one part of a long record of `parts` parts; the part begins at `first_s` [s].
 
-    `as_clear` parts have a fault comb at least as strong; `views` are channel and comb scores of all usable parts.
+    `as_clear` parts have a fault comb as strong as this or stronger; `views` are channel and comb scores of all parts.
     """
 
     parts: int

@@ -6,10 +6,10 @@ logarithms of their levels. A level has risen if its logarithm x is above the pr
 
     x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
 
-This is the limit for one further value of the same normal distribution, with t of Student (Hahn 1969, J. Am. Stat.
-Assoc. 64, 878; quoted from memory, not checked). K is the number of levels compared with a limit: by Bonferroni's
-inequality the chance of any false alarm in the whole history is at most alpha, if the healthy machine does not change.
-A change of load or temperature is also a rise.
+t is the quantile of Student's distribution. This is the limit for one further value of the same normal distribution
+(Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted from memory, not checked). K is the number of levels compared: by
+Bonferroni's inequality the chance of any false alarm in the whole history is at most alpha, if the healthy machine does
+not change. A change of load or temperature is also a rise.
 """
 
 import csv

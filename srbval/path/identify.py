@@ -47,9 +47,9 @@ Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowe
 class Identified:
     """Identified path, the powers from which it follows, and the sidebands that determine its ratio of directions.
 
-    `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the power locked to the fault of the record
-    (NaN if not present) and of the run, along the load and across it. `sidebands_db` [2, 2] are the sidebands of the
-    record and of the run behind the path, at one and two spacings; None without a record of an inner-race fault.
+    `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the power that repeats with the fault in
+    the record (NaN if not present) and in the run along and across the load. `sidebands_db` [2, 2] are the sidebands of
+    the record and of the run behind the path, at one and two spacings; None without a record of an inner-race fault.
     """
 
     path: SensorPath
@@ -85,7 +85,7 @@ def identify(
 
     The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on
     the inner race. The power of a `healthy` record at the same passage is subtracted. Raises `DataError` for unusable
-    records, `ConfigurationError` for a band beyond the record (default: `DEFAULT_BAND_HZ`) and for no fault.
+    records, `ConfigurationError` without a fault or for a band (default: `DEFAULT_BAND_HZ`) beyond the record.
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
@@ -174,7 +174,7 @@ def record_behind_path(run: Run, path: SensorPath | None) -> Recording:
 
 
 def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join third octaves, from the highest down, to bands of at least `least_hz`; a narrower rest is dropped."""
+    """Join third octaves, from the highest down, to bands at least `least_hz` wide; a narrower rest is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -207,7 +207,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Level of a run's power that repeats at shaft order `order` in each wide enough band [dB re 1 m/s2], [n]."""
+    """Level of a run's power that repeats at shaft order `order`, in each band of two orders or more [dB re 1 m/s2]."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "
@@ -225,7 +225,7 @@ def _interpolate_missing(values: FloatArray) -> FloatArray:
 def _fit_cross_ratio(
     pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
 ) -> tuple[float, float, FloatArray]:
-    """Fit the ratio of gains across and along the load; also its deviation and both sidebands, [2, 2], in dB."""
+    """Fit the ratio of gains across and along the load: ratio, deviation [dB], sidebands of record and run [dB]."""
     from scipy.optimize import minimize_scalar
 
     any_path = path_with(1.0)

@@ -1,4 +1,4 @@
-"""Families (a bearing line, its harmonics and sidebands): search windows, and comparison with combs of no such line."""
+"""Families (a bearing line, its harmonics and sidebands): search windows, and placebos (combs of no bearing line)."""
 
 import math
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class Family:
 
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
-    """Half width of a line's search window over its frequency: largest slip, plus the interval of a measured speed."""
+    """Half width of a line's search window as a share of its frequency: largest slip and measured speed's interval."""
     return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
 

@@ -159,8 +159,8 @@ def read_lines(
 
     All lines are searched near `scale` times their kinematic frequencies; with a nominal speed the first detected line
     also sets the scale of the others. The cage line is read by itself, since its harmonics coincide with other lines.
-    First harmonics are ranked among `combs` placebos. With `brief` only first harmonics are read, and only those that
-    noise does not explain are ranked; the detected lines are the same.
+    First harmonics are ranked among `combs` placebos (combs of no bearing line). With `brief` only first harmonics are
+    read, and only those that noise does not explain are ranked; the detected lines are the same.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -231,7 +231,7 @@ def _readings(
 def _with_cover(
     line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain an undetected line by the highest peak in its window: a shaft line, a `stronger` line or a flank."""
+    """Explain an undetected line by the highest peak in its window: a shaft line, `stronger` line or peak's flank."""
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
         return line

@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb at `found_hz` outside the windows, `off_pct` from the line `name`, which it fits at the speed `shaft_hz`."""
+    """Comb outside the search windows: it would be the line `name`, `off_pct` off, at the shaft speed `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -176,7 +176,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 def _read_lines_at(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
-    """Read the lines at `scale` times the speed `at`; deviations refer to `at`, shaft masks to the scaled speed."""
+    """Read the lines at `scale` times the speed `at`; deviations refer to `at`, the masks to the scaled speed."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
     combs = max(MIN_PLACEBOS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
@@ -199,7 +199,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """Find the strongest comb outside its window, and all lines at its speed, if no fault line was detected."""
+    """Find the strongest comb outside the windows, and all lines at its speed, if no fault line was detected."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []

@@ -64,7 +64,7 @@ class CombSpectrum:
         return int(first + np.argmax(self.score[first:end])) if end > first else None
 
     def typical(self, relative: float) -> float:
-        """Typical highest score within a relative distance `relative`: its median over all fundamentals."""
+        """Median over all fundamentals of the highest score within the relative distance `relative` of each."""
         if self.score.size == 0:
             return 0.0
         half = max(1, round(relative / self.step))

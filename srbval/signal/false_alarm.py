@@ -44,7 +44,7 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
     """Expected ratio of a noise peak to the true noise, if it is `snr` [..., h] times the noise estimated from `bins`.
 
-    A noise peak far above the estimate mostly means a low estimate. For x = `snr` and S = `neg_log_p` it is x dS/dx.
+    A peak of noise far above the estimate mostly means a low estimate. With S = `neg_log_p` the ratio is `snr` dS/dsnr.
     """
     ratio = np.asarray(snr) / math.log(2)
     rise = scipy.special.digamma(bins + 1 + ratio) - scipy.special.digamma((bins + 1) / 2 + ratio)
@@ -123,7 +123,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], of constant ratio, `GRID_PER_HALF_WINDOW` in each half window of share `relative`."""
+    """Frequencies [Hz], [n], of constant ratio: `GRID_PER_HALF_WINDOW` per half window of relative width `relative`."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 

@@ -1,7 +1,7 @@
 """Part of a signal that repeats at each passage over a defect, and a steady tone between the passages.
 
-The quietest quarter of the period is selected in every other passage and its level is read in the passages between, and
-vice versa: the least of many noisy means is biased low, the mean of other passages is not.
+The quietest quarter of the passage period is selected in every other passage, its level is read in the other passages,
+and vice versa: the least of many noisy means is biased low, the mean of other passages is not.
 """
 
 import math
@@ -37,7 +37,7 @@ class LockedMean:
 
 
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
-    """Locked mean (`LockedMean`) of non-negative `samples` [n] with passages; `periods` [n] counts passages up to each.
+    """Locked mean (`LockedMean`) of non-negative `samples` [n]; `periods` [n] counts the passages up to each sample.
 
     `blocks` is the number of independent parts of the record. Raises `DataError` for fewer than `LEAST_PASSAGES`.
     """

@@ -115,7 +115,7 @@ class Periodogram:
         return bare.masking(number * shaft_hz, number * shaft_ci_hz)
 
     def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Periodogram:
-        """Periodogram with further masked zones, each `half_width_hz` and `MASK_BINS` bins to either side."""
+        """Periodogram with further masked zones, `half_width_hz` plus `MASK_BINS` bins to either side of a centre."""
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
         zones = zones[np.argsort(zones[:, 0])]

@@ -64,7 +64,7 @@ def _terms(line_hz: float, harmonics: int) -> list[tuple[int, int]]:
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float, harmonics: int) -> tuple[float, float] | None:
-    """Fit fault line and shaft by least squares to the peaks of all clear terms: shaft speed and half width [Hz]."""
+    """Fit fault line and shaft speed by least squares to all clear peaks: speed and its 95 % half width [Hz]."""
     whole = [(h, 0) for h in range(1, harmonics + 1)] if line_hz else []
     terms = whole + _terms(line_hz, harmonics)
     read = [(k, h, *p) for h, k in terms if (p := _peak(record, h * line_hz + k * shaft_hz))]

@@ -50,7 +50,7 @@ def slip_interval() -> dict[str, Any]:
 
 
 def walk_share(log_spread: float) -> float:
-    """Confidence, from 0 to 1, that the residuals contain a random walk besides the noise."""
+    """Confidence, from 0 to 1, that the residuals of the phase contain a random walk besides the noise."""
     return -math.expm1(-(max(log_spread - slip_interval()["start"], 0.0) ** 2))
 
 
@@ -136,7 +136,7 @@ def track_slip(
 def weak_sums(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, period_s: float = 0.0
 ) -> ComplexArray | None:
-    """Sums [c, blocks], in units of their noise, of a line too weak for its phase to be tracked; None if strong."""
+    """Block sums [c, blocks], in units of noise, of a line too weak to track its phase; None if it is strong enough."""
     for sums, snr in _in_blocks(phasors, noise_power, period_s, most=WEAK_BLOCKS):
         return sums if float(number**2 @ np.maximum(snr, 0)) * sums.shape[1] < WEAK_INFORMATION else None
     return None
@@ -145,7 +145,7 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Sums [c, blocks] in units of their noise, and mean power over noise [c], for each allowed number of blocks."""
+    """Block sums [c, blocks] in units of their noise, and mean power over noise [c], by allowed number of blocks."""
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
@@ -155,7 +155,7 @@ def _in_blocks(
 
 
 def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> float:
-    """Standard error of a steady line from noise alone [Hz]."""
+    """Standard error of the frequency of a steady line from noise alone [Hz]."""
     blocks = sums.shape[1]
     snr = np.abs(sums.sum(axis=1)) ** 2 / blocks - 1
     return frequency_error_hz(max(float(number**2 @ np.maximum(snr, 0)), 1.0), blocks * block_s)
@@ -209,7 +209,7 @@ class Modes:
 
 
 def weigh_walk_ratios(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
-    """Posterior weights of `WALK_RATIOS` for residuals `modes` of variance 1 + ratio times `share`; log of the sum."""
+    """Posterior weights of `WALK_RATIOS` and their log evidence for residuals `modes` of variance 1 + ratio `share`."""
     spread = 1 + WALK_RATIOS[:, None] * share
     likelihood = -0.5 * (np.log(spread).sum(axis=1) + (modes**2 / spread).sum(axis=1))
     weight = WALK_RATIO_PRIOR * np.exp(likelihood - likelihood.max())
