@@ -1,4 +1,4 @@
-"""Stored results of the studies: which are stale, and computing the stale results again.
+"""Stored results of the studies: lists the stale results and computes them again.
 
 Each result, and each row of a study's sweeps, is stored when it is computed, so an interrupted command can continue.
 """
@@ -24,13 +24,13 @@ State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minut
 
 
 def result_states(now: Fingerprint) -> list[State]:
-    """State of every study's result and of every other bundled result, sorted by name."""
+    """State (fresh or stale) of every study's result and of every other bundled result, sorted by name."""
     names = sorted({*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))})
     return [state for name in names if (state := _describe(name, newest_result(name), now))]
 
 
 def _describe(name: str, result: StoredResult | None, now: Fingerprint) -> State:
-    """State of a result: kind, `fresh` or the reason `why` not, origin; empty if neither result nor study exists."""
+    """State of a result: kind, whether it is `fresh` or `why` not, origin; empty without result and study."""
     if result is None and name not in study_names():
         return {}
     kind = load_study(name).kind if result is None else result.kind
@@ -53,7 +53,7 @@ def recompute(
 
     Only results are computed that need no recordings from outside the program. In a source tree they are written to
     ``reports``, otherwise to the user's cache. `message` receives a line with the expected duration before each study.
-    Raises `ConfigurationError` for a name that is no study, or whose study needs recordings from outside.
+    Raises `ConfigurationError` for an unknown study, or a study that needs recordings from outside.
     """
     studies = [load_study(name) for name in names or study_names()]
     recorded = [study.name for study in studies if study.kind is not ResultKind.EVIDENCE]

@@ -46,9 +46,8 @@ class StudyResult:
 class Study:
     """Question whose answer takes minutes to compute and is stored; content of ``study.toml``.
 
-    `minutes` is the duration on two cores, `kind` the kind of data on which the result is based. `parts` are the parts
-    of the program on which it depends, with the names of `srbval.check.check`. `options` are the study's own command
-    options.
+    `minutes` is the duration on two cores, `kind` the kind of result. `parts` names the parts of the program on which
+    the result depends (see `srbval.check.check`). `options` are the study's own command options.
     """
 
     name: str
@@ -89,7 +88,7 @@ def load_study(name: str) -> Study:
 
 
 def pages() -> tuple[Page, ...]:
-    """Pages of the studies in the order of the report."""
+    """Report pages of the studies, in the order of the report."""
     named = [name for name in study_names() if (STUDIES_FOLDER / name / "page.py").is_file()]
     found = [importlib.import_module(f"srbval.studies.{name}.page").PAGE for name in named]
     return tuple(sorted(found, key=lambda page: page.place))

@@ -1,7 +1,7 @@
 """Benchmark of a model from outside: cost, step error and largest stable step, beside the bundled solvers.
 
-The step error is the difference from a run of the same model at a finer step. A row is `ok`, or a cell `stable`, if its
-run succeeds and the errors are within `STEP_ERROR_LIMITS`; a run with larger errors is ``inaccurate``.
+The step error is the difference from a run of the same model at a finer step. A run is `ok` (in the search for the
+largest step: `stable`) if it succeeds with errors within `STEP_ERROR_LIMITS`; with larger errors it is ``inaccurate``.
 """
 
 import importlib
@@ -67,10 +67,10 @@ def bench(
 ) -> StudyResult:
     """Measure cost and step errors of `model` (if given) and of the bundled solvers at the same steps.
 
-    `solvers` are solvers of the model, or bundled solvers without a model. A failed run is a row with its status.
-    `message` receives the expected time, then each row. An interrupted command continues if it is given again.
-    `cpu_ratio` is the median CPU time divided by the default solver's at the same step, timed alternately, with its
-    range. Errors named ``bundled_`` are differences from the bundled model's converged run.
+    `solvers` are solvers of the model, or bundled solvers without a model. A failed run is listed with its status.
+    `message` receives the expected time, then each row of the table. An interrupted command continues if it is given
+    again. `cpu_ratio` is the median CPU time divided by the default solver's at the same step, timed alternately, with
+    its range. Errors named ``bundled_`` are differences from the bundled model's converged run.
     """
     steps, timed_s, compared_s = QUICK_BENCH if quick else FULL_BENCH
     check_names(scenes, () if model else solvers)
@@ -153,7 +153,7 @@ def stability(
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
-    """Draw the chart of a study's content; a model's limits are drawn beside those stored for bundled solvers."""
+    """Draw the chart of study `name` from `content`; step limits of a model beside those of bundled solvers."""
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])
@@ -165,7 +165,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
-    """Quantities of a run, None if it fails; its cost from timed `pairs` of the default solver's run and its own."""
+    """Quantities of a run, None if it fails; its cost from timed `pairs` of runs: default solver, then its own."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
     found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
@@ -180,7 +180,7 @@ def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Errors of cage speed, BPFO [%] and band RMS [dB] against the run `right`; None if unknown."""
+    """Errors of cage speed, BPFO [%] and band RMS [dB] of the run `own` against the run `right`; None if unknown."""
     cage, band = (own[n] / right[n] if own[n] and right[n] else math.nan for n in ("cage_ratio", "band_rms_m_s2"))
     found = {"cage_error": abs(cage - 1), "band_rms_error": abs(band - 1)}
     found |= {"line_error_pct": 100 * found["cage_error"], "band_rms_error_db": 20 * math.log10(band)}
@@ -188,7 +188,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
-    """True if the row is ok, and no other ok row of its scene has at most its CPU time and its level error."""
+    """True if a run is ok, and no other ok run of its scene is at least as fast and as accurate in level."""
     keys = ("cpu_per_simulated_s", "band_rms_error")
     good = [tuple(one[key] for key in keys) for one in rows if one["ok"] and one["scene"] == row["scene"]]
     own = tuple(row.get(key) for key in keys)
@@ -196,7 +196,7 @@ def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
 
 
 def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Add the errors of its step and `ok` to a row; ``inaccurate`` if an error exceeds its limit or none is known."""
+    """Add the step errors against the run `right`, and `ok`, to a run; ``inaccurate`` if they are large or unknown."""
     off = errors(row, right)
     known = {name: abs(off[name]) for name in STEP_ERROR_LIMITS if off[name] is not None}
     beyond = " and ".join(
@@ -211,7 +211,7 @@ def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
-    """Run a row briefly; returns the attempt and the start time of its process [s]. `ConfigurationError` if refused."""
+    """Make a short run of a model; returns it and its process's start-up time [s]. `ConfigurationError` if it fails."""
     began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
         found = attempt(_scene(row, seconds))
@@ -221,7 +221,7 @@ def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, f
 
 
 def _estimate_time(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
-    """Expected time of all runs with compiling, and of compiling alone [s]; `first` contains probe runs by solver."""
+    """Expected time of all runs with compiling, and of compiling alone [s]; `first` contains short runs by solver."""
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
     compile_s = expected_compile_s(*bundled)
     total_s = compile_s + sum(cost_of(scene)[0] for scene in bundled)
@@ -242,13 +242,13 @@ def _series(row: Mapping[str, Any]) -> str:
 
 
 def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s: Iterable[int]) -> list[Row]:
-    """Rows for every combination of scene, model with solver, and step."""
+    """List the runs for every combination of scene, model with solver, and step."""
     found = records(grid(of=list(models), scene=list(scenes), steps_per_s=list(steps_per_s)))
     return [row | dict(zip(("model", "solver"), row.pop("of"), strict=True)) for row in found]
 
 
 def _scene(case: Case, seconds: float) -> Scene:
-    """Scene of a row, with a quarter of its duration before it to settle."""
+    """Scene of a run that lasts `seconds`, after a quarter of this time to settle."""
     step_s, rpm = 1 / case["steps_per_s"], case.get("rpm")
     usual = bench_scene(
         case["scene"], solver=DEFAULT_SERIES[1], step_s=step_s, seconds=seconds, settle_s=seconds / 4, rpm=rpm
@@ -258,13 +258,13 @@ def _scene(case: Case, seconds: float) -> Scene:
 
 
 def _bench_table(rows: Sequence[Row], model: str | None) -> str:
-    """Table of the rows; differences from the bundled model only if there is another `model`."""
+    """Table of the runs as text; with differences from the bundled model if another `model` is given."""
     columns = {title: key for title, key in BENCH_COLUMNS.items() if model or not key.startswith("bundled_")}
     return text_rows([dict.fromkeys(BENCH_COLUMNS.values()) | row for row in rows], columns)
 
 
 def _bench_text(rows: Sequence[Row], model: str | None) -> str:
-    """Table of the rows, cost of the model relative to the default solver, and reasons of failed runs."""
+    """Text of the benchmark: table of runs, cost of the model over the default solver's, reasons of failed runs."""
     own = [row for row in rows if model and row["model"] == model]
     ratio = "{series} takes {cpu_ratio:.3g} times ({cpu_ratio_range[0]:.3g} to {cpu_ratio_range[1]:.3g}) the CPU of "
     ratio += f"{DEFAULT_SERIES[1]} at the same step, 1/{{steps_per_s}} s."

@@ -1,8 +1,8 @@
-"""Cost against size: commands of increasing work, each in a separate process, one after the other.
+"""Cost of commands against the size of their input; each runs in a separate process, one after the other.
 
-A row contains the wall time, CPU time, memory of the largest process and written bytes of a command, including its
-start. The cost per further unit is the cost difference from the previous size divided by the size difference, so the
-start cancels. If it increases with size, cost grows faster than linearly.
+A row of the result contains the wall time, CPU time, memory of the largest process and written bytes of a command,
+including its start. The cost per further unit is the cost difference from the previous size divided by the size
+difference, so the start cancels. If it increases with size, cost grows faster than linearly.
 """
 
 import os
@@ -67,9 +67,9 @@ COST_COLUMNS |= {"largest process [MB]": "memory_mb", "written [MB]": "written_m
 
 
 def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
-    """Measure `COST_SERIES`, or only the first size of each if `quick`; raises `NumericsError` if a command fails."""
+    """Run the commands of `COST_SERIES` at each size (`quick`: the first); raises `NumericsError` if one fails."""
     if not hasattr(os, "wait4"):
-        raise ConfigurationError("costs by size are measured on Linux and macOS only, which count a process's memory.")
+        raise ConfigurationError("costs by size are measured on Linux and macOS only: others report no process memory.")
     wanted = [(name, command, n) for name, (command, own) in COST_SERIES.items() for n in own[: 1 if quick else None]]
     rows, load = list[Row](), load_average()
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as folder:
@@ -93,7 +93,7 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
 
 
 def _text(content: Row) -> str:
-    """Tables of the series of a result, and its origin, as text."""
+    """Text of a result: a cost table for each series of commands, and the origin."""
     series = groupby(content["rows"], key=lambda row: str(row["series"]))
     origin = "{processor}, {usable_cores} cores, load before {load_before:.2g}".format(**content["machine"])
     tables = (f"{name[0].upper()}{name[1:]}\n{text_rows(list(rows), COST_COLUMNS)}" for name, rows in series)

@@ -1,4 +1,4 @@
-"""Report page of the study of amplitudes: errors of one-third-octave bands, and the open problem."""
+"""Report page of the study of amplitudes: errors of one-third-octave bands, and the unexplained errors."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -30,7 +30,7 @@ def unexplained(tests: Rows, locked: Rows) -> str:
 
 
 def short(record: str) -> str:
-    """Name of a record as printed on the page."""
+    """Shorten the name of a record for the page."""
     return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")
 
 
@@ -60,7 +60,7 @@ def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
 
 
 def data(results: StoredResults) -> Mapping[str, Any]:
-    """Keys of ``report.json`` from this study."""
+    """Results of the study for ``report.json``, by key."""
     content, outcome = results.content("amplitudes"), results.content(OUTCOME)
     return {
         "amplitudes": content.get("counts"),

@@ -1,14 +1,14 @@
 """Amplitudes of the scene `rig` after an identified transmission path, compared with the rig's records.
 
-The path's gains are identified from the power locked to the fault of record OR 877, the ratio of its directions from
-the sidebands of IR 877 (use ``fit``). All other quantities of the six records are ``withheld``: known when the scene
-was made, but not fitted. Compared are the fault-locked power and the total level of each one-third-octave band (healthy
-record plus run) and the harmonics of the line. The level of the healthy record alone is stated beside. `PASSAGE_LINES`
-are removed from records and runs.
+The path's gains are identified from the fault-locked power of record OR 877 (outer race, 877 rpm), the ratio of the
+gains in its two directions from the sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all
+others of the six records ``withheld``: known when the scene was made, but not fitted. The fault-locked power and the
+total level of each one-third-octave band (healthy record plus run) and the harmonics of the line are compared. The
+level of the healthy record alone is added for reference. `PASSAGE_LINES` are removed from records and runs.
 
 A case of the sweep runs the scene at the speed of each record with one set of inputs and identifies the path again, so
-that errors common to both cancel. The cases are the scene's own inputs, a finer step with more slices, and random draws
-of all inputs and of the angle of each record's defect.
+that common errors of run and path cancel. The cases are the scene's own inputs, a finer step with more slices, and
+random draws of all inputs and of the angle of each record's defect.
 """
 
 import math
@@ -53,7 +53,7 @@ SHIFTS_DB = np.arange(-400, 401) / 10  # trial gains of a band, of which the bes
 
 
 class RigRecord(NamedTuple):
-    """Record of a fault, healthy record of the same speed, and order of the fault's line, which may be `detected`."""
+    """Record of a fault, healthy record at the same speed, `order` of the fault's line, which may be `detected`."""
 
     record: Recording
     healthy: Recording
@@ -95,7 +95,7 @@ def _load(state: Fault, rpm: float) -> Recording:
 
 
 def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
-    """Scenes of a case, one for each record: speed and defect angle of the record, inputs of the case."""
+    """Scenes of a case of the sweep, one for each record, with its speed and defect angle and the case's inputs."""
     found, inputs = [], case["inputs"]
     for place, one in enumerate(rig_records()):
         changes = CHANGES.get(inputs) or {}
@@ -109,7 +109,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels of all runs after the path identified from them; for the nominal case also half widths due to the path."""
+    """Levels of all runs behind the path identified from them; in the nominal case also half widths due to the path."""
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
@@ -142,7 +142,7 @@ def half_widths(drawn: pd.DataFrame) -> pd.Series:
 
 
 def rig_rows(mounting_db: float) -> pd.DataFrame:
-    """Table of the quantities of all records, with the uncertainty parts of the data [dB, 95 %]."""
+    """Table of the quantities of all records, with 95 % half widths due to reading and sensor mounting [dB]."""
     rows = []
     for place, one in enumerate(rig_records()):
         alone = read.totals(one.healthy)
@@ -158,9 +158,9 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
 
 
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
-    """Add model value, error and validation uncertainty U [dB] to the rig's rows.
+    """Add model value, error and validation uncertainty U [dB] to the rows `rig`, from the levels `found` by case.
 
-    If a level is not present in the record, the error is the excess of the model over the level that would be present.
+    If a level is not present in the record, the error is the model's excess over the least level that would be present.
     """
     names, cases = list(rig.record + " " + rig.quantity), found.set_index("inputs")
     nominal, finer = (cases.loc[case, names].to_numpy(float) for case in (NOMINAL, FINER))

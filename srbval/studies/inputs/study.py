@@ -3,11 +3,11 @@
 All inputs of a scene are drawn together; all records share the draws, so that common effects cancel in the difference
 between two records. The spread is u_input of ASME V&V 20. Each input is also varied alone. The verdicts on the cage
 ratio use draws at every record's speed, the uncertainty of other quantities draws at `NOMINAL_RPM`. The runs are
-converged and do not depend on their start.
+converged and do not depend on their initial state.
 
-Simulated rigs give the power of the verdicts. A simulated rig has the registered records with their uncertainties. Its
-true cage ratios are the ratios of the scene `rig` at one random draw, unknown to the verdict, times a planted error of
-one endpoint. The samples of the records are not simulated.
+The power of the verdicts is determined on simulated rigs. A simulated rig has the registered records with their
+uncertainties. Its true cage ratios are the ratios of the scene `rig` at one random draw, unknown to the verdict, times
+a planted error of one endpoint. Signals are not simulated.
 """
 
 import math
@@ -55,7 +55,7 @@ PLANTED_PCT, SEED = (0.0, 0.05, 0.1, 0.2), 36
 
 
 def records(states: Sequence[Fault]) -> list[Row]:
-    """State and mean speed of the rig's published records of `states`."""
+    """State and mean speed of the rig's published records with one of `states`."""
     return [
         {"state": mean.state.value, "nominal_rpm": mean.nominal_rpm, "shaft_rpm": mean.mean_rpm}
         for mean in published_speeds().means
@@ -64,7 +64,7 @@ def records(states: Sequence[Fault]) -> list[Row]:
 
 
 def drawn_scene(case: Case) -> Drawn:
-    """Scene of a case at the record's speed and the `shares` of its inputs, and the envelope band [Hz]."""
+    """Scene of a case at its speed, with its inputs at `shares` (cumulative probabilities), and envelope band [Hz]."""
     rpm, state, shares = case["shaft_rpm"], Fault(case["state"]), case["shares"]
     if case["scene"] == "rig":
         listed, own = rig_inputs(), {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm"}
@@ -80,7 +80,7 @@ def drawn_scene(case: Case) -> Drawn:
 
 
 def scene_of(case: Case) -> Scene:
-    """Scene of a case; a finer case has half the step, and twice the points on a circle or more slices of a roller."""
+    """Scene of a case; if `finer`, with half the step and twice the contact points per circle or more roller slices."""
     scene = drawn_scene(case)[0]
     if not case["finer"]:
         return scene
@@ -110,9 +110,10 @@ def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **
 
 
 def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
-    """Cage ratios of a scene for all records: nominal, finer, each input alone, and at the draws `at` [draws, inputs].
+    """Cage ratios for all records: with nominal inputs, a finer step, each input varied alone, and all drawn.
 
-    Input values at which a run fails are left out and counted. Raises `NumericsError` if a nominal run fails.
+    `at`, shape [draws, inputs], contains shares of the inputs' ranges. Input values at which a run fails are left out
+    and counted. Raises `NumericsError` if a nominal run fails.
     """
     of_scene = [(one.key, one.shares) for one in rig_inputs()]
     of_scene = of_scene if name == "rig" else [(one.name, one.shares) for one in open_inputs()[: len(at[0])]]
@@ -180,7 +181,7 @@ def variance_share(shares: FloatArray, values: FloatArray) -> float:
 def power(
     variant: Mapping[str, Any], readings: Sequence[CageReading], *, rigs: int, progress: Progress = silent
 ) -> Iterator[Row]:
-    """Share of each verdict on `rigs` simulated rigs, with a row for every endpoint and planted error."""
+    """Share of each verdict on `rigs` simulated rigs, a row for each endpoint (compared ratio) and planted error."""
     drawn_ratios = np.array([one["drawn"] for one in variant["records"]])
     truth = np.array([of_model(variant, [one], np.ones(1)) @ drawn_ratios for one in readings])
     known = list(endpoints(readings, cage_means(readings)))
@@ -199,7 +200,7 @@ def power(
 
 
 def read_again(readings: Sequence[CageReading], ratios: FloatArray, rng: np.random.Generator) -> list[CageReading]:
-    """Simulate readings of records with these true ratios, with scatter between records and reading errors."""
+    """Simulate readings of records from true cage `ratios`, with scatter between records and reading errors."""
     scattered = ratios * (1 + STUDY.between_pct / 100 * rng.standard_normal(ratios.size))
     read = scattered + rng.multivariate_normal(np.zeros(ratios.size), covariance(readings))
     return [replace(one, ratio=ratio) for one, ratio in zip(readings, read.tolist(), strict=True)]

@@ -35,7 +35,7 @@ SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """Bundled scene with its `reference` model and the measured models; `finest` changes the scene of the reference."""
+    """Bundled scene with its `reference` model and the measured models; `finest`: settings of the reference."""
 
     reference: str
     models: tuple[str, ...]
@@ -55,7 +55,7 @@ SCENES_PER_POINT = sum(len(base.fits) * len(base.kinds) for base in BASES.values
 
 
 def cases(points: int, seed: int) -> pd.DataFrame:
-    """Rows for every base, roller fit, random point and model that runs the scene; the reference comes first."""
+    """Table of runs: each base scene, roller fit, random point and model that can run it; the reference comes first."""
     rows = []
     for number, (name, fit) in enumerate((name, fit) for name, base in BASES.items() for fit in base.fits):
         base, bearing = BASES[name], load_bearing(load_scene(name).bearing)
@@ -67,7 +67,7 @@ def cases(points: int, seed: int) -> pd.DataFrame:
 
 
 def scene_of(case: Case, kind: Fault) -> Scene:
-    """Scene of a row with a defect of this kind; the reference uses half the step."""
+    """Scene of one case with a defect of this kind; the reference model uses half the step."""
     base, right = BASES[case["base"]], case["model"] == REFERENCE
     step_s = load_scene(case["base"]).solver.step_s
     changes = {
@@ -83,7 +83,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
-    """Answers by defect, and wall time per simulated second [s/s]; a run that does not work has no answers."""
+    """Answers to the questions by defect, and wall time per simulated second [s/s]; failed runs have no answers."""
     runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}
@@ -112,7 +112,7 @@ def errors(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
-    """Summary of each group of errors, with the numbers of `srbval.plan.measured.Bound`.
+    """Summarise the errors in groups by the columns `by`, with the numbers of `srbval.plan.measured.Bound`.
 
     The interval of the median is between order statistics (Conover, Practical Nonparametric Statistics, 1999).
     """
@@ -129,7 +129,7 @@ def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
 
 
 def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
-    """Description of the tables of a base: reference, ranges, models, their pace, and the settings of the scene."""
+    """Describe the errors on a base scene: reference, ranges, models, their time per simulated second, settings."""
     base, own = BASES[name], table[(table.base == name) & (table.model != REFERENCE)]
     return {
         "reference": base.reference,
@@ -142,7 +142,7 @@ def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
 
 
 def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Summarise the errors by base, question and model; `enough` if the largest is within the usual tolerance."""
+    """Summarise errors by base scene, question, model; `enough`: the largest is within the question's tolerance."""
     rows = spread(found, "base", "question", "model")
     for row in rows:
         asked, error = MEANING[Question(row["question"])], row["error_pct"]

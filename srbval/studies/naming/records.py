@@ -1,7 +1,7 @@
 """Registered recordings with a known bearing state, and the bearing from which each was recorded.
 
-Each record is read as stated. A faulty record is also read with the shaft speed changed by +20 % and -10 %, and as a
-record of another bearing; then no part may be named.
+Each record is read with its stated speed and bearing. A faulty record is also read with the shaft speed changed by +20
+% and -10 %, and as a record of another bearing; then no part may be named.
 """
 
 import dataclasses
@@ -30,7 +30,7 @@ SPECIMENS = {  # the bearing within its rig, in the names of the files
 
 @dataclass(frozen=True, kw_only=True)
 class KnownRecord:
-    """Registered record with a known `state`; `specimen` is the bearing within its `rig`."""
+    """Registered record with a known `state`; `specimen` names the tested bearing of its `rig`."""
 
     entry: RegisteredRecording
     state: Fault
@@ -38,7 +38,7 @@ class KnownRecord:
     specimen: str
 
     def load(self) -> tuple[Recording, Bearing]:
-        """Load the record without its state, with the channel of its entry only if one is given; and its bearing."""
+        """Load the record without its state, and its bearing; if the entry names a channel, only this channel."""
         recording = dataclasses.replace(load_entry(self.entry), state=None)
         channel = self.entry.settings and self.entry.settings.channel
         if channel:

@@ -2,8 +2,8 @@
 
 No method uses the state in the record's name or data set. Methods: "record alone" is the verdict of `analyse`; "one
 machine" is the verdict on all records of a bearing; "another speed or bearing" counts faulty records read with a wrong
-speed or bearing. With ``--graded`` the benchmark of Smith & Randall is named too, beside the answers of a public tool
-(``graded.csv``).
+speed or bearing. With ``--graded`` the benchmark of Smith & Randall is diagnosed too, beside the answers of a public
+tool (``graded.csv``).
 """
 
 import csv
@@ -36,7 +36,7 @@ ALONE, MACHINE, OTHERWISE = "record alone", "one machine", "another speed or bea
 
 
 def see(record: KnownRecord) -> Row:
-    """Diagnose a record: probabilities, the part named, and the parts named with a wrong speed or bearing."""
+    """Diagnose a record: probabilities, the faulty part named, and the parts named with a wrong speed or bearing."""
     recording, bearing = record.load()
     analysis = analyse(recording, bearing=bearing)
     verdict = fault_verdict(analysis, all_channels=True)
@@ -57,7 +57,7 @@ def see(record: KnownRecord) -> Row:
 
 
 def call_machines(rows: Sequence[Row]) -> None:
-    """Add to each row the part named from all records of its bearing."""
+    """Add to each record's row the faulty part that is named from all records of its bearing."""
     bearings = [(one["rig"], one["specimen"], one["state"]) for one in rows]
     for row, bearing in zip(rows, bearings, strict=True):
         own = [one["log_likelihood"] for one, of in zip(rows, bearings, strict=True) if of == bearing]
@@ -115,7 +115,7 @@ def public_outcome(state: Fault, line: str) -> str:
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
-    """Name the records of the benchmark; returns counts by grade and part. `DataError` if no record is in `folders`."""
+    """Diagnose the benchmark's records; returns counts by grade and part. `DataError` if `folders` contain none."""
     with GRADED.open(encoding="utf-8") as file:
         listed = list(csv.DictReader(line for line in file if not line.startswith("#")))
     stated = {row["sha256"]: row for row in listed}
@@ -148,7 +148,7 @@ def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Name all records; raises `DataError` if no record with a known state is registered."""
+    """Diagnose all registered records with a known state; raises `DataError` if there is none."""
     records = known_records(listing().recordings)
     if not records:
         raise DataError(

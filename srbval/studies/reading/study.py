@@ -1,8 +1,8 @@
 """Accuracy of line frequencies, and false findings on records without a fault.
 
-On combs in noise: frequency error relative to the Cramer-Rao bound, and coverage of the stated 95 % interval. On
-records without a fault: faults named, and the ranks of lines at meaningless orders among placebos, which must be
-uniform.
+On combs (a line with harmonics) in noise: frequency error relative to the Cramer-Rao bound, and coverage of the stated
+95 % interval. On records without a fault: number of faults named, and the ranks of lines at meaningless orders among
+placebos, which must be uniform.
 """
 
 import dataclasses
@@ -43,7 +43,7 @@ LEVEL, CHANCES = 0.01, {"noise": "noise_false_alarm", "rank": "placebo_false_ala
 
 
 def accuracy(seconds: float, snr_db: float, jitter: float, combs: int = COMBS) -> Row:
-    """Accuracy of the frequency in `combs` combs of one cell.
+    """Accuracy of the frequency read in `combs` random combs of one length, noise level and jitter.
 
     All values but `detected` refer to detected lines, since only these have a stated frequency. The Cramer-Rao bound
     includes noise alone. `ci95_over_error` is the median half width over 1.96 root-mean-square errors.
@@ -81,10 +81,10 @@ def placebos(analysis: Analysis, count: int, seed: int) -> Iterator[Line]:
 
 
 def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
-    """Count faults named on records without a fault, and summarise the lines of `count` placebos for each record.
+    """Count faults named on records without a fault; test false alarms at the orders of `count` fictitious bearings.
 
-    `distance` is the Kolmogorov-Smirnov distance of the ranks from a uniform distribution; ``X_below`` are shares below
-    `LEVEL`.
+    `distance` is the Kolmogorov-Smirnov distance of the ranks from a uniform distribution; ``X_below`` are shares of
+    false-alarm probabilities below `LEVEL`.
     """
     from scipy.stats import kstest
 
@@ -102,7 +102,7 @@ def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
 
 
 def background(name: str, count: int = RECORDS) -> Row:
-    """Results on `count` records of one kind of background, read as records of a ball bearing."""
+    """False findings on `count` synthetic records of the background `name`, read as records of a ball bearing."""
     speed = ShaftSpeed(value_hz=records.MACHINE_HZ, ci95_hz=5e-4 * records.MACHINE_HZ, source=SpeedSource.STATED)
     stated: dict[str, Any] = {"fs_hz": records.RATE_HZ, "unit": "m/s2", "channel": "x", "speed": speed}
     read = []
@@ -114,7 +114,7 @@ def background(name: str, count: int = RECORDS) -> Row:
 
 
 def healthy(name: str) -> Row:
-    """Results on a healthy record of the rig."""
+    """False findings on a healthy record of the rig."""
     recording = load_recording(shipped_folder("data_manifest/rig_excerpts") / f"{name}.h5")
     return without_fault(name, [analyse(recording, bearing="skf-22240")], HEALTHY_PLACEBOS)
 

@@ -21,7 +21,7 @@ MIN_DRAWN_ERROR = 1e-6  # smaller errors are drawn at this value
 
 
 def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> PanelData:
-    """Draw errors over cost by scene, for each solver or `series`; hollow if not ok, a ring for the default solver."""
+    """Draw errors over CPU time by scene and solver; hollow marks for failed runs, a ring for the default solver."""
     runs = runs.assign(series=runs.get("series", runs["solver"]), line_pct=100 * runs["cage_error"].astype(float))
     runs = runs.assign(level_db=runs["band_rms_error_db"].astype(float).abs()).astype({COST: float})
     scenes = [scene for scene in CHART_SCENES if scene in set(runs["scene"])] or list(runs["scene"].unique())
@@ -43,7 +43,7 @@ def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s)
 
 
 def _draw_errors(axes: Any, runs: pd.DataFrame, error: str, looks: Mapping[str, tuple[str, str]]) -> None:
-    """Draw one error of a scene's runs over their cost; runs without values are listed at the right."""
+    """Draw one error of a scene's runs over their CPU time; runs without values are listed at the right."""
     known = runs[COST].notna() & (runs["level_db"].notna())
     for series, line in runs[known].groupby("series", sort=False):
         (mark, colour), height = looks[str(series)], line[error].clip(lower=MIN_DRAWN_ERROR)
@@ -67,7 +67,7 @@ def front_of(runs: pd.DataFrame, error: str) -> pd.DataFrame:
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
-    """The chart, and the rows of the default and of the paper's solver."""
+    """Build the page: chart of all runs, and table of the default and of the paper's solver."""
     numbers = (COST, "cage_error", "band_rms_error_db")
     runs, paper = pd.DataFrame(content["runs"]).astype(dict.fromkeys(numbers, float)), content["paper"]
     own = [row["own_cage_error"] for row in content["reference"].values() if row["own_cage_error"] is not None]

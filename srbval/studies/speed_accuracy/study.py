@@ -33,7 +33,7 @@ Row = dict[str, Any]
 class Settings:
     """Steps and simulated seconds of the timed runs (each repeated `repeats` times) and of the runs compared.
 
-    `steps_per_s` and `converged`, the finest, are step rates and multiples of the output rate.
+    `steps_per_s`, and `converged` for the reference runs, are steps per second, multiples of the output rate.
     """
 
     steps_per_s: tuple[int, ...] = (40960, 61440, 122880)
@@ -57,7 +57,7 @@ def run_bench(
 ) -> Row:
     """Time `solvers` on `scenes` one run at a time, then compare each run with the converged run of its scene.
 
-    Timing needs an otherwise idle machine. A failed run is a row with its status. Raises `ConfigurationError` for an
+    Timing needs an otherwise idle machine. A failed run is listed with its status. Raises `ConfigurationError` for an
     unknown scene or solver.
     """
     check_names(scenes, solvers)
@@ -94,7 +94,7 @@ def _scene(case: Case, seconds: float, settle_s: float) -> Scene:
 
 
 def seconds_planned(cases: pd.DataFrame, settings: Settings, jobs: int | None) -> float:
-    """Expected wall time of `cases` [s] without compiling."""
+    """Expected wall time of all runs in `cases` [s], without compiling."""
     compared_s = (settings.compared_s + settings.settle_s + CHECK_S) / (jobs or usable_cores())
     timed_s = settings.timed_s * 1.25 * (settings.repeats + 1 if settings.repeats else 0)
     total = 0.0
@@ -116,7 +116,7 @@ def cost(_: Case, *tries: Attempt) -> Row:
 
 
 def measures(_: Case, tried: Attempt) -> Row:
-    """Quantities of a complete run; None for an incomplete run."""
+    """Cage ratio, noise floor and band RMS of a complete run; None for an incomplete run."""
     found: Row = {"model": tried.scene.model, "dt_s": tried.scene.solver.step_s}
     names = ("cage_ratio", "noise_floor", "band_rms_m_s2")
     if tried.run is None or not tried.measurable:
@@ -126,13 +126,13 @@ def measures(_: Case, tried: Attempt) -> Row:
 
 
 def reference(case: Case, fine: Attempt, coarse: Attempt) -> Row:
-    """Quantities of the converged run; `own_` errors are differences of the run at twice its step."""
+    """Quantities of the converged run `fine`; its ``own_`` errors are differences of `coarse`, at twice the step."""
     found, other = measures(case, fine), measures(case, coarse)
     return found | {f"own_{name}": value for name, value in errors(other, found).items()}
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Relative errors of cage speed and band RMS, absolute, and of the RMS in dB; None if a value is missing."""
+    """Absolute relative errors of cage speed and band RMS, and RMS error [dB]; None if a value is missing."""
     cage, band = (
         own[name] / right[name] if own[name] and right[name] else None for name in ("cage_ratio", "band_rms_m_s2")
     )
@@ -144,7 +144,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
-    """Add errors, `ok` and `mark` to a row; `reference_limited` if the converged run's own cage error is larger."""
+    """Add errors, `ok` and `mark` to a run; `reference_limited`: the converged run's own cage-speed error is larger."""
     found, own = errors(row, right), right["own_cage_error"]
     default = load_scene(base_of(row["scene"])).solver
     marks = {"the default": (default.name, default.step_s), "the paper's": (PAPER.solver, PAPER.step_s)}
@@ -157,7 +157,7 @@ def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
 
 
 def with_fronts(rows: Sequence[Row]) -> list[Row]:
-    """Add `pareto` to the rows: no other working run of the scene has at most its CPU time and its cage-speed error."""
+    """Add `pareto` to the runs: true if no working run of the scene beats it in CPU time and cage-speed error."""
     keys = ("cpu_per_simulated_s", "cage_error")
     good = [row for row in rows if row["ok"] and all(row[key] is not None for key in keys)]
 
@@ -169,7 +169,7 @@ def with_fronts(rows: Sequence[Row]) -> list[Row]:
 
 
 def answer_text(result: Mapping[str, Any]) -> str:
-    """Text with Pareto fronts, the default and the paper's runs, the paper's cost and the number of working runs."""
+    """Text of the result: runs on Pareto fronts, default and paper's runs, paper's cost, number of working runs."""
     runs, paper = result["runs"], result["paper"]
     shown = [row for row in runs if row["pareto"] or row["mark"]]
     columns = {"scene": "scene", "solver": "solver", "1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s",

@@ -1,7 +1,7 @@
-"""Test of the paper's two claims about its time integration, by counting cells of the stability study.
+"""Test of the paper's two claims about its time integration, by counting stable runs of the stability study.
 
-Counted are cells of the paper's scenes at the paper's step. The result of a claim contains its quotation, `borne_out`
-(None if the cells do not cover it), the counts, and the `answer` as a sentence.
+A cell is a run of one scene, solver, speed and step. Only cells of the paper's scenes at the paper's step are counted.
+The result of a claim contains its quotation, `borne_out` (None if the cells do not cover it), counts, and `answer`.
 """
 
 import math
@@ -16,7 +16,7 @@ VERDICT = {True: "Borne out", False: "Not borne out", None: "Not covered"}
 
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
-    """Test both claims on `cells`."""
+    """Test the paper's claims on the lowest order and on the speed limit by `cells`, runs of the stability study."""
     own = [
         cell for cell in cells
         if cell["model"] == "full" and math.isclose(cell["dt_s"], PAPER.step_s, rel_tol=1e-6)
@@ -25,7 +25,7 @@ def claims(cells: Cells) -> list[dict[str, Any]]:
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:
-    """Test the claim on the lowest order; `stable` lists explicit methods that are stable up to the speed limit."""
+    """Test the claim that no order below the paper's is stable; `stable` lists methods stable up to the speed limit."""
     slow = [cell for cell in cells if cell["rpm"] <= PAPER.limit_rpm]
     counts = {
         name: count([cell for cell in slow if cell["solver"] == name])
@@ -46,7 +46,7 @@ def _lowest_order(cells: Cells) -> dict[str, Any]:
 
 
 def _above_limit(cells: Cells) -> dict[str, Any]:
-    """Test the claim on the speed limit: a cell fails at every speed above the limit, and none up to it."""
+    """Test the claim on the speed limit: runs fail at every speed above the limit, and none fails up to it."""
     own = [cell for cell in cells if cell["solver"] == PAPER.solver]
     below, above = ([c for c in own if (c["rpm"] > PAPER.limit_rpm) is fast] for fast in (False, True))
     failing = sorted({cell["rpm"] for cell in above if not cell["stable"]})
@@ -62,7 +62,7 @@ def _above_limit(cells: Cells) -> dict[str, Any]:
 
 
 def count(cells: Cells) -> tuple[int, int]:
-    """Number of stable cells, and of all cells."""
+    """Number of stable runs, and of all runs."""
     return sum(bool(cell["stable"]) for cell in cells), len(cells)
 
 

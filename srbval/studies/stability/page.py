@@ -22,7 +22,7 @@ RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # in the tile: speed of the paper
 
 
 def chart(limits: pd.DataFrame) -> PanelData:
-    """Draw the largest stable step over speed by scene, for each solver or `series`; dashed: without friction."""
+    """Draw the largest stable step over speed by scene and solver; dashed: predicted limit without friction."""
     figure, names = new_figure(SIZE_INCHES), list(limits["scene"].unique())
     limits = limits.assign(series=limits.get("series", limits["solver"])).astype(dict.fromkeys(LIMITS, float))
     looks = dict(zip(limits["series"].unique(), cycle(SERIES), strict=False))

@@ -33,7 +33,7 @@ Row = dict[str, Any]
 
 
 def scene_of(case: Case) -> Scene:
-    """Scene of a cell; its duration depends on the speed alone."""
+    """Scene of a case (scene, solver, speed and step); its duration depends on the speed alone."""
     scene = bench_scene(
         case["scene"], solver=str(case["solver"]), step_s=1 / case["steps_per_s"], rpm=float(case["rpm"])
     )
@@ -41,7 +41,7 @@ def scene_of(case: Case) -> Scene:
 
 
 def measure(_: Case, own: Attempt) -> Row:
-    """Quantities of a cell; `points_per_step` is the number of inner-race points that pass a roller in one step."""
+    """Quantities of a run; `points_per_step` is the number of inner-race points that pass a roller in one step."""
     scene, bearing = own.scene, load_bearing(own.scene.bearing)
     passing_hz = bearing.orders.at(scene.shaft_hz).bpfi_hz / bearing.rolling_elements
     return {
@@ -64,7 +64,7 @@ def run_stability(
 ) -> Row:
     """Find and predict the largest stable step of every scene, solver and speed, and test the paper's claims.
 
-    A cell is stable if its run works (see `srbval.models.run.works`); the step error is estimated in every run. `how`:
+    A step is stable if the run works (see `srbval.models.run.works`); the step error is estimated in every run. `how`:
     `jobs` and `progress`. Raises `ConfigurationError` for an unknown scene or solver.
     """
     groups, steps = (
@@ -89,7 +89,7 @@ def run_stability(
 
 
 def predictions(groups: pd.DataFrame, **how: Any) -> pd.DataFrame:
-    """Predicted stability limits of every row: of the linearised system, and of its elastic part without friction."""
+    """Predict the largest stable steps [s]: of the linearised system, and of its elastic part without friction."""
     solvers = list(groups["solver"].unique())
     scenes = {
         (row["scene"], row["rpm"]): scene_of(row | {"steps_per_s": STEPS_PER_S[0]})
