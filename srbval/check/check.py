@@ -135,7 +135,7 @@ def _analyse_shipped() -> tuple[Analysis, ...]:
 
 
 def _probe_reading() -> ProbeOutputs:
-    """Probe the lines in every shipped recording; undetected lines are skipped, as their fit depends on rounding."""
+    """Probe the lines in every shipped recording; the fit of undetected lines, sensitive to rounding, is left out."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         record = analysis.recording.name
@@ -150,7 +150,7 @@ def _probe_reading() -> ProbeOutputs:
 
 
 def _probe_diagnosis() -> ProbeOutputs:
-    """Probe the diagnosis: class and probabilities of every shipped recording."""
+    """Probe the diagnosis: bearing state and probabilities for every shipped recording."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         made = diagnose(analysis)
@@ -160,7 +160,7 @@ def _probe_diagnosis() -> ProbeOutputs:
 
 
 def _probe_path() -> ProbeOutputs:
-    """Probe amplitudes of the shipped recordings, and the path identified from a recording and a run."""
+    """Probe amplitudes of the shipped recordings, and the transmission path identified from one of them."""
     bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
     for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state

@@ -113,7 +113,7 @@ class ProgressDisplay:
         self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", passing=True)
 
     def _write(self, line: str, *, passing: bool = False) -> None:
-        """Write a line; on a terminal, the next line overwrites it if it is `passing`."""
+        """Write a line; on a terminal, the next line overwrites a `passing` line."""
         self._written_at, end = time.monotonic(), "\n"
         if self._terminal:
             before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if passing else line

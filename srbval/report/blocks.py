@@ -59,9 +59,9 @@ class TableColumn:
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """Cell of a table: a value, its 95 % half width `ci95`, its source, its judgement, and a remark printed below it.
+    """Cell of a table: a value with its 95 % interval (± `ci95`), source, judgement, and a remark printed below it.
 
-    A value that is None or not finite is printed as a dash. It is rounded to the second significant digit of `ci95`.
+    A value that is None or not finite is printed as a dash, others rounded to the second significant digit of `ci95`.
     """
 
     value: CellValue

@@ -29,7 +29,7 @@ _ITEM_START = re.compile(r"^- ", re.MULTILINE)
 
 
 class Prose:
-    """Texts of one section, from a file of the package named `package`."""
+    """Texts of one section from a Markdown file of a package, such as ``texts.md`` of a study."""
 
     def __init__(self, package: str, file: str = "texts.md") -> None:
         self._package, self._file = package, file

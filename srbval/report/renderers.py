@@ -80,7 +80,7 @@ def render_pdf(report: Report, folder: Path) -> bytes:
     """Typeset a report, whose pictures are in ``folder/figures``, as a PDF; equal reports give equal bytes.
 
     Text is passed as JSON data, so that nothing in it can be executed. Raises `ConfigurationError` if typst is missing,
-    and typst's own error (a bug here) if the document does not compile.
+    and typst's own error, a sign of a bug in srbval, if the document does not compile.
     """
     content: bytes = require_typst().compile(
         _template("report.typ").encode("utf-8"),
@@ -116,7 +116,7 @@ def _known_characters() -> frozenset[int]:
 
 
 def _displayable(value: Any) -> Any:
-    """Replace characters without a glyph in every string, and let long words break, sooner in table cells."""
+    """Replace characters without a glyph in all strings, and allow line breaks inside long words."""
     if isinstance(value, dict):
         shown = {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
         for key in ("text", "note") if "number" in value else ():  # a cell, such as a file's name

@@ -84,9 +84,8 @@ def report(
 ) -> dict[str, Path]:
     """Write a report on recordings (files, folders, recordings, runs) into `folder`; return its files by format.
 
-    Without recordings, the main report is written (see `make_report`). `options` are `model` and the fields of a
-    `RecordRequest` and of `RecordingSettings`, such as `healthy`, `bearing`, `band_hz`, `rpm`. ``pdf`` is a further
-    format.
+    Without recordings, the main report is written (see `make_report`). `options` are `model` and the fields of
+    `RecordRequest` and `RecordingSettings`, such as `healthy`, `rpm`. `formats` may also contain ``pdf``.
     """
     written: dict[str, Any] = {"formats": formats, "jobs": jobs, "command": "srbval.report", "progress": progress}
     if not sources:
@@ -151,7 +150,8 @@ def trend(
 ) -> Trend:
     """Compute the trend of the records of one machine: files, folders, recordings or runs, sorted by time.
 
-    Unreadable files cause a warning. `times`: see `record_times`. `options`: `RecordRequest`, `RecordingSettings`.
+    `times` is explained in `record_times`, `baseline`, `machine_class` and `zones_mm_s` in `trend_of`. `options` are
+    fields of `RecordRequest` and `RecordingSettings`. Files that cannot be read cause a warning.
     """
     requests = requests_for(sources, replace(build_request(options), one_band=True))  # levels are compared
     answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
@@ -174,7 +174,7 @@ def report_case(
     command: str = "srbval validate",
     progress: Progress = silent,
 ) -> tuple[Validation, dict[str, Path]]:
-    """Compare the pairs of a validation case and write its report; return the validation, and the files by format.
+    """Compare the pairs of a validation case, write a report into `folder`; return validation, and files by format.
 
     Raises the errors of `validate`, and `DataError` if the folder cannot be written to; then no file is written.
     """
@@ -198,7 +198,7 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
-    """Draw an analysed record as PNG or SVG, or as an HTML page with its table of lines."""
+    """Draw an analysed record to `path`: by its suffix as PNG, SVG, or an HTML page with a table of the lines."""
     path = Path(path)
     check_plot(path)
     analysis, baseline = reading.analysis, reading.baseline

@@ -23,9 +23,9 @@ def frame_table(
 ) -> ReportTable:
     """Make a table with one row for each row of `frame`, a pandas frame or a list of mappings with the same keys.
 
-    `columns` gives the columns in order, as (title, unit, format), the last two optional. The
-    columns ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note`` of the frame give the 95 % half width, the source, the
-    judgement and the remark of each value in the column ``X``. Raises KeyError if the frame lacks a column.
+    `columns` maps names of the frame's columns to (title, unit, format), the last two optional. The frame's columns
+    ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note`` give the 95 % half width, the source, the judgement and the
+    remark of each value in the column ``X``. Raises KeyError if the frame lacks a column.
     """
     import pandas as pd
 

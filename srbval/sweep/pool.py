@@ -62,7 +62,7 @@ def side_by_side(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
-    """Call `run` for each scene in parallel, the most expensive scene first; returns the results by key.
+    """Call ``run(key, progress)`` for each scene in parallel, the most expensive first; return the results by key.
 
     `jobs` threads run at a time (default: one per usable core); the kernels release the interpreter lock. The progress
     of each run is weighted by its cost. The first exception stops all runs and is raised. Raises `ConfigurationError`

@@ -1,1 +1,1 @@
-"""Figures of the report: functions from plain arrays to a picture and a CSV file with the plotted data."""
+"""Figures of the report: functions that draw arrays as a picture, with the plotted data in a CSV file."""

@@ -38,7 +38,7 @@ Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a nam
 
 
 def picture_bytes(figure: Any, suffix: str) -> bytes:
-    """Return a figure as PNG, or as a small SVG: coordinates in hundredths of a point, unused ids removed."""
+    """Return a figure as SVG (coordinates rounded, unused ids removed) if `suffix` is ``.svg``, otherwise as PNG."""
     buffer = io.BytesIO()
     if suffix != ".svg":
         figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
@@ -110,10 +110,10 @@ def figure_style() -> Iterator[None]:
 
 
 def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
-    """Decorate a function that draws a figure: it returns a `Drawing`, which writes ``name.svg`` and ``name.csv``.
+    """Decorator: the drawing function then returns a `Drawing`, which writes ``name.svg`` and ``name.csv`` to a folder.
 
-    The function itself returns the figure and the plotted columns, written with six significant digits. Both files are
-    cached, and drawn again only if the arguments, the sources or the libraries have changed.
+    Without the decorator the function returns the figure and the columns of the CSV file. Both files are cached, and
+    drawn again only if the arguments, the sources or the libraries have changed.
     """
     store = ContentStore(kind="figure", computed_by=draw.__module__)
 

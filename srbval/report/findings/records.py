@@ -214,7 +214,7 @@ def envelope_scalogram(shown: RecordView) -> Scalogram:
 
 
 def power_share_near_line(image: Scalogram, line_hz: float) -> float:
-    """Compute the share of a scalogram's power within a sixth of an octave of a line, 0 if it lies outside."""
+    """Compute the share of a scalogram's power within 1/6 octave of a line; 0 if the line is outside the image."""
     power = (np.asarray(image.amplitude) ** 2).mean(axis=1)
     frequency = np.asarray(image.frequency_hz)
     near = (frequency >= line_hz / BAND_EDGE_FACTOR) & (frequency <= line_hz * BAND_EDGE_FACTOR)

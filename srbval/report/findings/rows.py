@@ -1,4 +1,4 @@
-"""Rows of ``report.json`` that follow from the findings: comparisons, Table 6, sum rule, cage ratios."""
+"""Rows of ``report.json`` that follow from the findings: comparisons, Table 6, sums BPFO + BPFI, cage ratios."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -158,7 +158,7 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
 
 
 def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
-    """Select compared quantities of records whose fault line is detected, but not the frequency of this line.
+    """Select the comparisons of records with a detected fault line, except those of the line's frequency.
 
     The cage ratio contains the same information; its errors may be averaged over both races, those of lines may not.
     """

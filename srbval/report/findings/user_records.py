@@ -100,8 +100,8 @@ def gather_user_records(
     """Analyse recordings of one bearing; compare each with the given healthy record or the registered one of its rig.
 
     Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, the model
-    is compared with each measured record of a bearing with known dimensions. If none can be
-    analysed, an error with the reasons is raised.
+    is compared with each measured record of a bearing with known dimensions. If no
+    recording can be analysed, an error with the reasons is raised.
     """
     if not requests:
         raise ConfigurationError("no recording is given: name at least one file.")

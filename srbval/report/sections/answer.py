@@ -141,7 +141,7 @@ def shaft_sentence(sums: Iterable[ReportRow], inner: ReportRow) -> str:
 
 
 def speed_tile(runs: Iterable[ReportRow]) -> Callout:
-    """Compare the cost of a simulated second on this machine with the paper's cost."""
+    """Compare the computing time of a simulated second on this machine with that stated in the paper."""
     run = next(one for one in runs if one["id"] == "paper-outer")
     words = {"steps_per_s": 1 / run["step_s"], "paper_s": PAPER.wall_s / PAPER.simulated_s, "paper": PAPER}
     return ANSWER_TEXTS.callout("speed-tile", tone=Tone.NEUTRAL, **run, **words)
@@ -163,7 +163,7 @@ def _strip(findings: Findings) -> Any:
 
 
 def stored_sentence(results: Iterable[StoredResult]) -> str:
-    """List the stored results, grouped by day and machine of their computation."""
+    """List the stored results by the day and the machine on which they were computed."""
     groups: dict[str, list[str]] = {}
     for one in results:
         where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
@@ -174,7 +174,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """State which of the rig's records were used for fitting, unknown before the comparison, or known."""
+    """State which rig records were used for fitting, which were unknown before the comparison, and how many known."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -38,7 +38,7 @@ MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
 
 
 def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]], *, command: str) -> Report:
-    """Build the report of a validation; `grids` are the figures by pair number, `command` the printed command."""
+    """Build the report of a validation; `grids` are figures by pair number, `command` is printed to repeat it."""
     case, table = result.case, result.table
     origin = {"command": command, **provenance((), ())}
     bias = _table_section("bias", [row for row in result.bias if row["records"] > 1])
@@ -155,7 +155,7 @@ def _signal_rows(pairs: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
 
 
 def limits_of(result: Validation) -> Iterator[str]:
-    """List the limits of the report of this case, each with its reason."""
+    """List the limitations of a validation, each with its reason."""
     pairs, verdicts = result.pairs.to_dict("records"), result.verdicts
     if Verdict.INSUFFICIENT in verdicts:
         yield CASE_TEXTS.text("insufficient", count=verdicts[Verdict.INSUFFICIENT])

@@ -106,7 +106,7 @@ def figure_sentence(pictures: Iterable[ReportRow], number: str) -> str:
 
 
 def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> str:
-    """State whether model and rig are alike, by the number whose difference is largest relative to its limit."""
+    """State whether model and rig are alike, judged by the quantity with the largest ratio of difference to limit."""
     rows = [one for one in pictures if (one["kind"], one["state"]) == (kind, state)]
     found = max(rows, key=lambda one: abs(one["model"] - one["rig"]) / one["limit"], default=None)
     if found is None:
@@ -116,7 +116,7 @@ def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> s
 
 
 def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
-    """State whether the line `what` is weaker in the model than in the rig; texts of this line start with `name`."""
+    """State whether the line `what` is weaker in the model than in the rig; `name` selects the text for this line."""
     row = next((one for one in pictures if one["what"] == what), None)
     if row is None:
         return FIGURE_TEXTS.text(f"{name}-unread")

@@ -61,7 +61,7 @@ def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
 
 
 def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
-    """Draw waveforms, spectra and scalograms of model and rig into `folder`; a missing side has no panel."""
+    """Draw waveform, spectrum and scalogram of model and rig into `folder`; if one is missing, only of the other."""
     state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
     views = [record_view(analysis, window_s=middle_window(analysis)) for analysis in analyses]
     images, spectra = [envelope_scalogram(view) for view in views], _spectra(views, state)

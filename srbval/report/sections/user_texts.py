@@ -57,7 +57,7 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
 
 
 def unseen_reason(line: Line, **limits: float) -> str:
-    """State why a line is not detected; `limits` are the envelope's highest frequency `reach_hz`, and `least_snr`."""
+    """State why a line is not detected; `limits` are the highest usable frequency `reach_hz` and `least_snr`."""
     why = line.not_detected or NotDetected.OWN
     name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
     if why is NotDetected.HIDDEN and line.snr:
@@ -79,7 +79,7 @@ def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
 
 
 def limit_items(records: Sequence[UserRecord]) -> Iterator[str]:
-    """List the limits of the report that apply to these records."""
+    """List the limitations of the report on these records."""
     yield from USER_TEXTS.items("limits")
     if not any(record.baseline for record in records):
         yield USER_TEXTS.text("no-healthy")
