@@ -15,7 +15,7 @@ _HOMES: dict[str, tuple[str, str]] = {}
 
 
 def _homes() -> dict[str, tuple[str, str]]:
-    """Map each public name to its module and its name there, as the stub ``__init__.pyi`` imports it; read once."""
+    """Map each public name of srbval to its module and its name in the module; read once from ``__init__.pyi``."""
     if not _HOMES:
         import ast
         from pathlib import Path

@@ -50,7 +50,7 @@ class NotebookObject:
     """Base class of objects that a notebook displays as a headline with a table, and that `plot` draws."""
 
     def summary_table(self) -> tuple[str, Mapping[str, Any] | Sequence[Mapping[str, Any]]]:
-        """Headline, and table as values by name or one mapping per row; by default all numbers and texts."""
+        """Headline and table (values by name, or one mapping per row); by default all numerical and text fields."""
         facts = {name: x for name, x in vars(self).items() if isinstance(x, str | float | int) and x == x}
         return repr(self).strip("<>"), facts
 

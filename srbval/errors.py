@@ -47,7 +47,7 @@ class ConfigurationError(SrbvalError):
 
 
 class UnknownNameError(ConfigurationError):
-    """Unknown key, unit or other word; `known` contains the known words unless the message lists them already."""
+    """Error for an unknown key, unit or other word; `known` contains the known words unless the message lists them."""
 
     known: Collection[str] = ()
 
@@ -67,7 +67,7 @@ class DataError(SrbvalError):
 
 
 class NoRecordingError(DataError):
-    """File that is not a recording, such as a licence. An unreadable recording raises `DataError` itself."""
+    """Error for a file that is not a recording, such as a licence; an unreadable recording raises `DataError`."""
 
 
 class NumericsError(SrbvalError):

@@ -46,12 +46,12 @@ class CampaignCase:
 
 
 def plan_cases(campaign: Campaign) -> list[CampaignCase]:
-    """List all cases; a point that gives no valid scene is a case with the reason in `refused`."""
+    """List all cases; a case whose changed inputs give no valid scene contains the reason in `refused`."""
     return [_plan_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 
 def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """Build the scene of a point; its model may still be ``auto``. Raises the errors of reading a scene."""
+    """Build the base scene with the changes `point`, by dotted key; its model may still be ``auto``."""
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
         table = merge(table, nest_value(key, value))
@@ -62,7 +62,7 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Sum time [s on one core] and disk space of the planned cases; cases with the same content count once."""
+    """Count the cases, and sum the time [s on one core] and disk space; cases with the same content are summed once."""
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),
@@ -101,7 +101,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
 
 
 def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Planned and expected wall time [s] of a scene: both measured, or a guess and None if no measurement fits."""
+    """Planned and expected wall time [s] of a scene: equal if measurements give it, otherwise a guess and None."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s

@@ -42,8 +42,8 @@ def run_tasks(
 ) -> Generator[CaseResult]:
     """Run `tasks` by `submit`, at most `MAX_SUBMITTED_CASES` at a time; yields each result when its case has ended.
 
-    `submit` returns a future of `concurrent.futures` or Dask. If no case ends for `CHECK_S` [s], `check` is called. A
-    case whose future raises one of the exceptions `lost` gets the status ``crashed``.
+    `submit` returns a future of `concurrent.futures` or Dask. If no case ends for `WORKER_CHECK_S` [s], `check` is
+    called. A case whose future raises one of the exceptions `lost` gets the status ``crashed``.
     """
     waiting, running, ended = iter(tasks), dict[Any, CaseTask](), SimpleQueue[Any]()
     while True:
@@ -144,7 +144,7 @@ class DaskEngine:
             first = (isinstance(error, AssertionError) and error.__context__) or error
             if isinstance(first, SrbvalError):
                 raise first from None
-            why = "its scheduler is gone" if isinstance(first, CancelledError) else " ".join(str(first).split())
+            why = "its scheduler has ended" if isinstance(first, CancelledError) else " ".join(str(first).split())
             raise DataError(f"{self.name} failed ({type(first).__name__}: {why}).") from None
         finally:
             logging.disable(before)

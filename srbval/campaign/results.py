@@ -1,4 +1,4 @@
-"""Result of a case: its status, its reason, its numbers with units, and its file.
+"""Result of one case of a campaign: status with reason, numbers with units, and file.
 
 A result is one HDF5 file, readable by xarray and named by its content; the same case gives the same bytes on every
 machine. A result with signals is also a run file, which every command accepts that reads runs. Status, reason and
@@ -30,7 +30,7 @@ SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_sha
 
 
 class Output(enum.StrEnum):
-    """Content of a result: numbers (the first two) or numbers and signals (the last two)."""
+    """Requested content of a result: numbers (``summary``, ``statistics``), signals (``acceleration``, ``signals``)."""
 
     SUMMARY = "summary"
     STATISTICS = "statistics"
@@ -77,8 +77,8 @@ SIGNAL_OUTPUTS = frozenset((Output.ACCELERATION, Output.SIGNALS))
 class CaseTask:
     """Everything that a worker needs to run a case.
 
-    `version` is the `code_version` that must run it. `limit_s` limits the wall time [s], None for no limit.
-    `memory_bytes` is the memory that its process is expected to need.
+    `version` is the `code_version` that the worker must have. `limit_s` limits the wall time [s], None for no limit.
+    `memory_bytes` is the memory that the process of the case is expected to need.
     """
 
     key: str
@@ -101,7 +101,7 @@ class CaseResult:
 
     @property
     def usable(self) -> bool:
-        """True if the result describes the vibration of the scene's bearing, so that its numbers may be used."""
+        """True if the simulation was completed and its result describes the bearing's vibration."""
         return self.status in USABLE
 
     @property

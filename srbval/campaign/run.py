@@ -1,6 +1,6 @@
 """Campaign folder: the table of cases, one result file per case, and all results as CSV.
 
-`srbval-campaign.json` contains the campaign and its cases; every run rewrites it. Cases that have a result are skipped,
+`srbval-campaign.json` contains the campaign and its cases; every run rewrites it. Cases that have a result are skipped;
 an engine runs the others. Only the result files record the progress, so a killed campaign loses no finished case.
 """
 
@@ -61,7 +61,7 @@ class CampaignTable:
     def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
         """Data set along ``case``: changed inputs and models as coordinates, status, reason and numbers as variables.
 
-        With `signals` the data set also contains the signals along ``time_s``, and the labels of the scenes; they are
+        With `signals` it also contains signals along ``time_s``, and state, speed, loads and defect size, which are
         NaN for cases that were refused, failed or are inaccurate. Raises `DataError` if sampling rates differ.
         """
         results = read_results(self.folder, self)
@@ -97,7 +97,7 @@ def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
 
 
 def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
-    """Load the signals of the accepted cases along ``case`` and ``time_s``, and the labels of their scenes."""
+    """Load signals of cases with `accepted` keys along ``case`` and ``time_s``, and state, speed, loads and defect."""
     engine, found, rates, labels = require_xarray(), {}, set[float](), dict[str, Any]()
     for case in table.cases:
         if case.key not in accepted:
@@ -115,7 +115,8 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
     if not found:
         raise DataError(f'{table.folder}: no accurate case has signals. Ask for outputs = ["acceleration"].')
     if len(rates) > 1:
-        raise DataError(f"{table.folder}: cases differ in output_rate ({', '.join(f'{hz:g}' for hz in rates)} Hz).")
+        listed = ", ".join(f"{hz:g}" for hz in rates)
+        raise DataError(f"{table.folder}: cases differ in output_rate ({listed} Hz). Load it without signals.")
     joined = engine.concat(found.values(), "case", join="outer", coords=list(labels), compat="equals")
     cases = [case.index for case in table.cases]
     joined = joined.assign_coords(case=list(found), fs_hz=rates.pop())
@@ -212,7 +213,7 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
 
 
 def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
-    """Table row of every case, in their order; the status is ``missing`` if there is no intact result."""
+    """One mapping per case: inputs, model, status, reason, numbers; status ``missing`` if there is no intact result."""
     rows = []
     for case in table.cases:
         result = results.get(case.key) or CaseResult(key=case.key, status=NO_RESULT, reason="run the campaign again")
@@ -310,7 +311,7 @@ def run_campaign(
     engine of `choose_engine` or its name, by default ``local``. `progress` weights the cases of this call by their
     expected cost. `message` is called with a line about each of the first cases that fail.
 
-    Returns the document of ``campaign run``: the number of cases run by this call (`ran`), and `summarise_campaign`.
+    Returns `summarise_campaign` with `engine`, cases run by this call (`ran`), `wall_s` and path of the CSV (`table`).
     Raises `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that
     cannot be written or a disk that is full.
     """

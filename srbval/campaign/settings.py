@@ -34,7 +34,7 @@ Point = dict[str, Any]
 
 
 class Sampling(enum.StrEnum):
-    """Method by which a block of axes generates points."""
+    """Method by which an `Axes` block generates points: from lists of values, complete points, or sampled ranges."""
 
     GRID = "grid"  # every combination of `values`
     ZIP = "zip"  # first elements of all `values`, then second elements, ...
@@ -48,7 +48,7 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 
 @dataclass(frozen=True, kw_only=True)
 class Axes(Limited):
-    """Block of axes. Keys are those of a scene file, as ``"load.radial"`` or as nested tables.
+    """Inputs varied by one method, `kind`. Keys are those of a scene file, as ``"load.radial"`` or as nested tables.
 
     `values`: choices by key; `cases`: complete points; `ranges`: lowest and highest value by key, in one unit.
     """
@@ -69,7 +69,7 @@ class Axes(Limited):
             raise ConfigurationError(f"axes of kind {self.kind.value!r}: it {verb} {', '.join(wrong)}.")
 
     def factors(self, seed: int) -> list[list[Point]]:
-        """Lists of points: each combination of one point per list is a point of this block. `seed` is for sampling."""
+        """Lists of changes; every combination of one element per list is a point. `seed` is for random sampling."""
         if self.kind is Sampling.LIST:
             return [[flatten_point(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):
@@ -104,7 +104,7 @@ class Axes(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Campaign(Limited):
-    """Campaign file. Blocks of `axes` are combined; each point runs `repeats` times with seeds `seed`, `seed` + 1, ...
+    """Campaign file: every combination of points of the `axes` runs `repeats` times with seeds `seed`, `seed` + 1, ...
 
     `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene` changes the base scene `scene_file`,
     a file or the name of a bundled scene. A case may take `limit_factor` times its planned time, but at least
@@ -138,7 +138,7 @@ class Campaign(Limited):
         return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
 
     def points(self) -> Iterator[Point]:
-        """Yield the points of all blocks combined, with the seeds of their repeats; the first block changes slowest."""
+        """Yield the changed inputs of every case: all combinations of `axes`, the first slowest, and all repeats."""
         factors = [factor for number, block in enumerate(self.axes) for factor in block.factors(self.seed + number)]
         count = self.repeats * math.prod(map(len, factors))
         if count > MAX_CASES:
@@ -180,7 +180,7 @@ def merge_points(parts: Iterable[Point]) -> Point:
     found: Point = {}
     for part in parts:
         if twice := sorted(found.keys() & part):
-            raise ConfigurationError(f"axes: {twice[0]!r} is set twice.")
+            raise ConfigurationError(f"axes: {twice[0]!r} is set twice; leave one out.")
         found |= part
     return found
 

@@ -1,8 +1,7 @@
 """Worker process that runs cases, ``python -m srbval.campaign.worker``, and the functions that call it.
 
-Each thread, on this machine or on a Dask worker, has a process for its cases: a case that dies or hangs affects no
-other case. The standard process pools, and the pool of pebble, lose all running cases if a process dies at the wrong
-moment.
+Each thread, here or on a Dask worker, has its own process for cases: a case that dies or hangs affects no other case.
+The standard process pools and pebble's pool lose all running cases if a process dies at the wrong moment.
 """
 
 import contextlib
@@ -49,7 +48,7 @@ def prepare(scene: Scene) -> str:
 
 
 def run_case(task: CaseTask) -> CaseResult:
-    """Run a case unless its result is final, and write the result; every failure but of writing becomes a status."""
+    """Run a case unless it has a final result, and write its result; an error becomes its status, except of writing."""
     if (found := read_intact_result(task.path)) and found.final:
         return found
     run = None
@@ -70,7 +69,7 @@ def run_case(task: CaseTask) -> CaseResult:
 
 
 def handle_request(request: Scene | CaseTask) -> str | CaseResult | DataError:
-    """Compile for a scene, or run a case; an error of writing its result is returned."""
+    """Compile the kernels of a scene, or run a case; returns a `DataError` if the result cannot be written."""
     try:
         return prepare(request) if isinstance(request, Scene) else run_case(request)
     except DataError as error:
@@ -78,12 +77,12 @@ def handle_request(request: Scene | CaseTask) -> str | CaseResult | DataError:
 
 
 def case_process() -> WorkerProcess:
-    """Create a process of one thread that runs cases."""
+    """Create a worker process that runs cases, with numerical libraries limited to one thread."""
     return WorkerProcess(__name__, environment=dict.fromkeys(THREAD_VARIABLES, "1"))
 
 
 def run_isolated(task: CaseTask) -> CaseResult:
-    """Compile the kernels of a case and run it in the process of this thread, up to `ATTEMPTS` times if that dies.
+    """Compile the kernels of a case and run it in this thread's worker process; up to `ATTEMPTS` times if that dies.
 
     Raises `ConfigurationError` if the version of the process's code differs from the task's, `NumericsError` if
     processes die or hang while they compile, and `DataError` if no process can be started, or the campaign folder does

@@ -24,7 +24,7 @@ LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Interrupted(KeyboardInterrupt):
-    """Signal that ends the command; with `-m`, a plain `KeyboardInterrupt` ends Python even if it is caught."""
+    """Raised for a signal that ends the command; a plain `KeyboardInterrupt` ends `python -m` even if it is caught."""
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
@@ -82,7 +82,7 @@ def _run(given: list[str]) -> int:
 
 
 def _failure(error: BaseException, *, resumed: bool) -> tuple[str, int]:
-    """Message and exit code of an error; if `resumed`, the message adds that the same command continues the work."""
+    """Message and exit code of an error; an interruption adds, if `resumed`, that the same command continues."""
     if isinstance(error, KeyboardInterrupt):
         number = error.args[0] if error.args else signal.SIGINT
         by = "" if number == signal.SIGINT else f" by {number.name}"
@@ -126,7 +126,7 @@ def _signals_as_exceptions() -> Iterator[None]:
         raise raised[0]
 
     def again(lost: Any) -> None:
-        """Send the signal again if Python had to ignore its exception, for example in a destructor."""
+        """Send the signal again if Python had to ignore the exception raised for it, for example in a destructor."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             return before(lost)
         handle(end)

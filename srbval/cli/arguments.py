@@ -51,7 +51,7 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def add_command(self, commands: Any, name: str, table: CommandTable, groups: CommandTable) -> None:
-        """Add a command defined by `table`, with its actions, its option `groups`, ``--json`` and ``--export``."""
+        """Add the command `name` to `commands`, with the options and actions of its `table` in ``commands.toml``."""
         example = f"example: {table['example']}" if "example" in table else None
         about = {"help": table["help"], "description": table["help"], "epilog": example}
         added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))
@@ -85,7 +85,7 @@ def command_tables() -> dict[str, Any]:
 
 
 def build_parser() -> Parser:
-    """Build the parser of the whole program."""
+    """Build the argument parser of `srbval` with all commands."""
     purpose = "Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings."
     top = Parser(prog="srbval", description=purpose)
     top.add_argument("--version", action="version", version=f"srbval {__version__}")
@@ -146,7 +146,7 @@ MOST_DB = 200.0
 
 
 def _inline(kind: str) -> Callable[[str], str]:
-    """Argument type for a bearing defined by numbers; returns the text that `load_bearing` reads."""
+    """Argument type for a bearing given by the numbers of `kind` ``elements`` or ``orders``; returns its name."""
 
     def bearing_of(text: str) -> str:
         from srbval.bearing import load_bearing
@@ -179,7 +179,7 @@ def _tolerance(text: str) -> float:
 
 
 def _record(name: str) -> str:
-    """Return the path of a file; a bare name that is not found here may name a recording shipped with srbval."""
+    """Return `name`, or the path of the shipped recording of this name if there is no such file in this folder."""
     if Path(name).exists() or Path(name).name != name:
         return name
     from srbval.recordings.registry import find_shipped  # imports slow modules

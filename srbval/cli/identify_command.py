@@ -1,4 +1,4 @@
-"""Command ``srbval identify``: the transfer path from ring to sensor, from records of a known fault."""
+"""Command ``srbval identify``: identifies the path from outer ring to sensor in records of a known fault."""
 
 import argparse
 import dataclasses
@@ -27,7 +27,7 @@ PATH_COLUMNS = {
 
 
 def run_identify_command(options: argparse.Namespace) -> int:
-    """Identify the transfer path, print it and, with -o, write it to a file for `--sensor-path`."""
+    """Identify the transfer path to the sensor, print it and, with ``-o``, write it to a file for ``--sensor-path``."""
     if options.output:
         check_suffix(Path(options.output), "TOML", (".toml",))
     settings = recording_settings(options)

@@ -162,7 +162,7 @@ def run_completion_command(options: argparse.Namespace) -> int:
 
 
 def actions_of(of: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """Yield all arguments of a parser and of the commands below it."""
+    """Yield all arguments of a parser and of its sub-commands."""
     for action in of._actions:
         yield action
         if isinstance(action, argparse._SubParsersAction):

@@ -1,8 +1,8 @@
 """Machine file: settings shared by all records of one machine.
 
 A TOML file with a `title` and any of these: `bearing` (a known name, a file, or a table as in a bearing file),
-`[set_point]`, `[sensor]`, `[baseline]` and `[limits]`, whose keys are the fields of the classes below. Paths are
-relative to the folder of the file. A setting applies unless the command line contains its option.
+`[set_point]`, `[sensor]`, `[baseline]` and `[limits]`, whose keys are the fields of `SetPoint`, `Sensor`,
+`BaselineRecords` and `MachineLimits`. Paths are relative to the file. A command-line option replaces its setting.
 """
 
 import json
@@ -31,14 +31,14 @@ BELONGS_TO = {  # option on the command line that discards the machine's value
 
 
 def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
-    """Declare a field that sets the option `name`, whose number is in `unit`."""
+    """Declare a machine-file field that sets the command-line option `name`, which takes its number in `unit`."""
     of_quantity = {"dimension": dimension} if dimension else {}
     return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SetPoint(Limited):
-    """Speed [rad/s] and loads [N] of the machine; a speed without a tolerance counts as measured."""
+    """Speed [rad/s] and loads [N] of the machine; a speed without a tolerance is taken as measured."""
 
     speed_rad_s: float | None = _option("rpm", "rpm", "speed", above=0)
     speed_tolerance_pct: float | None = _option("rpm_tolerance", above=0, most=10)
@@ -48,7 +48,7 @@ class SetPoint(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor(Limited):
-    """Channel, sampling rate and unit of the samples, measured or simulated; see `RecordingSettings`."""
+    """Channel, sampling rate, unit, tacho and origin of the samples in a record; see `RecordingSettings`."""
 
     channel: str | None = None
     rate_hz: float | None = _option("fs", "Hz", "frequency", above=0)
@@ -67,7 +67,7 @@ class Sensor(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineRecords(Limited):
-    """Healthy record for comparison and its scale; `records` is the number of healthy first records of a trend."""
+    """Healthy record for comparison and its scale factor; in a trend, the first `records` records are healthy."""
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)
@@ -76,7 +76,7 @@ class BaselineRecords(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class MachineLimits(Limited):
-    """Limits of the line search and of the vibration severity.
+    """Limits of the search for fault lines in the spectrum, and of the vibration severity.
 
     `zones_m_s` are the RMS velocities [m/s] at which zones B, C and D begin; they replace those of `machine_class`.
     """
@@ -135,7 +135,7 @@ def machine_options(path: str | Path) -> dict[str, Any]:
 
 
 def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
-    """Text of a machine file in `folder` that contains the given `options`."""
+    """Text of a machine file with the given `options`; `folder` is its folder, to which paths are relative."""
     stated = {"title": title} | {name: value for name, value in options.items() if value not in (None, False)}
     for name in ("bearing", "healthy"):
         if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
@@ -150,7 +150,7 @@ def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
 
 
 def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
-    """Yield table, field, option name and unit of every key of a machine file except `bearing`."""
+    """Yield table name, field, option name and option unit of every key in the tables of a machine file."""
     for table in fields(Machine):
         if isinstance(table.default_factory, type):
             for one in fields(table.default_factory):

@@ -33,8 +33,8 @@ def print_result(
     """Print the result of a command and return the exit code `code`.
 
     With ``--json`` the `document` (mapping or dataclass) is printed. Otherwise `show` is printed if it is a text, or
-    called. The `status` in the JSON document is by default `STATUS[code]`. With ``--export`` the `tables` (lists of
-    rows by name, by default all lists of rows in the document) are written to a file.
+    called. The `status` in the JSON document follows by default from `code`. With ``--export`` the `tables` (lists of
+    mappings by name, by default all such lists in the document) are written to a file.
     """
     if options.export:
         write_tables(Path(options.export), to_json(document) if tables is None else to_json(tables))
@@ -63,10 +63,10 @@ def export_file(text: str) -> str:
 
 
 def write_tables(path: Path, document: Mapping[str, Any]) -> None:
-    """Write every list of rows in `document`: one Excel sheet each, or one CSV file each.
+    """Write every table in `document` (list of mappings, one per row) as an Excel sheet or a CSV file.
 
-    If there is no list of rows, the values of the document become one row. The first CSV file is `path`; the other file
-    names end with the name of their table. Nested values become columns with dotted names. Characters of a damaged file
+    Without a table, the values of the document become one row. The first CSV file is `path`; the other file names
+    end with the name of their table. Nested values become columns with dotted names. Characters of a damaged file
     name that cannot be encoded become question marks.
     """
     import pandas as pd
@@ -98,12 +98,12 @@ def write_text(path: Path, text: str) -> None:
 
 
 def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
-    """List the open questions of an error, and the given command completed with an example of each missing option."""
+    """Text with the information that a file lacks, and the `given` command with an example of each missing option."""
     example = " ".join([shlex.join(["srbval", *given]), *(question.example for question in error.questions)])
-    more = "Or state them once: srbval data add FILE|DIR OPTIONS, or a machine's file, --machine FILE.toml"
+    more = "Or store the options once: srbval data add FILE|DIR OPTIONS, or in a machine file: --machine FILE.toml"
     if given[:1] == ["analyse"]:
         example += " --write-machine machine.toml"
-        more = "That writes them to a file; the next record needs only: srbval analyse FILE --machine machine.toml"
+        more = "This also stores the options; the next record needs only: srbval analyse FILE --machine machine.toml"
     questions = (f"  {question}" for question in error.questions)
     return "\n".join([f"{error.subject} leaves open:", *questions, "", f"For example: {example}", more])
 
@@ -120,6 +120,6 @@ def print_wrapped(*texts: str) -> None:
 
 
 def own_command() -> str:
-    """Return the running command for repetition elsewhere; absolute paths are reduced to file names."""
+    """Return the running command as text for reports; absolute paths are reduced to file names."""
     given = [Path(word).name if Path(word).is_absolute() else word for word in sys.argv[1:]]
     return shlex.join(["srbval", *given])

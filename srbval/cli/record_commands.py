@@ -41,7 +41,7 @@ SINGLE_ONLY = ("plot", "defect", "all")  # options that need a single file
 
 
 def request_from_options(options: argparse.Namespace) -> RecordRequest:
-    """Build the request that reads a file, without its name, from the options."""
+    """Build the request to read and analyse a file from the options; the caller adds the file's name."""
     alike = ("bearing", "auto_band", "one_band", "healthy", "healthy_scale")
     return RecordRequest(
         **{name: value for name in alike if (value := getattr(options, name, None)) is not None},
@@ -65,7 +65,7 @@ def run_analyse_command(options: argparse.Namespace) -> int:
 
 
 def run_features_command(options: argparse.Namespace) -> int:
-    """Write a table of features, one row per record; exit code 3 if some records could not be read."""
+    """Write a table of vibration features, one row per record; exit code 3 if some records could not be read."""
     from srbval.campaign.run import CAMPAIGN_JSON, RESULTS_FOLDER  # slow import
 
     path = Path(options.output)
@@ -109,7 +109,7 @@ def _run_one(options: argparse.Namespace) -> int:
 
 
 def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple[str | None, str]:
-    """Zone of the RMS velocity (None if no limits are given or no velocity is known) and a sentence about it."""
+    """Severity zone (A to D) of the RMS velocity, None if limits or velocity are unknown, and a sentence about it."""
     boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
     zone = zone_of(features["velocity_rms_mm_s"], boundaries)
     if not boundaries:
@@ -163,7 +163,7 @@ def _run_many(options: argparse.Namespace) -> int:
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
-    """Read all files, including those in folders; returns documents, failed files, and names of other files."""
+    """Read all files, also in folders; returns JSON documents, failed files, and names of files without recordings."""
     requests = records.requests_for(options.files, request_from_options(options))
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
@@ -171,7 +171,7 @@ def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[F
 
 
 def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
-    """Print the unreadable files with their reasons to standard error and return the exit code."""
+    """Print `failed` files with reasons and `other` files (not recordings) to standard error; return the exit code."""
     for one in failed:
         print(f"srbval: not read: {one.file}: {str(one.error).removeprefix(f'{one.file}: ')}", file=sys.stderr)
     if other:
@@ -180,7 +180,7 @@ def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
 
 
 def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) -> None:
-    """Print the verdict, detected lines and cautions; if `whole`, print all lines whose names begin with `wanted`."""
+    """Print verdict, detected fault lines and cautions; if `whole`, all fault lines whose name begins with `wanted`."""
     result, verdict = reading.analysis, reading.verdict
     recording, speed = result.recording, result.speed
     file = printable(recording.file or recording.name, LONGEST_LINE)

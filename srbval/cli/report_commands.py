@@ -22,7 +22,7 @@ PAIR_COLUMNS = ("pair", "quantity", "unit", "kinematic", "simulated", "measured"
 
 
 def run_report_command(options: argparse.Namespace) -> int:
-    """Write a report on recordings or, without files, on the model against paper and rig; print the file names.
+    """Write a report on recordings or, without files, on the model compared with paper and test rig; print file names.
 
     Exit code 1 if a tolerance is missed, 3 if some recordings could not be read or analysed.
     """
@@ -76,7 +76,7 @@ def _report_recordings(options: argparse.Namespace, folder: Path, progress: Prog
 
 
 def run_validate_command(options: argparse.Namespace) -> int:
-    """Compare simulated with measured signals; exit code 1 out of tolerance, 3 failed pair, 4 failed run."""
+    """Compare simulated with measured signals; exit code 1 out of tolerance, 3 unreadable pair, 4 failed simulation."""
     with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
             from srbval.report.reports import report_case
@@ -111,7 +111,7 @@ def run_validate_command(options: argparse.Namespace) -> int:
 
 
 def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
-    """Yield the case settings that the options replace, by dotted key."""
+    """Yield dotted key and value of each setting of the validation case that an option replaces."""
     short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # keys of a case
     yield from ((key, value) for key, value in short if value is not None)
     yield from options.set or ()

@@ -119,16 +119,16 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """Sentence about the share of the radial load on the rollers and its usual value; empty if the share is unknown."""
+    """Sentence about the share of the radial load on the rollers, with its value in static balance; may be empty."""
     if math.isnan(run.roller_load_share):
         return ""
-    rest = "the spring of the housing the rest" if run.scene.load.path is LoadPath.HOUSING else "nothing else any"
+    rest = "the housing spring the rest" if run.scene.load.path is LoadPath.HOUSING else "no other part carries load"
     usual = f"usual, in static balance, is {run.balanced_share:.1%}"
     return f"the rollers carry {run.roller_load_share:.1%} of the radial load ({usual}), {rest}\n"
 
 
 def _format_quantity(name: str, value: Any) -> tuple[str, str, str]:
-    """Row of the printed table: name in words, value as text, and the unit that the end of the name defines."""
+    """Row of the printed table: name in words, value as text, and unit, read from the suffix of the name."""
     words, unit = name.replace("bpfo", "BPFO").replace("bpfi", "BPFI").replace("numerics", "error of the step,"), ""
     for part in name.split():
         end = next((end for end in UNIT_BY_SUFFIX if part.endswith(end)), "")
@@ -138,7 +138,7 @@ def _format_quantity(name: str, value: Any) -> tuple[str, str, str]:
 
 
 def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
-    """Replace the model ``auto`` of a scene by the planner's choice; returns the scene and the plan for the JSON."""
+    """Replace the model ``auto`` of a scene by the planner's choice; returns the scene, and the plan for ``--json``."""
     if scene.model != AUTO:
         return scene, {}
     plan = _plan_of(scene, options)
@@ -153,7 +153,7 @@ def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step
     """Scene to run, and whether its time step is chosen (`AUTO`) or only its error is estimated (`CHECKED`).
 
     A step in the options or the scene file is kept. Explicit solvers use the paper's step, or the scene's if it is
-    shorter, because friction chatters at finer steps too.
+    shorter, because friction causes chatter at finer steps too.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
@@ -167,7 +167,7 @@ def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step
 
 
 def run_plan_command(options: argparse.Namespace) -> int:
-    """Choose the simplest model for a question and print all candidates; exit code 1 if none keeps the tolerance."""
+    """Print all models and choose the simplest one that keeps the tolerance of a question; exit code 1 if none does."""
     from srbval.plan.questions import MEANING
 
     plan = _plan_of(scene_from_options(options), options)
@@ -224,7 +224,7 @@ def run_kinematics_command(options: argparse.Namespace) -> int:
 
 
 def run_bearing_command(options: argparse.Namespace) -> int:
-    """List the bearings that match every word of the search; the list may be empty."""
+    """List the known bearings that match every word of the search."""
     found = find_bearings(options.search or "")
 
     def show() -> None:

@@ -31,7 +31,7 @@ OPTION_GROUPS = {"speed_accuracy": ["study", "outside_model", "bench"], "stabili
 
 
 def run_check_command(options: argparse.Namespace) -> int:
-    """Compare the program with its reference, or update it; exit code 1 for differences or stale evidence."""
+    """Compare computed numbers with the stored reference or update it; exit code 1 for differences or stale results."""
     old = reference_fingerprint()
     with ProgressDisplay() as progress:
         result = run_check(progress=prefix_tasks(progress, "Check"))
@@ -70,7 +70,7 @@ def _show_check(result: CheckResult) -> None:
 
 
 def run_evidence_command(options: argparse.Namespace) -> int:
-    """List or recompute the stored results; exit code 1 if evidence stays stale or a study fails its own test."""
+    """List or recompute the stored results of studies; exit code 1 if one stays stale or a study fails its own test."""
     with ProgressDisplay() as progress:
         if options.list:
             known = result_states(fingerprint(progress=progress))
@@ -145,7 +145,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
 def _run_outside(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study with an outside model, the quick chart or the cost against size; write it only to ``--output``."""
+    """Run a study of an outside model, a quick study or the costs by size; write the result only to ``--output``."""
     given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):

@@ -42,7 +42,7 @@ def wait_for_result(future: Future[Result]) -> Result:
 
 @contextlib.contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Context that delays Ctrl-C; processes started within never receive it, imported modules cannot handle it.
+    """Context that delays Ctrl-C: processes started in it never receive it; handlers of imported modules are removed.
 
     For example, `runner` of dask-jobqueue sets a handler that ends the program as if all work were done.
     """
@@ -63,7 +63,7 @@ def without_ctrl_c() -> Iterator[None]:
 
 
 def end_group(leader: int) -> None:
-    """Kill the processes of a group, or on Windows a process and its child processes."""
+    """Kill the process group of the process `leader`, or on Windows the process and its child processes."""
     with contextlib.suppress(OSError):  # no process is left
         if hasattr(os, "killpg"):
             os.killpg(leader, signal.SIGKILL)
@@ -80,12 +80,12 @@ class OverLimitError(DiedError):
 
 
 class WorkerProcess:
-    """Process that runs ``python -m module``, which calls `serve_calls`; a call starts it again after it died.
+    """Process that runs ``python -m module``, which calls `serve_calls`; if it died, the next `call` starts it again.
 
     `environment` is added to the environment of this process. With `own_group`, child processes of the worker end with
     it. With `may_fork`, the worker is a forked copy of this process and need not repeat its imports, unless other
-    threads make that unsafe; `module` then has the function `load` for `serve_calls`. Requests and answers are pickled,
-    so the worker must run trusted code.
+    threads make that unsafe; `prepare_worker` in `module` is then the `load` of `serve_calls`. Requests and answers are
+    pickled, so the worker must run trusted code.
     """
 
     def __init__(

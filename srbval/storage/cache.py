@@ -1,7 +1,7 @@
 """User's cache folder, with one sub-folder per kind of content; everything in it can be computed again.
 
-The folder ``platformdirs.user_cache_dir("srbval")`` contains compiled kernels, results of commands that measure, and
-reference runs. If ``NUMBA_CACHE_DIR`` names a folder, the kernels are stored there instead.
+The folder ``platformdirs.user_cache_dir("srbval")`` contains compiled kernels, results of studies, and results for
+scenes and records. If ``NUMBA_CACHE_DIR`` names a folder, the kernels are stored there instead.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ RESULT_START = re.compile(rb'\{\s*"schema_version": \d+,\s*"kind": "([a-z_]+)"')
 
 @dataclass(frozen=True, kw_only=True)
 class CacheUse:
-    """Disk space of one kind of content: its folder, number of files and size [bytes].
+    """Disk space of one `kind` of cached content: folder, number of files and size [bytes].
 
     `left` is the number of files and links that srbval did not write; they are neither counted nor deleted.
     """
@@ -41,13 +41,13 @@ class CacheUse:
 
 
 def cache_folder(kind: str) -> Path:
-    """Folder of a kind of content (``kernels``, ``results``, ...); it may not exist yet."""
+    """Folder of one `kind` of cached content (``kernels``, ``results``, ...); it may not exist yet."""
     base = os.environ.get(KERNEL_VARIABLE) if kind == KERNELS else None
     return (Path(base) if base else _root()) / kind
 
 
 def cache_use() -> tuple[CacheUse, ...]:
-    """Disk space of every kind of content, sorted by name; includes folders of earlier versions of srbval."""
+    """Disk space of every kind of cached content, sorted by name; includes folders of earlier versions of srbval."""
     root = _root()
     names = {Path(name).name for name in next(os.walk(root), (root, [], []))[1]}
     kinds = [kind for kind in sorted(names | {KERNELS}) if cache_folder(kind).is_dir()]
@@ -59,7 +59,7 @@ def cache_use() -> tuple[CacheUse, ...]:
 
 
 def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
-    """Delete these kinds of content (default: all) and return what was deleted; an unknown kind is an error."""
+    """Delete cached content of these `kinds` (default: all) and return its size; an unknown kind is an error."""
     found = {use.kind: use for use in cache_use()}
     unknown = [kind for kind in kinds if kind not in found]
     if unknown:
@@ -80,7 +80,7 @@ def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
 
 
 def _files(kind: str) -> tuple[dict[Path, int], int]:
-    """Find the files of a kind that srbval wrote, with sizes [bytes]; count the other files and links."""
+    """Find cached files of a kind that srbval wrote, with sizes [bytes]; count the other files and links."""
     own, left = {}, 0
     for folder, inner, names in os.walk(cache_folder(kind)):
         left += sum(Path(folder, name).is_symlink() for name in inner)

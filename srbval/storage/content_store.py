@@ -38,7 +38,7 @@ _read_utc: list[str] = []  # dates of the results that this process has read, IS
 
 @contextlib.contextmanager
 def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
-    """Context that ignores stored results if `fresh`; yields a list of the dates (ISO 8601) of results read."""
+    """Context that ignores stored results if `fresh`; yields a list to which the date of each result read is added."""
     before, _read_utc[:] = os.environ.get(FRESH, ""), []
     os.environ[FRESH] = "1" if fresh else before
     try:
@@ -48,7 +48,7 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 
 
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
-    """Hash of `content` and of the code on which the module `computed_by` depends, 32 hexadecimal digits."""
+    """Hash (32 digits) of `content` and all code that module `computed_by` imports, if `lazy` also at first use."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
 
 
@@ -74,7 +74,7 @@ def content_sha256(*values: Any) -> str:
 class ContentStore:
     """Store for results of one `kind`, computed by the module `computed_by`, in `folder` (default: the user's cache).
 
-    The hash covers only the models that `computed_by` imports; `models.simulate.run_content` adds the model of a scene.
+    A file name is a hash of content and code; models imported at first use count only in `models.simulate.run_content`.
     """
 
     kind: str

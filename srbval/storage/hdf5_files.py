@@ -31,7 +31,7 @@ CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets
 
 
 class _PatientFile(io.FileIO):
-    """File that keeps its first write error, Ctrl-C included, and ignores later writes: HDF5 would crash."""
+    """File that stores its first write error or Ctrl-C and ignores later writes, because an exception crashes HDF5."""
 
     error: BaseException | None = None
 
@@ -59,7 +59,7 @@ CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  
 
 @contextlib.contextmanager
 def new_hdf5(path: Path) -> Iterator[Any]:
-    """Context with an open HDF5 file, which becomes `path` on success, with `ATTRIBUTES` and its checksum.
+    """Context with an open HDF5 file, which is moved to `path` on success and ends with a checksum.
 
     Its attribute `summary` [bytes] is written before the checksum; its method `check_written` raises an earlier write
     error. Raises the errors of `check_suffix`, and `DataError` if the file cannot be written.
@@ -92,7 +92,7 @@ def append_checksum(path: Path, summary: bytes = b"") -> None:
 
 
 def checked_summary(path: Path) -> bytes | None:
-    """Check a file and return its summary, None if it has no checksum; raises `DataError` if it is damaged."""
+    """Verify a file by its checksum and return its summary, None without checksum; `DataError` if it is damaged."""
     with path.open("rb") as stream:
         size = stream.seek(0, os.SEEK_END)
         stream.seek(max(0, size - END_BYTES))

@@ -31,7 +31,7 @@ def child_environment() -> dict[str, str]:
 
 
 def pip_command(*libraries: str) -> str:
-    """Command that installs `libraries` for the running Python; an extra of srbval is on no package index."""
+    """Command that installs `libraries` for the running Python, by name because no package index contains srbval."""
     words = [sys.executable, "-m", "pip", "install", *libraries]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
@@ -40,7 +40,7 @@ class MissingLibraryError(ConfigurationError):
     """Error for a feature `what` whose libraries are not installed; the message contains the install command."""
 
     def __init__(self, what: str, *libraries: str) -> None:
-        super().__init__(f"{what} needs {' and '.join(libraries)}, not installed: {pip_command(*libraries)}")
+        super().__init__(f"{what} needs {' and '.join(libraries)}. Install: {pip_command(*libraries)}")
 
 
 def is_source_tree() -> bool:

@@ -83,7 +83,7 @@ def parse_json(text: str | bytes) -> Any:
 
 
 def write_json(path: Path, value: Any, text: Callable[[Any], str] = json_text) -> None:
-    """Write the `text` of `value` to `path`; a reader sees the old file or the new file, never a part."""
+    """Write `value`, formatted by `text`, to `path`; a reader sees the old file or the new file, never a part."""
     # A lone surrogate of a damaged file name becomes its own JSON escape.
     content = text(value).encode("utf-8", errors="backslashreplace")
     with atomic_write(path) as part:
@@ -100,9 +100,9 @@ def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
 
 
 def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
-    """Move the files of `stage` to `folder`, and write the file `listing`: `content`, and the SHA-256 of each file.
+    """Move the files of folder `stage` to `folder`, with the file `listing`: `content` and the SHA-256 of each file.
 
-    Files of the earlier listing in `folder` are removed if they are unchanged and not written again. Without `content`
+    Files of the earlier listing in `folder` are removed if they are unchanged and not replaced. Without `content`
     no listing is written.
     """
     files = sorted(path for path in stage.rglob("*") if path.is_file())
@@ -121,7 +121,7 @@ def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[
 
 
 def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
-    """Yield the listing in `folder` and the unchanged files that it lists, in `folder` or one level below."""
+    """Yield the file `listing` in `folder`, and the files it lists that still match their SHA-256."""
     try:
         listed = dict(read_json(folder / listing)["files"])
     except (SrbvalError, LookupError, TypeError, ValueError):  # missing, or written by another program

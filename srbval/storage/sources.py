@@ -1,4 +1,4 @@
-"""Hashes of source code: of everything that a module depends on, and of the statements in one folder.
+"""Hashes of source code: of all files on which a module depends, and of the statements in one folder.
 
 The sources of a module are its imports within the package, followed recursively; imports within functions count,
 imports for type checkers do not. Their hash names cached results. The hash of a folder changes if a study computes its
@@ -32,7 +32,7 @@ DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 @cache
 def content_version(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> str:
-    """Hash of all sources on which `modules` depend, 16 hexadecimal digits; "module:name" counts if `lazy`."""
+    """Hash (16 digits) of all sources on which `modules` depend; if `lazy`, also of modules in texts "module:name"."""
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
         digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())
@@ -44,7 +44,7 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
     """Hash of the statements in the modules and TOML files of a `folder`, 64 hexadecimal digits.
 
     These do not count: docstrings, comments, formatting, the order of statements, names that begin with an underscore,
-    the location of imported names, modules in `SHOWING`, which display a result, and keys in `DISPLAY_KEYS`.
+    the location of imported names, the modules ``page`` and ``figure``, and the keys ``question`` and ``minutes``.
     """
     statements = [
         one
@@ -86,7 +86,7 @@ def _modules(package: Path) -> dict[str, Path]:
 
 
 def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
-    """Files that importing a dotted name runs: the ``__init__`` of each package in the name, and the module."""
+    """Files that run if a dotted name is imported: the ``__init__`` of each package in the name, and the module."""
     return [known[part] for part in itertools.accumulate(name.split("."), "{}.{}".format) if part in known]
 
 

@@ -40,7 +40,7 @@ MIN_DIFFERENCE = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
 
 
 def tolerance(name: str, value: float) -> float:
-    """Largest difference from `value` at which a number of this name counts as equal; 0 if it is not finite."""
+    """Largest difference from the reference `value` at which the quantity `name` is unchanged; 0 if not finite."""
     if not math.isfinite(value):
         return 0.0
     smallest = next((size for unit, size in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0)
@@ -49,7 +49,7 @@ def tolerance(name: str, value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckedQuantity:
-    """One number of the fingerprint: its current `value` and its accepted range, `low` to `high`.
+    """One number of the program's fingerprint: its current `value` and its accepted range, `low` to `high`.
 
     A word is compared as `words` (reference, current value); its `value` is 1 if both are equal, otherwise 0. `low` and
     `high` are NaN if the reference lacks the number, `value` is NaN if the number was not computed.
@@ -65,7 +65,7 @@ class CheckedQuantity:
 
 
 def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
-    """Compare numbers and words of a part with the reference; a name on one side fails, NaN equals NaN."""
+    """Compare one part of a fingerprint with the reference; a name that only one side has fails, NaN equals NaN."""
     found, both = [], [name for name in now if name in known]
     for name in dict.fromkeys([*both, *now, *known]):
         value, middle, words = now.get(name, math.nan), known.get(name, math.nan), None
@@ -100,7 +100,7 @@ def reference_fingerprint() -> Fingerprint:
 
 
 class ResultKind(enum.StrEnum):
-    """Kind of a stored result, as the module describes."""
+    """Kind of a stored result: reproducible evidence, recorded from data not shipped, or document of one revision."""
 
     EVIDENCE = "evidence"
     RECORDED = "recorded"
@@ -168,7 +168,7 @@ def newest_result(name: str) -> StoredResult | None:
 
 
 def read_result(path: Path) -> StoredResult | None:
-    """Read a result file; None if it is missing or not readable by this version."""
+    """Read a stored result; None if the file is missing, damaged or of another version."""
     try:
         content = read_json(path, MAX_RESULT_BYTES)
     except DataError:

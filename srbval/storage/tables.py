@@ -41,7 +41,7 @@ LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONG
 def parse_quantity(value: object, dimension: str, where: str) -> float:
     """Convert `value` (a number in SI, or text with a unit) to a finite float in SI.
 
-    `dimension` is a key of `UNIT_FACTORS`; `where` names the place in the error message. Raises `ConfigurationError`.
+    `dimension` is a key of `UNIT_FACTORS`, such as ``force``; `where` names the setting in the `ConfigurationError`.
     """
     units, said = UNIT_FACTORS[dimension], f"{where}: {quote_value(value)}"
     if isinstance(value, str):
@@ -87,7 +87,7 @@ def _example(units: dict[str, float]) -> str:
 def limited(
     *, above: float | None = None, least: float | None = None, most: float | None = None, **options: Any
 ) -> Any:
-    """Declare a field of a `Limited` class with limits of its number, or of every number in its tuple."""
+    """Declare a field of a `Limited` class whose number, or each in its tuple, is > `above`, >= `least`, <= `most`."""
     metadata = options.pop("metadata", {}) | {"limits": (above, least, most)}
     return dataclasses.field(metadata=metadata, **options)
 
@@ -98,7 +98,7 @@ def quantity(dimension: str, **options: Any) -> Any:
 
 
 class Limited:
-    """Base class of dataclasses with limits; a value outside its limits or any physical range is an error."""
+    """Base class of dataclasses that check the limits and physical ranges of their fields when an object is created."""
 
     def __post_init__(self) -> None:
         """Check all fields with limits."""
@@ -226,12 +226,12 @@ def _read_value(raw: object, hint: Any, where: str, number: NumberReader) -> Any
     if kind is Path and isinstance(raw, str):
         return Path(raw)
     if kind is not Any and (not isinstance(raw, kind) or (isinstance(raw, bool) and kind is not bool)):
-        raise ConfigurationError(f"{where}: expected {kind.__name__}, found {quote_value(raw)}.")
+        raise ConfigurationError(f"{where}: expected {JSON_TYPES.get(kind, 'table')}, found {quote_value(raw)}.")
     return raw
 
 
 def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberReader) -> Any:
-    """Read a value as its present type if the union contains that type, otherwise as the first type that fits."""
+    """Read a value with a union type: as the type it already has if that is included, otherwise the first that fits."""
     if raw is None and types.NoneType in hints:
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
@@ -244,7 +244,7 @@ def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberR
 
 
 def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:
-    """Read a number: in SI if `key` is the field's own name, otherwise with its unit."""
+    """Read a number: in SI if `key` is the full name of the field, otherwise (name without unit) text with a unit."""
     dimension = field.metadata.get("dimension")
     if dimension and key == field.name and isinstance(raw, str):
         raise ConfigurationError(
@@ -264,8 +264,8 @@ LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three l
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
 
-    `hints` replaces types of fields, by class and field, for values that are converted before `build`; None excludes a
-    field. By enum, `hints` lists further accepted words. No key is required.
+    `hints` gives the type, by (class, field name), of values that are converted before `build`, or None to omit the
+    field; by enum class, it gives further accepted words. No key is required.
     """
     definitions: dict[str, Any] = {}
 
@@ -303,7 +303,7 @@ def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
-    """JSON Schema of a number under a `key`: in SI under the field's own name, otherwise text with a unit."""
+    """JSON Schema of a number: in SI if `key` is the full name of the field, otherwise text with a unit."""
     dimension, limits = field.metadata.get("dimension"), field.metadata.get("limits", ())
     stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
     if dimension and key == field.name:

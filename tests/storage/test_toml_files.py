@@ -88,7 +88,7 @@ def test_what_was_written_as_json_is_read_again():
         ({"parts": [{"radail": "5 N"}]}, "did you mean 'radial'"),
         ({"parts": [{}]}, "missing key 'radial_n'"),
         ({"parts": [3]}, "expected a table"),
-        ({"parts": [{"radial": "5 N", "count": True}]}, "expected int"),
+        ({"parts": [{"radial": "5 N", "count": True}]}, "expected integer"),
         ({"parts": [{"radial": "2 s"}]}, r"t\.parts\[0\]\.radial: unit 's' of '2 s' is not a force unit"),
         ({"colour": 1}, r"unknown key 'colour'; known: .*side"),
     ],
