@@ -51,7 +51,7 @@ def elliptical_films_m(
 def thermal_factor(oil: Oil, rolling_m_s: float) -> float:
     """Factor by which heat in the inlet reduces film thickness and rolling resistance: 3.94 / (3.94 + L^0.62).
 
-    L: relative decrease of the viscosity per kelvin, times viscosity and squared rolling speed, over conductivity.
+    L = relative decrease of viscosity per kelvin x viscosity x squared rolling speed / thermal conductivity.
     """
     return float(thermal_share(inlet_heating_s2_m2(oil), rolling_m_s))
 

@@ -41,7 +41,7 @@ class FullRun:
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Integrate output intervals from number `first`; one in `per_detail` has detailed outputs (0: none)."""
+        """Integrate `intervals` output intervals from number `first`; one in `per_detail` has detailed outputs."""
         return take_steps(
             self.model,
             self.state,
@@ -115,7 +115,7 @@ def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[in
 
 
 def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """Oil-film thickness at the end of a run of `whole` output intervals: two fields of `run.RunSummary`."""
+    """Oil-film thickness after `whole` output intervals: `film_um` and `lambda_min` of `run.RunSummary`."""
     from srbval.models.slices import films_m  # the only model with oil
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)

@@ -62,7 +62,7 @@ SLIDING = 0.01  # tolerance of the cage speed if the rollers slide or rattle
 
 
 def assess(run: RunSummary) -> tuple[RunStatus, str]:
-    """Status of a run, and its reason with advice for this scene."""
+    """Status of a run, and the reason for it, with advice for the scene."""
     failure = _find_failure(run)
     if failure is not None:
         return failure
@@ -138,7 +138,7 @@ def _energy_gap(run: RunSummary) -> float:
     """Energy imbalance due to the step, as a share of the losses.
 
     The result is the part that finer steps would remove, or the whole imbalance if the drive power is uncertain. The
-    rest is due to the model: continuous contacts have the power of friction and damping in a patch, not their couples.
+    rest is due to the model: in contact patches, friction and damping dissipate power but exert no couples.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):
@@ -264,7 +264,7 @@ def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
 
 
 def _recommended_step(run: RunSummary, times: int = 2) -> str:
-    """Recommended step as text: the run's step divided by `times`, or the longest stable one if the run's is not."""
+    """Recommended step as text: the run's divided by `times`, or the longest stable step if the run is unstable."""
     scene, level, rate = run.scene, level_of(run.scene.model), run.scene.output_rate_hz
     steps = times * level.steps_per_output(scene)
     if run.step_s > run.step_limit_s:

@@ -357,7 +357,7 @@ def _digest(signature: Any = None) -> str:
 
 @cache
 def machine() -> str:
-    """Text that identifies everything but the sources on which results depend: processor, Python, libraries, numba."""
+    """Text of processor, Python, library versions and numba settings, on which the last digits of results depend."""
     from llvmlite import binding
 
     processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()

@@ -26,7 +26,7 @@ GRID_S = 1e-3  # step of the table from which times of angles are interpolated
 
 @dataclass(frozen=True, kw_only=True)
 class PrescribedMotion:
-    """Prescribed angles and load of a scene at times that start `Scene.settle_s` before the recorded time.
+    """Prescribed angles and load of a scene at given times; time starts `Scene.settle_s` before the recording.
 
     Motion of cage and rollers follows from the bearing's fault orders (Randall 2011, sect. 2.2.3); the cage can slip.
     """
@@ -50,7 +50,7 @@ class PrescribedMotion:
         return inside + outside
 
     def cage_rad(self, time_s: FloatArray) -> FloatArray:
-        """Cage angle [rad]."""
+        """Cage angle at these times [rad]."""
         return self.orders.ftf * (1 - self.scene.cage_slip) * self.shaft_rad(time_s)
 
     def spin_rad(self, time_s: FloatArray) -> FloatArray:
@@ -58,7 +58,7 @@ class PrescribedMotion:
         return -self.orders.bsf * self.shaft_rad(time_s)
 
     def radial_n(self, time_s: FloatArray) -> FloatArray:
-        """Radial load [N]."""
+        """Radial load at these times [N]."""
         profile = self.scene.load_profile
         if profile is None:
             return np.full(time_s.shape, self.scene.load.radial_n)
@@ -124,7 +124,7 @@ def prescribed_outputs(
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the kinematic model; see `hierarchy` for the interface. Two samples share a click between them."""
+    """Run the kinematic model; see `hierarchy` for the interface. A click is shared by the two nearest samples."""
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = PrescribedMotion(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)

@@ -14,7 +14,7 @@ friction resists pivoting, their power, and the inclination of the normal along 
 Near a defect of a race the contact consists of points again, because a raised piece covers a part of the patch only:
 `DENSER` times as many points as in the scene, with K_c and C_c divided by this number.
 
-No points pass, so three of the full model's steps may be combined into one (RMS in 500-1500 Hz changes by up to 1 %).
+As no points pass, three of the full model's steps may be combined into one (RMS in 500-1500 Hz accurate to 1 %).
 
 Answers: all questions, without the excitation by passing points. Cannot answer: this excitation; defects on rollers.
 """
@@ -153,7 +153,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
 
 
 def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
-    """Convert a defect to a raised piece of the length `extent_m`, otherwise `spacing_m` times its points."""
+    """Convert a defect to a raised piece of its length: `extent_m`, or its number of points times `spacing_m`."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
     parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5

@@ -35,7 +35,7 @@ CHUNK_STEPS = 500_000  # highest number of steps in a chunk; a run can only be i
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outputs:
-    """Outputs of a run or a chunk: `out` has a row for each output interval and a column for each quantity.
+    """Outputs of a run or of a part of it: `out` has a row for each output interval and a column for each quantity.
 
     A column is NaN if the model does not compute the quantity. Detailed outputs, if any, are `spin_rad_s`, spins of the
     rollers, [k, 2 M rollers], and `load_n`, normal forces, [k, 2 races, 2 M rollers, 3 circles]. `sensor_m_s2` is the
@@ -51,7 +51,7 @@ class Outputs:
 def split_run(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
     """Yield the first interval and the number of intervals of each chunk of a run of `whole` intervals.
 
-    A chunk ends after `settle` intervals. Chunks begin at detailed outputs, one in `per_detail` intervals (0: none).
+    Chunks begin at detailed outputs, one in `per_detail` intervals (0: none), and after the `settle` intervals.
     """
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:

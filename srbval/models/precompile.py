@@ -48,7 +48,7 @@ def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
 
 
 def compile_kernels(names: Iterable[str]) -> None:
-    """Compile the named kernels, see `kernels_of`."""
+    """Compile kernels by their names, which have the form of `kernels_of`."""
     for name in names:
         model, part, cages, *more = name.split("-")
         compile_and_list(name, partial(compile_kernel, model, part, int(cages), *more))

@@ -113,7 +113,7 @@ class RunStatistics:
         self.cpu_s += time.thread_time() - worked
 
     def add(self, out: FloatArray) -> FloatArray:
-        """Add a chunk, [n, COLUMN_COUNT], NaN in columns that a model lacks; returns the sensor's signal [m/s2]."""
+        """Add the outputs of a chunk, [n, COLUMN_COUNT] (NaN: not computed); returns the sensor's signal [m/s2]."""
         self.finite = self.finite and self._all_finite(out)
         latest = float(out[:, col.CAGE_SPEED].mean())
         self.course_rad_s = (latest if math.isnan(self.course_rad_s[0]) else self.course_rad_s[0], latest)
@@ -125,7 +125,7 @@ class RunStatistics:
         return sensor_m_s2
 
     def has_diverged(self, out: FloatArray) -> bool:
-        """True if a chunk is not finite or a penetration exceeds the limit, so that the run must end."""
+        """True if outputs are not finite or a penetration exceeds `DEPTH_LIMIT_M`, so that the run must end."""
         return not self._all_finite(out) or float(out[:, col.MAX_PENETRATION].max()) > col.DEPTH_LIMIT_M
 
     def _all_finite(self, out: FloatArray) -> bool:

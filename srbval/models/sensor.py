@@ -19,7 +19,7 @@ def along_sensor(acceleration: FloatArray) -> FloatArray:
 
 
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of `samples` within a band, in the unit of the samples; Hann window, sharp band edges.
+    """RMS of `samples` within a frequency band, in the unit of the samples; Hann window, sharp band edges.
 
     The samples must be means over their intervals, like a run's accelerations; the attenuation is compensated.
     """
@@ -98,7 +98,7 @@ class SensorFilter:
             self._taps = np.roll(impulse, half, axis=1)[:, : 2 * half + 1].T * hann(2 * half + 1)[:, None]
 
     def add(self, acceleration: FloatArray) -> FloatArray:
-        """Acceleration at the sensor [m/s2], [n], for the next accelerations of the ring, [n, 3]."""
+        """Acceleration at the sensor [m/s2], [n], from the next n accelerations of the ring, [n, 3]."""
         if self._taps is None:
             return along_sensor(acceleration)
         from scipy.signal import oaconvolve

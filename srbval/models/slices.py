@@ -119,7 +119,7 @@ def films_m(
 def _slice_table(
     races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float], on_rollers: int
 ) -> SliceTable:
-    """Join the tables of both races for the kernel; tables of damaged rollers are at the end, in reverse order."""
+    """Join the tables of slices of both races for the kernel; defects on rollers are last, in reverse order."""
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
     table, middle, reach = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows)), np.zeros((2, windows))
@@ -220,7 +220,7 @@ class SlicedContact:
         return curvature
 
     def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
-        """Make tables of slices with and without defects; `ConfigurationError` if a roller can touch two at once."""
+        """Make tables of slices with and without defects; `ConfigurationError` if a roller touches two defects."""
         found = Openings(
             rows=[self._slice_rows(self._slice_edges(None), None)],
             of_rollers=[self._slice_rows(self._slice_edges(defect), defect) for defect in on_rollers],

@@ -53,7 +53,7 @@ def check_step(stats: RunStatistics, *, choose: bool) -> None:
 def step_error(scene: Scene, bearing: Bearing) -> StepError:
     """Estimate the errors due to the scene's step, for a model with the full model's equations.
 
-    If speed or load varies, the errors are those at the highest speed and load. Raises the errors of `simulate`.
+    If speed or load varies, the errors are those at the highest speed and load. Raises the exceptions of `simulate`.
     """
     steady = _steady(scene)
     return _Piece(steady, bearing, start_full_run(steady, bearing)).error()

@@ -91,7 +91,7 @@ def explicit_limit(method: Method, values: ComplexArray) -> float | None:
 
 
 def _stable_radius(method: Method, direction: complex) -> float:
-    """Distance along `direction`, a complex number of modulus one, up to which |`stability_function`| <= 1."""
+    """Distance from zero in the complex `direction` (modulus one) up to which |`stability_function`| <= 1."""
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
@@ -187,7 +187,7 @@ def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> flo
 def stiffest_roller(model: Parameters, state: FloatArray) -> LinearSystem:
     """Linear system of the roller with the stiffest contacts, which slides along its slot; other bodies are fixed.
 
-    The acceleration of a roller depends only on its own slide and speed, so all rollers are moved at once.
+    The acceleration of a roller depends only on its own position and speed, so all rollers are moved at once.
     """
     layout = layout_of(state)
     own = layout.slide_rate
@@ -198,7 +198,7 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> LinearSystem:
 
 
 def central_difference(model: Parameters, state: FloatArray, part: slice | int, size: float) -> FloatArray:
-    """Derivative of the state's rates with respect to `part` of the state, by central differences of +-`size`."""
+    """Derivative of the state's rates of change with respect to its `part`, by central differences of +-`size`."""
     there, back = state.copy(), state.copy()
     there[part] += size
     back[part] -= size
@@ -206,7 +206,7 @@ def central_difference(model: Parameters, state: FloatArray, part: slice | int, 
 
 
 def with_resting_shaft(model: Parameters) -> Parameters:
-    """Copy of the model with a resting shaft at angle zero; friction in oil has the slope of the shaft's speed."""
+    """Copy of the model with a resting shaft at angle zero; friction in oil keeps its slope at the shaft's speed."""
     if model.slices is not None:
         law = law_at_speed(model.law, model.slices, rolling_speeds(model)[0], shaft_motion(0.0, model.drive)[0])
         model = model._replace(law=law, slices=model.slices._replace(critical_ratio=0.0))

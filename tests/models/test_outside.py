@@ -84,7 +84,7 @@ FAILURES = {
     "not_finite": (RunStatus.NOT_FINITE, "values of acceleration_m_s2 are not finite, the first at 0.0048"),
     "uneven": (RunStatus.UNUSABLE_SIGNALS, "times are uneven, in steps of .* t_eval"),
     "constant": (RunStatus.SILENT, "constant although the bearing has a defect"),
-    "short": (RunStatus.UNUSABLE_SIGNALS, r"it returned .* 0\.1 s are recorded, after 0\.02 s"),
+    "short": (RunStatus.UNUSABLE_SIGNALS, r"it returned .* the scene records 0\.1 s, after 0\.02 s"),
     "text": (RunStatus.UNUSABLE_SIGNALS, r"it returned str; return \(time_s"),
     "sleeps": (RunStatus.OUT_OF_TIME, "did not end within 5 s; the environment variable SRBVAL_MODEL_SECONDS"),
     "allocates": (RunStatus.OUT_OF_MEMORY, "more memory than 0.5 GB"),

@@ -37,7 +37,7 @@ FMU_SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for ax
 
 
 class FmuVariable(NamedTuple):
-    """Variable of an FMU for a `key` of the scene or a signal; `unit`: its unit in SI; `codes`: numbers for words."""
+    """Variable of an FMU for a scene's key or a signal; `unit`: size of its unit in SI; `codes`: numbers for words."""
 
     key: str
     name: str
@@ -52,7 +52,7 @@ class FmuVariable(NamedTuple):
 
 
 def load_fmu(path: Path) -> Any:
-    """Return a function that runs the FMU at `path` for a scene; no code of the FMU runs before.
+    """Return a function that runs the FMU at `path` for a scene; this alone executes no code of the FMU.
 
     Raises `ConfigurationError` if a library is missing, if the FMU has no co-simulation, or for an unknown key,
     variable or unit; `DataError` if a file is missing or damaged.

@@ -34,7 +34,7 @@ _ending: list[None] = []  # an entry for each active `models_ended`; models cann
 
 
 def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run a model from outside; see `srbval.models.hierarchy` for the interface. A failure yields one row of NaN."""
+    """Run a model from outside; see `hierarchy` for the interface. A failure yields NaN for one output interval."""
     scene = stats.scene
     if scene.solver.name == OWN_SOLVER:  # for bundled models that the model may call
         scene = replace(scene, solver=replace(scene.solver, name=default_solver()))

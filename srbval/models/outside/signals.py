@@ -88,7 +88,7 @@ def recorded_columns(signals: SimulatedSignals, scene: Scene) -> FloatArray:
             "return the times np.arange(n) / scene.output_rate_hz"
         )
     if len(time_s) < scene.samples * per:
-        asked = f"{scene.duration_s:g} s are recorded, after {scene.settle_s:g} s of settling"
+        asked = f"the scene records {scene.duration_s:g} s, after {scene.settle_s:g} s of settling"
         raise _unusable(f"it returned {len(time_s) / rate:.6g} s; {asked}")
     out = np.full((scene.samples, col.COLUMN_COUNT), np.nan)
     for first, values in _signal_columns(signals, scene, time_s):
@@ -111,7 +111,7 @@ def _signal_columns(signals: SimulatedSignals, scene: Scene, time_s: FloatArray)
             values = values if values.ndim else np.full(time_s.shape, float(values))
             columns = values if values.ndim > 1 else values[:, None]
             if values.ndim > 2 or len(values) != len(time_s) or columns.shape[1] > (3 if name in VECTORS else 1):
-                raise _unusable(f"{name} has the shape {values.shape} at {len(time_s)} times")
+                raise _unusable(f"{name} has the shape {values.shape}, time_s has {len(time_s)} values")
             if name in VECTORS and columns.shape[1] == 1:
                 columns = columns * [math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)]
             yield first, columns * (scene.mean_shaft_rad_s if name == "cage_ratio" else 1.0)
@@ -120,7 +120,7 @@ def _signal_columns(signals: SimulatedSignals, scene: Scene, time_s: FloatArray)
 def _even_rate(time_s: FloatArray) -> float:
     """Sampling rate of times with constant steps [Hz]; raises `UnusableSignalsError` for other times."""
     if time_s.ndim != 1 or len(time_s) < 2 or not time_s[-1] > time_s[0]:
-        raise _unusable(f"time_s of the shape {time_s.shape} does not rise")
+        raise _unusable(f"time_s, of the shape {time_s.shape}, is not a rising series of times")
     rate = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
     uneven = UNEVEN + min(ROUNDED * rate * float(np.abs(time_s).max()), MOST_ROUNDED)
     if np.abs((time_s - time_s[0]) * rate - np.arange(len(time_s))).max() > uneven:
