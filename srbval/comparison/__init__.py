@@ -1,1 +1,1 @@
-"""Comparison of the model with recordings: quantities of both, errors, uncertainties, verdicts."""
+"""Comparison of the model with recordings: compared quantities, errors, uncertainties and verdicts."""

@@ -39,8 +39,9 @@ class CageReading:
     """Cage ratio of one record, with standard uncertainties due to reading (`reading_u`) and shaft speed (`speed_u`).
 
     `reading_u` refers to the long-run ratio, about which the ratio varies during the record. `per_speed` is the change
-    of the ratio c per relative error of the shaft speed: -c for a comb of BPFO, 1 - c for BPFI. `read_from` names the
-    comb, `band_hz` its band. `check` is the reading from the record's other comb, if found.
+    of the ratio c per relative error of the shaft speed: -c if read from BPFO, 1 - c if from BPFI. `read_from` names
+    the line and the signal, `band_hz` its band. `check` is the reading from the record's other line, None if
+    undetected.
     """
 
     record: str
@@ -63,7 +64,7 @@ def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[Ca
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Read the cage ratio of a record; None without a line, measured speed, order tracking or enough revolutions."""
+    """Read the cage ratio of a record; None without detected line, measured speed, order tracking or enough turns."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None

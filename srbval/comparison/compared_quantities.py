@@ -65,7 +65,7 @@ def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> fl
 
 
 def line_value(value_of: ValueOfOrder) -> QuantityReader:
-    """Return a function that reads the order of a fault's line and converts it by `value_of`, with its errors."""
+    """Return a function that reads the order of a fault's line and converts it by `value_of`, with half widths."""
 
     def read(analysis: Analysis, fault: Fault) -> Value | None:
         line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
@@ -165,10 +165,10 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the bias for each kind of quantity, scene and use, from rows (`comparison_row`) present on both sides.
+    """Compute the model's bias by kind of quantity, scene and use, from `comparison_row` rows with both values present.
 
-    If `used_for` is given, all uses are combined under this name. `bias`, its 95 % half width `ci95` and the model's
-    `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
+    If `used_for` is given, the uses (such as ``fit``) are combined under this name. `bias`, its 95 % half width `ci95`
+    and the model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
     shown = comparisons[both]

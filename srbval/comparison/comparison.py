@@ -46,7 +46,7 @@ class Verdict(enum.StrEnum):
 
 
 def verdict_on_error(error: float, uncertainty: float | None, margin: float | None = None) -> Verdict:
-    """Verdict from error and uncertainty, both in the unit of `margin`; insufficient data without an uncertainty."""
+    """Verdict on an error by its uncertainty and `margin`, in one unit; insufficient data without an uncertainty."""
     if uncertainty is None:
         return Verdict.INSUFFICIENT
     if abs(error) > uncertainty:
@@ -55,7 +55,7 @@ def verdict_on_error(error: float, uncertainty: float | None, margin: float | No
 
 
 def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
-    """Verdict on a tolerance exceeded with probability `p_beyond`: met up to `risk`, missed from 1 - `risk`."""
+    """Verdict on a tolerance exceeded with probability `p_beyond`: met if <= `risk`, missed if >= 1 - `risk`."""
     if risk < p_beyond < 1 - risk:
         return Verdict.NOT_RESOLVED
     return Verdict.MET if p_beyond <= risk else Verdict.MISSED
@@ -89,7 +89,7 @@ def comparison_row(
     """Build the row of one compared quantity, with the keys of `comparisons` in ``report.json``.
 
     `error`, `margin` and the 95 % half widths `parts` are in `error_unit`. The uncertainty is None if `parts` contains
-    none of the simulation. A level that is not present on one side gets no verdict, since it is noise. Of `names`,
+    no part of the simulation. A level that is not present on one side gets no verdict, since it is noise. Of `names`,
     `kind` groups quantities that share a bias, `scene` is the model's bundled scene, and `used_for` is ``fit`` (fitted
     to the record), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
     """

@@ -153,7 +153,7 @@ def analyse_run(
 
 
 def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
-    """Order of the fault line of `state`, from the run's mean cage or roller speed; None if healthy or without speed.
+    """Order of the fault line of `state`, from the run's mean cage or roller speed; None if healthy or unknown.
 
     A defect on a roller strikes both races once per revolution of the roller relative to its cage slot, which rotates
     with the cage and is inclined by the bearing's tilt.

@@ -38,7 +38,7 @@ class OpenInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Cumulative probabilities at which the input is varied alone: every choice, or even steps from 0 to 1."""
+        """Cumulative probabilities used if only this input is varied: every choice, or even steps from 0 to 1."""
         ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
         return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
 

@@ -109,7 +109,7 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Convert `weights` of records to weights of runs; a record without a run of its state uses the healthy run."""
+    """Convert `weights` of records to weights of model runs; a state that was not simulated uses the healthy run."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -127,7 +127,7 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Interpolate `curve`, known at `shares` of an input's range, at shares `at`; select one of two alternatives."""
+    """Interpolate an input's effect `curve`, known at `shares`, at the shares `at`; of two alternatives, select one."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)

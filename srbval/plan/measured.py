@@ -33,7 +33,7 @@ BoundKey = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
 @dataclass(frozen=True, kw_only=True)
 class Bound:
-    """Errors [%] of one model on one question, over `scenes` random scenes.
+    """Errors [%] of one model's answers to one question, over `scenes` random scenes.
 
     `error_pct` is the largest error, which bounds the error of the next scene; None if the model gave no answer on one
     of the scenes (`silent` counts these). `median_pct` and `ci95_pct` are the median error and its 95 % interval.

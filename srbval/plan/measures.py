@@ -1,4 +1,4 @@
-"""Quantities by which runs are compared: cage ratio, noise floor of the envelope, band vibration."""
+"""Quantities by which runs are compared: cage ratio, noise floor of the envelope, band RMS."""
 
 import math
 from dataclasses import dataclass

@@ -75,7 +75,7 @@ def make_plan(
     A model is accurate enough if its largest error on random scenes with the same defect and roller fit, against the
     reference model at a finer step, is within the tolerance (see `measured.Bound`). If no model is, or nothing was
     measured, the reference model is chosen and `met` is False. Raises `ConfigurationError` for a tolerance that is not
-    positive, a question that does not apply to the scene's defect, and a scene that every model refuses.
+    positive, a question that does not apply to the scene's defect, and a scene that no model can run.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if question not in list(Question):

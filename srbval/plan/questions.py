@@ -97,9 +97,9 @@ def asked_of(kind: Fault) -> tuple[Question, ...]:
 def answer_questions(
     run: Run, bearing: Bearing, healthy: Recording | None = None
 ) -> dict[Question, AnswerValues | None]:
-    """Compute what a successful run answers to each question; None if the run is too short or has no answer.
+    """Compute the answers of a successful run to all questions; None if the run is too short or has no answer.
 
-    The increase of levels by the defect needs `healthy`, a record of the same model without defect. Line frequencies
+    The level increase by the defect needs `healthy`, a record of the same model without the defect. Line frequencies
     follow from the mean cage speed (BPFO for a healthy bearing, none for a roller defect), since reading a line from a
     short record is uncertain by some tenths of a per cent, more than the errors of the models.
     """

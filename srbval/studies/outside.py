@@ -153,7 +153,7 @@ def stability(
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
-    """Draw the chart of study `name` from `content`; step limits of a model beside those of bundled solvers."""
+    """Draw the chart of study `name` from `content`; adds stored limits of bundled solvers to a model's limits."""
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])

@@ -36,7 +36,7 @@ MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance(Limited):
-    """Largest accepted errors, fixed before the comparison: of the cage ratio [%], of levels over the line [dB].
+    """Largest accepted errors, fixed before the comparison: cage ratio [%], levels relative to the line [dB].
 
     A quantity without a tolerance is not judged ``met`` or ``missed``. As `uncertainty` of a case, both are the 95 %
     half widths that the user states for the simulated side.
@@ -87,8 +87,7 @@ class CasePair:
 class ValidationCase:
     """Validation case, with the keys of its TOML file; `pair` contains the comparisons.
 
-    Other files are relative to the folder of `path`, the case's own file; None if the case was built from lists of
-    files.
+    `path` is the case's own file, to whose folder other files are relative; None if the case was not read from a file.
     """
 
     pair: tuple[CasePair, ...] = ()

@@ -106,7 +106,7 @@ def compare_pair(
 def _effects(
     quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
 ) -> Mapping[str, Any] | None:
-    """Effects of uncertain inputs and numerics on a quantity; for a race line computed from the cage ratio."""
+    """Effects of uncertain inputs and numerics on a quantity; for a race line, computed from the cage ratio's."""
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
         return found

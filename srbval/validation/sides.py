@@ -94,7 +94,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
 def run_scene(
     source: Source, case: ValidationCase, against: SideReading, state: Fault, *, progress: Progress = silent
 ) -> SideReading:
-    """Simulate a scene as the counterpart of the measured side `against`, with its defect, and read the run."""
+    """Simulate a scene at speed and load of the measured side `against`, with defect `state`; read the run."""
     base, (file, colon, function) = source.scene or "", (source.model or "").rpartition(":")
     found = run_counterpart(
         against.analyses[0],
@@ -200,7 +200,7 @@ def pair_files(
 def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
     """Expand a pair with all registered records of a rig to one per speed, load and state; yield other pairs unchanged.
 
-    Of several records of a point the longest is used. The healthy record of each speed and load comes first and is not
+    Of several such records the longest is used. The healthy record of each speed and load comes first and is not
     simulated. A record that was never opened before is marked ``blind``.
     """
     source = pair.measured

@@ -63,7 +63,7 @@ class Validation(NotebookObject):
 
     @property
     def verdicts(self) -> dict[str, int]:
-        """Number of rows by verdict."""
+        """Number of compared quantities with each verdict."""
         counts = self.table["verdict"].value_counts()
         return {verdict.value: int(counts[verdict.value]) for verdict in Verdict if verdict.value in counts}
 

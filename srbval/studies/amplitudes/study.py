@@ -180,7 +180,7 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Count the withheld quantities whose error is within the limit, including locked bands not present in the record.
+    """Count withheld quantities with an error within the limit, including fault-locked bands not present in the record.
 
     ``reachable`` is the largest count that any path common to all records could reach: the gain of each band is chosen
     to fit most records.
@@ -197,7 +197,7 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
 
 
 def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """Separate the locked-band errors of each record into a common level and a pattern, by the draws' covariance.
+    """Separate each record's errors of fault-locked bands into a common level and a pattern, by their covariance.
 
     The probability of the level follows Student's t distribution, the probability of the pattern chi-squared, which is
     too small with few draws.
@@ -218,7 +218,7 @@ def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the study's result; see `harness.StudyResult`."""
+    """Simulate all cases and compare their levels with the rig's records; counts and tests the errors."""
     cases = pd.DataFrame({"inputs": [NOMINAL, FINER, *map(str, range(2**POWER))]})
     found = sweep(cases, scenes_of, measure, task="amplitudes", jobs=options.jobs, progress=progress)
     scatter = read.mounting_scatter([(one.record, one.healthy) for one in rig_records()], PRIOR.mounting_db)

@@ -207,7 +207,7 @@ def read_again(readings: Sequence[CageReading], ratios: FloatArray, rng: np.rand
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the study's result; see `harness.StudyResult`."""
+    """Compute the effects of the inputs, the cage ratios at random draws, and the power of the verdicts."""
     of_band = sum(of_reading(one) for one in open_inputs())  # these come last
     cage_at = sobol(len(open_inputs()) - of_band, STUDY.paper_power)
     at = [[*one, *band] for one, band in zip(cage_at, sobol(of_band, STUDY.paper_power, seed=SEED), strict=True)]

@@ -35,7 +35,7 @@ SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """Bundled scene with its `reference` model and the measured models; `finest`: settings of the reference."""
+    """Bundled scene with its `reference` model and the measured models; `finest`: finer settings of the reference."""
 
     reference: str
     models: tuple[str, ...]
@@ -167,7 +167,7 @@ def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the study's result; see `harness.StudyResult`."""
+    """Measure the errors of every model, or check the planner's bounds on new scenes if `fresh_scenes` is given."""
     fresh = options.fresh_scenes and max(round(options.fresh_scenes / SCENES_PER_POINT), 1)
     points, seed = (fresh, 1 + options.seed) if fresh else (POINTS, 0)
 

@@ -65,7 +65,7 @@ def call_machines(rows: Sequence[Row]) -> None:
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
-    """Count right, wrong and missing names of faulty records and false names of healthy ones, by method and group."""
+    """Count faulty records named right, wrong or not at all, and healthy ones named faulty, by method and group."""
     outcomes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
     for row, (name, part) in ((one, call) for one in rows for call in one["called"].items()):
         for group in (("all", "all"), ("set", row["dataset"]), ("class", row["state"].label)):
@@ -81,7 +81,7 @@ def counted(rows: Sequence[Row]) -> list[Row]:
 
 
 def outcome_of(state: Fault, part: Fault | None) -> str:
-    """Outcome of naming: right, wrong or none for a faulty record; healthy or healthy_called for a healthy record."""
+    """Outcome of a diagnosis: right, wrong or none for a faulty record; healthy or healthy_called for a healthy one."""
     if state not in DEFECTS:
         return "healthy" if part is None else "healthy_called"
     return "none" if part is None else "right" if part == state else "wrong"
@@ -107,7 +107,7 @@ def name_graded(row: Row) -> Row:
 
 
 def public_outcome(state: Fault, line: str) -> str:
-    """Outcome of the line that the public tool ranks first (BPFO, BPFI, BSF, FTF or none)."""
+    """Outcome (as in `outcome_of`) of the line that the public tool ranks first: BPFO, BPFI, BSF, FTF or none."""
     right = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI", Fault.ROLLER: "BSF"}.get(state)
     if line == "none":
         return "none" if right else "healthy"

@@ -1,8 +1,8 @@
 """Accuracy of line frequencies, and false findings on records without a fault.
 
 On combs (a line with harmonics) in noise: frequency error relative to the Cramer-Rao bound, and coverage of the stated
-95 % interval. On records without a fault: number of faults named, and the ranks of lines at meaningless orders among
-placebos, which must be uniform.
+95 % interval. On records without a fault: number of faults named, and the rank of each line at a meaningless order
+(placebo) among such lines, which must be uniform.
 """
 
 import dataclasses
@@ -126,7 +126,7 @@ def row_of(task: Task) -> Any:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the study's result; see `harness.StudyResult`."""
+    """Compute the accuracy on synthetic combs, and the false findings on records without a fault."""
     tasks: list[Task] = [(background, name) for name in records.BACKGROUNDS]
     tasks += [(healthy, name) for name in HEALTHY]
     cells: list[Task] = [(accuracy, *map(float, cell)) for cell in CELLS.to_numpy()]

@@ -185,7 +185,7 @@ def answer_text(result: Mapping[str, Any]) -> str:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the study's result; see `harness.StudyResult`."""
+    """Benchmark the solvers; the result has no name if options select scenes or solvers, or a quick benchmark."""
     given = {name: tuple(own) for name in ("scenes", "solvers") if (own := getattr(options, name))}
     small: Row = {"scenes": (SCENES[0], SCENES[-1]), "settings": QUICK} if options.quick else {}
     found = run_bench(**small | given, jobs=options.jobs, progress=progress)

@@ -70,7 +70,7 @@ def longest(limits: Sequence[Mapping[str, Any]], scene: str, solver: str) -> flo
 
 
 def step(seconds: float) -> str:
-    """Text of a step as a fraction of a second."""
+    """Text of a step as a fraction of a second, such as ``1/61440 s``."""
     return f"1/{1 / seconds:.0f} s" if seconds else "none"
 
 
