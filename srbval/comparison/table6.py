@@ -38,7 +38,7 @@ class Published:
     source: str = ""
 
     def deviations_pct(self) -> dict[str, float]:
-        """Deviations of `model_hz` and `rig_hz` from the kinematic frequency [%], by name; unknown ones are left out."""
+        """Deviations of `model_hz` and `rig_hz` from the kinematic frequency [%], by name; without unknown ones."""
         known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
         kinematic_hz = self.kinematic_hz
         return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}
