@@ -2,7 +2,7 @@
 
 The page "Your own bearing" of the guide describes the file. The bearings known by name are files in `known` and rows of
 `catalogue.csv`. Its columns are the keys of the tables `[elements]` and `[orders]`, a key of `catalogue_sources.csv`
-(source) and other designations of the bearing (also). In a row with both, the elements are used; the orders are the
+(source) and other designations of the bearing (also). If a row has both, the dimensions are used; its orders are the
 maker's, rounded. A name may also be a printed designation (`designations`), or numbers: ``elements Z,D,DP,ANGLE`` or
 ``orders BPFO,BPFI,BSF,FTF``.
 """
@@ -245,7 +245,7 @@ def _nearest_known(text: str) -> str:
 
 
 def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> Bearing:
-    """Build a bearing from a bearing file's table; `where`: file, for errors. Raises `ConfigurationError`."""
+    """Build a bearing from a bearing file's table; `where`: its path, for errors. Raises `ConfigurationError`."""
     file = build(_BearingFile, table, where or name)
     given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
     if len(given) != 1:

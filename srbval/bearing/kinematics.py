@@ -170,9 +170,9 @@ class Fault(enum.StrEnum):
         return {Fault.INNER: 1.0, Fault.ROLLER: orders.ftf}.get(self, 0.0)
 
     def passing_order(self, rolling_elements: int, cage_ratio: float) -> float | None:
-        """Compute how many rolling elements pass a defect per shaft revolution, from cage speed over shaft speed.
+        """Compute how many elements pass a race's defect per shaft revolution; `cage_ratio`: cage / shaft speed.
 
-        This is the line's order with slip; None if the defect is on no race.
+        The result is the order of the fault line with slip; None if the defect is not on a race.
         """
         ratio = {Fault.OUTER: cage_ratio, Fault.INNER: 1 - cage_ratio}.get(self)
         return None if ratio is None else rolling_elements * ratio

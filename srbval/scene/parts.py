@@ -37,10 +37,9 @@ class Bodies(Limited):
     """Masses: density of rollers and outer ring, mass of one cage, or of two together (not in the paper).
 
     Two `cages`, one for each row, turn independently and tilt together. `row_stagger`: angle of row 2 ahead of row 1 in
-    the cage, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest distance of a roller from the middle of
-    its cage pocket along the pitch circle; each roller's is random (uniform distribution, the scene's seed). Only the
-    models full, line and slices use these three values. `free_rollers`: rollers tilt and slide along their axes (slices
-    model only).
+    the cage, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest random distance of a roller from the
+    middle of its cage pocket along the pitch circle (uniform distribution). Only the models full, line and slices use
+    these three values. `free_rollers`: rollers tilt and slide along their axes (slices model only).
     """
 
     density_kg_m3: float = quantity("density", above=0)
@@ -189,7 +188,7 @@ class Defect(Limited):
             self.kind is Fault.ROLLER or self.refinement > 1 or self.shape is DefectShape.HOLE
         ):
             raise ConfigurationError(
-                "a hole, a defect on a roller, or one with refinement needs an extent, for example extent = '2 mm'."
+                "a defect that is a hole, is on a roller or has a refinement needs an extent, e.g. extent = '2 mm'."
             )
 
 
@@ -202,7 +201,7 @@ class _Profile(Limited):
     def __post_init__(self) -> None:
         columns: list[Sequence[float]] = list(vars(self).values())
         if len(self.time_s) < 2 or any(len(column) != len(self.time_s) for column in columns):
-            raise ConfigurationError(f"{self._what} profile: it needs two or more times and one value for each.")
+            raise ConfigurationError(f"{self._what} profile: give two or more times, and one value for each time.")
         if not all(math.isfinite(value) for column in columns for value in column):
             raise ConfigurationError(f"{self._what} profile: every time and value must be a finite number.")
         pair = next((pair for pair in itertools.pairwise(self.time_s) if not pair[1] - pair[0] >= CLOSEST_S), None)

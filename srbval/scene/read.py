@@ -225,7 +225,7 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """List uncertain inputs: ``input`` (of the scene `rig`), ``oil`` (of `rig-oil`) or ``position`` (of the hole)."""
+    """List uncertain inputs: ``input`` (of the scene `rig`), ``oil`` (of `rig-oil`) or ``position`` (of its hole)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 

@@ -32,8 +32,7 @@ class Surface(Limited):
 
     `outer_waviness_m`, `inner_waviness_m`, `roller_waviness_m`: RMS height of the waves on each row of a race and each
     roller; a missing value follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes
-    are proportional to order^-`exponent`; phases depend on the scene's seed. Heights do not vary along a roller. Only
-    the models line and slices use waves.
+    are proportional to order^-`exponent`. Heights do not vary along a roller. Only the models line and slices use them.
     """
 
     outer_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
@@ -77,7 +76,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """Compute the power law's constant g of the roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
+        """Compute the waves' power-law constant g of the roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(__file__).with_name("roughness.toml"))

@@ -76,7 +76,7 @@ class Slot:
         """Balance the roller between both races at each `approach_m`, any shape, by bisection of its slide.
 
         Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
-        [m], [3, ...]. `raised`: a defect.
+        [m] as one array, [3, ...]. `raised`: a defect.
         """
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         slide = bisect_range(

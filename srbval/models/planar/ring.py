@@ -48,7 +48,7 @@ RING_BALANCE_N = 1e-3
 class PlanarRing:
     """Planar ring of a scene; `kernel`: parameters of the compiled integration, `plain`: table of an undamaged roller.
 
-    `defect_of`: index in `scene.defects` for each row of `kernel.defects`. `own_step`: False for `LONGEST_STEP_S`.
+    `defect_of`: index in `scene.defects` of each row of `kernel.defects`. `own_step`: True if the step is computed.
     """
 
     scene: Scene
@@ -180,7 +180,10 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 
 
 def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the planar ring for `whole` output intervals; yields chunks: number of the first interval, and outputs."""
+    """Run the planar ring model; yields the number of the first output interval and the outputs of each chunk.
+
+    `whole`: number of output intervals; the first `settle` of them are not recorded.
+    """
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     y, rate, trial = np.zeros(STATE_SIZE), np.zeros((4, STATE_SIZE)), np.zeros(STATE_SIZE)
     with stats.timed():
