@@ -89,8 +89,7 @@ def test_objects_draw_onto_given_axes_and_show_a_table(kind):
 @pytest.mark.parametrize("measured", ["OR_877rpm_sample.h5", "simulated", "own"])
 def test_round_trips_through_xarray_are_exact(measured, tmp_path):
     """From the object, and from a file that xarray wrote: signals to the last bit, and everything that is known."""
-    own = {"simulated": run, "own": lambda: analysis().recording}.get(measured, lambda: measured)()
-    recording = recording_of(own)
+    recording = recording_of({"simulated": run, "own": lambda: analysis().recording}.get(measured, lambda: measured)())
     data = recording.to_xarray()
     data.to_netcdf(tmp_path / "record.nc", engine="h5netcdf")
     with xarray.open_dataset(tmp_path / "record.nc", engine="h5netcdf") as stored:

@@ -299,5 +299,4 @@ ANALYSE = {"scipy.fft", "scipy.linalg", "scipy.ndimage", "scipy.special"}
 def test_commands_load_nothing_heavy(command, allowed):
     code = f"import sys; from srbval.cli import run_command_line\ntry: run_command_line({command.split()})\n"
     code += f"finally: print(*{HEAVY - allowed} & set(sys.modules), file=sys.stderr)"
-    run = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert run.stderr == "\n"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stderr == "\n"

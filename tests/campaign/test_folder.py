@@ -164,8 +164,7 @@ def test_two_campaigns_in_one_folder(folder: Path) -> None:
 
 
 def test_a_disk_that_is_too_small_is_seen_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    usage = type("usage", (), {"free": 1000})
-    monkeypatch.setattr("srbval.campaign.run.shutil.disk_usage", lambda _: usage)
+    monkeypatch.setattr("srbval.campaign.run.shutil.disk_usage", lambda _: type("usage", (), {"free": 1000}))
     with pytest.raises(DataError, match=r"6 results will take .* MB are free"):
         run_small(small(), tmp_path)
 
@@ -209,8 +208,7 @@ def test_a_campaign_is_one_data_set(whole: Path, tmp_path: Path) -> None:
 
 def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     def ask(*arguments: str) -> tuple[int, dict[str, object]]:
-        code = run_command_line(["campaign", *arguments, "--json"])
-        return code, json.loads(capsys.readouterr().out)
+        return run_command_line(["campaign", *arguments, "--json"]), json.loads(capsys.readouterr().out)
 
     file = tmp_path / "two.toml"
     file.write_text(

@@ -49,8 +49,7 @@ def test_the_answer_comes_first(faulty_file, tmp_path, srbval_json, srbval_text)
     assert (value, half) == (pytest.approx(line["found_hz"], abs=half / 10), pytest.approx(line["ci95_hz"], rel=0.06))
     missed = next(one for one in text if one.startswith("not found: "))
     assert {one["name"] for one in document["families"] if not one["detected"]} <= set(re.split(r"[ ,]", missed))
-    table = (tmp_path / "lines.csv").read_text().splitlines()
-    assert len(table) == 1 + len(document["lines"])
+    assert len((tmp_path / "lines.csv").read_text().splitlines()) == 1 + len(document["lines"])
 
 
 def test_everything_fits_a_terminal_and_goes_to_files(faulty_file, tmp_path, srbval_json, srbval_text):

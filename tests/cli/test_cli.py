@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 from pathlib import Path
@@ -200,8 +201,7 @@ def test_what_a_machines_file_states_is_registered_once(
         for key in ("band_hz", "lines", "bearing"):
             assert found[key] == wanted[key]
     assert srbval_json("analyse", two_channels, "--band", "600", "2900")["band_hz"] == [600, 2900]
-    said = srbval_text("data", "add", two_channels, "--band", "3000", "500", code=2).err
-    assert "band 3000 to 500 Hz" in said
+    assert "band 3000 to 500 Hz" in srbval_text("data", "add", two_channels, "--band", "3000", "500", code=2).err
     older = json.loads((home / "manifest.json").read_text(encoding="utf-8"))
     for key in ("band_hz", "auto_band"):
         del older["recordings"][0]["settings"][key]
@@ -215,8 +215,7 @@ def test_a_ball_is_a_rolling_element(two_channels, srbval_json):
     found = [srbval_json("analyse", *given, "--defect", part)["lines"] for part in ("ball", "roller")]
     assert found[0] == found[1]
     assert {line["name"][:5] for line in found[0]} == {"2xBSF"}
-    registered = srbval_json("data", "add", two_channels, "--state", "ball")["recordings"]
-    assert registered[0]["state"] == "roller"
+    assert srbval_json("data", "add", two_channels, "--state", "ball")["recordings"][0]["state"] == "roller"
 
 
 @pytest.mark.parametrize(("verdict", "code"), [(Verdict.MET, 0), (Verdict.NOT_RESOLVED, 0), (Verdict.MISSED, 1)])
@@ -230,20 +229,7 @@ def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, mo
     assert said["verdicts"][0]["verdict"] == verdict
 
 
-REPORTED = [
-    "--bearing",
-    "b.toml",
-    "--rpm",
-    "1500",
-    "--fs",
-    "10000",
-    "--unit",
-    "g",
-    "--band",
-    "1000",
-    "3000",
-    "--no-pdf",
-]
+REPORTED = shlex.split("--bearing b.toml --rpm 1500 --fs 10000 --unit g --band 1000 3000 --no-pdf")
 
 
 @pytest.fixture

@@ -141,11 +141,10 @@ def answer_signals() -> None:
 
 
 def started(command: str, folder: Path, mark: dict[str, str]) -> subprocess.Popen[str]:
-    env = os.environ | child_environment() | {"SRBVAL_HOME": str(folder / "home")} | mark
     return subprocess.Popen(
         [*SRBVAL, *(LONG | SHORT)[command]],
         cwd=folder,
-        env=env,
+        env=os.environ | child_environment() | {"SRBVAL_HOME": str(folder / "home")} | mark,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -330,8 +330,7 @@ def check_first_lines(command: str, code: int, document: dict[str, Any], text: S
             assert len(text) <= SHORT
             return
         assert " ".join(document["fault"]["reasons"]) in " ".join(" ".join(text).split())  # lines may be broken
-        detected = sum(line["detected"] for line in document["lines"])
-        assert detected == sum(row.endswith("  yes") for row in text)
+        assert sum(line["detected"] for line in document["lines"]) == sum(row.endswith("  yes") for row in text)
         assert all((line["found_hz"] is None) == (not line["detected"]) for line in document["lines"])
         lines = {(line["name"], line["harmonic"]): line for line in document["lines"]}
         for family in document["families"]:

@@ -50,7 +50,6 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
         ring = np.exp(-time[:200] * 3000) * np.sin(2 * np.pi * 1700 * time[:200])
         signal += np.convolve(train, ring)[: time.size]
     speed_hz = shaft_hz * (1 + drift * (np.linspace(0, 1, 1280) - 0.5))
-    speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-4 * shaft_hz, source=SpeedSource.TACHOMETER)
     return Recording(
         name=f"{state}_{seed}",
         origin=Origin.STAND_IN,
@@ -59,7 +58,7 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
         fs_hz=FS_HZ,
         unit="m/s2",
         state=state,
-        speed=speed,
+        speed=ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-4 * shaft_hz, source=SpeedSource.TACHOMETER),
         speed_signal=SpeedSignal(values_hz=speed_hz, rate_hz=1280 / SECONDS),
         nominal_rpm=60 * shaft_hz,
     )
@@ -80,8 +79,7 @@ def test_readings_are_unbiased_and_their_intervals_hold(state, other_cage):
         assert found is not None
         errors.append(found.ratio - ratio)
         own_u.append(found.reading_u)
-    z = np.array(errors) / np.array(own_u)
-    assert np.count_nonzero(abs(z) < 1.96) >= LEAST_HELD
+    assert np.count_nonzero(abs(np.array(errors) / np.array(own_u)) < 1.96) >= LEAST_HELD
     assert abs(np.mean(errors)) < STANDARD_ERRORS * np.std(errors) / math.sqrt(RECORDS)
 
 
@@ -186,8 +184,7 @@ def read(made, key):
 
 def test_choices_come_equally_often_and_take_their_other_values_with_them():
     load_path = next(each for each in open_inputs() if each.name == "load path")
-    shares = [i / 100 for i in range(100)]
-    assert [load_path.value(share) for share in shares].count("bearing") == 50
+    assert [load_path.value(i / 100) for i in range(100)].count("bearing") == 50
     scene = scene_at_shares([load_path], SCENE, [0.9])[0]
     assert (scene.load.path, scene.housing.damping_ns_m) == ("bearing", 0.0)
     assert scene_at_shares([load_path], SCENE, [None])[0] == SCENE

@@ -73,7 +73,6 @@ def test_deviations_of_the_lines_of_measured_records() -> None:
     line = {"kind": RACE_LINE.kind, "state": "inner", "kinematic": order, "rig": 1.001 * order, "data_ci95": 0.02}
     shown = line | {"pair": 1, "rig_present": True, "record": "/somewhere/IR.mat"}
     rows = [shown, shown | {"kind": "cage ratio"}, line | {"pair": 2, "rig_present": False, "record": "OR.mat"}]
-    pairs = [{"pair": n, "measured_facts": {"shaft_from": "tachometer"}} for n in (1, 2)]
-    (found,) = line_deviations(pairs, rows)
+    (found,) = line_deviations([{"pair": n, "measured_facts": {"shaft_from": "tachometer"}} for n in (1, 2)], rows)
     assert (found["record"], found["line"], found["speed_source"]) == ("IR", "BPFI", "tachometer")
     assert (found["slip_pct"], found["slip_ci95_pct"]) == (pytest.approx(0.1), 0.02)

@@ -148,8 +148,7 @@ def test_words_follow_from_error_uncertainty_and_margin() -> None:
     assert verdict_on_error(1.0, 1.9, 3.0) is Verdict.AGREES
     assert verdict_on_error(1.0, 2.1, 3.0) is verdict_on_error(0.0, 1.0) is Verdict.NOT_RESOLVED
     chances = (0.0, 0.05, 0.5, 0.95, 1.0)
-    words = [verdict_on_tolerance(p, 0.05).value for p in chances]
-    assert words == ["met", "met", "not resolved", "missed", "missed"]
+    assert [verdict_on_tolerance(p, 0.05).value for p in chances] == ["met", "met", "not resolved", "missed", "missed"]
 
 
 def test_endpoints_are_those_that_the_records_allow() -> None:

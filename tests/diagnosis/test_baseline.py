@@ -41,8 +41,7 @@ def test_fault_stands_above_the_healthy_record():
 
 def test_what_differs_is_named():
     ours = analyse(dataclasses.replace(record(shaft_hz=25.0), radial_n=1000.0), bearing=BEARING)
-    other = healthy(radial_n=500.0, unit="unknown", speed=nominal_speed(1200.0, 0.5))
-    found = baseline_of(ours, other)
+    found = baseline_of(ours, healthy(radial_n=500.0, unit="unknown", speed=nominal_speed(1200.0, 0.5)))
     assert found.conditions == ("1200 rpm instead of 1500 rpm", "radial load 0.5 kN instead of 1 kN")
     assert found.remarks == ("not both in m/s2: lines are compared as shares of the mean, not as levels",)
 
@@ -61,8 +60,7 @@ def test_a_baseline_that_shows_a_fault_itself_is_named_and_not_compared():
     read = read_record(RecordRequest(recording=healthy(), bearing=BEARING.name, healthy=faulty))
     assert any("the baseline has a fault (Inner race fault" in caution for caution in read.cautions)
     assert "has a fault" in read.verdict.comparison.sentence
-    asked = RecordRequest(recording=record(shaft_hz=25.0), bearing=BEARING.name, healthy=healthy())
-    fine = read_record(asked)
+    fine = read_record(RecordRequest(recording=record(shaft_hz=25.0), bearing=BEARING.name, healthy=healthy()))
     assert (fine.baseline.fault, fine.verdict.comparison.risen) == ("", Fault.INNER)
 
 

@@ -208,8 +208,7 @@ def test_a_comb_without_scatter_is_not_named_and_the_answer_says_by_which_rule(j
     ring = np.exp(-600 * np.arange(500) / fs_hz) * np.sin(2 * np.pi * 3000 * np.arange(500) / fs_hz)
     np.save(tmp_path / "comb.npy", np.convolve(train, ring)[: train.size] + rng.normal(0, 0.02, train.size))
     stated = ["--rpm", f"{rpm:.4f}", "--fs", str(fs_hz), "--unit", "g", "--band", "2000", "4000"]
-    said = srbval_text("analyse", tmp_path / "comb.npy", "--bearing", BEARING.name, *stated)
-    lines = said.out.splitlines()
+    lines = srbval_text("analyse", tmp_path / "comb.npy", "--bearing", BEARING.name, *stated).out.splitlines()
     assert lines[0].startswith(start)
     assert len(lines) <= 15
     assert lines[1].startswith("Not named: without tones and exact repetitions") == (jitter == 0)
@@ -261,8 +260,7 @@ def modulated(rng: np.random.Generator) -> Recording:
     """Rollers that pass under the load modulate the noise of a sound bearing."""
     plain = record(shaft_hz=25.0, fault=False, seed=int(rng.integers(1000)))
     passages = np.cos(2 * np.pi * 25.0 * BEARING.orders.bpfo * np.arange(plain.samples) / FS_HZ)
-    samples = plain.channels["x"] * (1 + rng.uniform(0.03, 0.1) * passages)
-    return dataclasses.replace(plain, channels={"x": samples})
+    return dataclasses.replace(plain, channels={"x": plain.channels["x"] * (1 + rng.uniform(0.03, 0.1) * passages)})
 
 
 def of_background(name: str, rng: np.random.Generator) -> Recording:

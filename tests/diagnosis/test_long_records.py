@@ -40,8 +40,7 @@ def record(seconds: float, state: Fault = Fault.OUTER, *, within=(0.0, 1.0)) -> 
     ("state", "within"), [(Fault.OUTER, (0.0, 1.0)), (Fault.OUTER, (0.6, 0.8)), (Fault.HEALTHY, (0.0, 1.0))]
 )
 def test_headline_lines_and_probabilities_of_a_long_record_agree(state, within):
-    long = record(100.0, state, within=within)
-    found = read_record(RecordRequest(recording=long, bearing="skf-22240"))
+    found = read_record(RecordRequest(recording=record(100.0, state, within=within), bearing="skf-22240"))
     analysis, verdict = found.analysis, found.verdict
     line = analysis.line("BPFO")
     assert isinstance(analysis, LongAnalysis)
@@ -101,8 +100,7 @@ def test_a_long_file_is_mapped_and_looked_at_in_blocks(tmp_path, monkeypatch):
     monkeypatch.setattr("srbval.recordings.reading.LONG_SAMPLES", 2**16)
     samples = np.clip(np.random.default_rng(0).standard_normal(3 * 2**16), -2.5, 2.5).astype(np.float32)
     np.save(tmp_path / "long.npy", samples)
-    kept = load_recording(tmp_path / "long.npy", fs_hz=1e4, unit="g", rpm=600.0).channels["data"]
-    assert kept.dtype == np.float32
+    assert load_recording(tmp_path / "long.npy", fs_hz=1e4, unit="g", rpm=600.0).channels["data"].dtype == np.float32
     held = load_recording(tmp_path / "long.npy", fs_hz=1e4, unit="m/s2", rpm=600.0)
     assert not held.channels["data"].flags.owndata, "the file's own pages"
     assert "3 of 3 blocks" in "".join(sample_cautions(samples))

@@ -239,8 +239,7 @@ def test_a_history_from_files_to_a_page(tmp_path, srbval_json, srbval_text):
     folder.mkdir()
     for day in range(12):
         quiet, faulty = (record(shaft_hz=25.0, seed=day, fault=fault).channels["x"] for fault in (False, True))
-        samples = quiet + max(0, day - 7) * (faulty - quiet)
-        np.save(folder / f"2026-11-{day + 1:02}.npy", samples)
+        np.save(folder / f"2026-11-{day + 1:02}.npy", quiet + max(0, day - 7) * (faulty - quiet))
     (folder / "2026-11-20.npy").write_bytes(b"")
     table, page = tmp_path / "trend.csv", tmp_path / "trend.html"
     command = ["trend", str(folder), *STATED, "--baseline", "6", "--machine-class", "medium-rigid"]

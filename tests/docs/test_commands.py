@@ -161,8 +161,7 @@ def test_the_campaign_on_a_cluster_goes_word_for_word(engine, tmp_path):
     environment = os.environ | {"DASK_CONFIG": str(tmp_path)}
     page = "guide/many_cases.md"
     for name in ("speeds.toml", "jobqueue.yaml"):
-        text = blocks(page, name[-4:])[0].replace("ib0", "lo")
-        (tmp_path / name).write_text(text, encoding="utf-8")
+        (tmp_path / name).write_text(blocks(page, name[-4:])[0].replace("ib0", "lo"), encoding="utf-8")
     with cluster(engine, tmp_path, environment) as options:
         for line in commands(page):
             other = {"slurm": "--scheduler", "scheduler": "--cluster-class"}[engine]

@@ -113,8 +113,7 @@ def test_commands_and_examples_draw_the_pictures_of_their_page_when_it_is_made(p
     assert source[0].count("\nPICTURE ") == pictures
     conf().fill_in(None, f"guide/{page}", source)
     assert "\nPICTURE" not in source[0]
-    found = re.findall(r'<img alt="[^"]{40,}" src="data:image/png;base64,([^"]+)"', source[0])
-    assert len(set(found)) == pictures
+    assert len(set(re.findall(r'<img alt="[^"]{40,}" src="data:image/png;base64,([^"]+)"', source[0]))) == pictures
 
 
 PAGE = (DOCS / "contributing.md").read_text(encoding="utf-8")
@@ -153,6 +152,5 @@ def test_the_data_set_is_a_description(tmp_path):
 
 
 def test_every_file_that_is_named_is_there():
-    root = PACKAGE.parent
     for name in re.findall(r"`((?:srbval|tests|data_manifest|reports)/[\w/.]+)`", PAGE):
-        assert (root / name).exists(), name
+        assert (PACKAGE.parent / name).exists(), name

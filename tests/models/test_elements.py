@@ -116,8 +116,7 @@ def test_the_full_model_runs_where_there_is_one(tmp_path, srbval_json):
     document = srbval_json("simulate", scene, "-o", output)
     assert document["cage_ratio"] == pytest.approx(load_bearing(file).orders.ftf, rel=CAGE)
     assert any("only the skf-22240 was compared with measurements" in what for what in document["not_validated"])
-    notes = srbval.load_recording(output).notes
-    assert any("not validated" in note and "skf-22240 alone" in note for note in notes)
+    assert any("not validated" in note and "skf-22240 alone" in note for note in srbval.load_recording(output).notes)
 
 
 def test_pulses_without_dimensions_follow_the_load():
@@ -161,15 +160,13 @@ def test_under_hertzs_pressure_half_spaces_take_the_bodies_shape(curvatures):
     assert displacement_m(e, force, 0.0) == pytest.approx(approach, rel=INTEGRALS)
     for share in (0.4, 0.8):
         x = share * e.across_m * force ** (1 / 3)
-        sunk = approach - curvatures[1] * x**2 / 2
-        assert displacement_m(e, force, x) == pytest.approx(sunk, rel=INTEGRALS)
+        assert displacement_m(e, force, x) == pytest.approx(approach - curvatures[1] * x**2 / 2, rel=INTEGRALS)
 
 
 @pytest.mark.parametrize("name", ["skf-6205", "fag-nu2205", "fag-qj212"])
 def test_strips_add_up_to_the_contact_law_and_balance_on_both_races(name):
     bearing = load_bearing(name)
-    scene = srbval.paper_scene(bearing=name)
-    slot = make_element_slot(scene, bearing.elements)
+    slot = make_element_slot(srbval.paper_scene(bearing=name), bearing.elements)
     power = 1.5 if bearing.elements.shape == "ball" else 10 / 9
     low, high = slot.press(np.array([5e-6, 2e-5]))[0]
     assert math.log(high / low) / math.log(4) == pytest.approx(power, rel=1e-6)

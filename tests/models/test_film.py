@@ -136,8 +136,7 @@ def test_a_slice_with_a_range_of_slips_has_their_mean():
         return float(film_drag(shear, 22.0, 1e3, 3e-3, slip**2, more)) * slip
 
     for slip, more in ((0.05, 0.01), (0.01, 0.05), (0.002, 0.05)):
-        ends = [slip + places * more, slip - places * more]
-        expected = sum(math.copysign(force(abs(s), 0.0), s) for s in ends) / 2
+        expected = sum(math.copysign(force(abs(s), 0.0), s) for s in (slip + places * more, slip - places * more)) / 2
         assert force(slip, more) == pytest.approx(expected, rel=1e-3, abs=1e-3)
 
 

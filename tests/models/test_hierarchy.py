@@ -74,16 +74,14 @@ class TestEveryLevel:
         own_hz = run.bpfo_hz if kind == "outer" else run.bpfi_hz
         assert line.found_hz == pytest.approx(own_hz, abs=RESOLUTIONS / SECONDS)
         assert run.bpfo_hz + run.bpfi_hz == pytest.approx(run.rolling_elements * run.scene.shaft_hz, rel=ROUNDING)
-        other = analyses[kind].line_of(Fault.INNER if kind is Fault.OUTER else Fault.OUTER)
-        assert not other.detected
+        assert not analyses[kind].line_of(Fault.INNER if kind is Fault.OUTER else Fault.OUTER).detected
 
     def test_the_same_scene_gives_the_same_run(self, model):
         scene = paper_scene(model=model, duration_s=0.02, settle_s=0.01, defect={"kind": "inner"})
         assert np.array_equal(simulate(scene).acceleration_m_s2, simulate(scene).acceleration_m_s2)
 
     def test_half_the_speed_halves_the_cage_speed(self, model, runs):
-        half = scene_of(model, "outer", shaft_speed="355 rpm")
-        slow = simulate(replace(half, duration_s=0.1))
+        slow = simulate(replace(scene_of(model, "outer", shaft_speed="355 rpm"), duration_s=0.1))
         assert slow.cage_ratio == pytest.approx(runs["outer"].cage_ratio, rel=LINE_TOLERANCE)
         assert slow.cage_rad_s.mean() == pytest.approx(runs["outer"].cage_rad_s.mean() / 2, rel=LINE_TOLERANCE)
 
@@ -100,8 +98,7 @@ class TestEveryLevel:
         summary = simulate_to_file(scene, tmp_path / "streamed.h5")
         assert (summary.cage_ratio, summary.status) == (run.cage_ratio, run.status)
         for name in ("run.h5", "streamed.h5"):
-            read = load_recording(tmp_path / name)
-            assert np.array_equal(read.channels["y"], run.acceleration_m_s2[:, 1])
+            assert np.array_equal(load_recording(tmp_path / name).channels["y"], run.acceleration_m_s2[:, 1])
         with h5py.File(tmp_path / "run.h5") as kept, h5py.File(tmp_path / "streamed.h5") as streamed:
             assert set(kept) == set(streamed)
             assert all(np.array_equal(kept[name][()], streamed[name][()], equal_nan=True) for name in kept)

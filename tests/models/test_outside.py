@@ -205,13 +205,11 @@ def test_a_program_reads_the_scene_and_writes_columns(srbval_text):
 
 def test_a_campaign_runs_it_and_names_its_failures(srbval_json):
     kinds = '[[axes]]\nkind = "list"\ncases = [{ "defect.kind" = "outer" }, { model = "models.py:raises" }]'
-    text = f'name = "own"\n[scene]\nduration = "0.1 s"\n{kinds}\n'
-    Path("own.toml").write_text(text, encoding="utf-8")
+    Path("own.toml").write_text(f'name = "own"\n[scene]\nduration = "0.1 s"\n{kinds}\n', encoding="utf-8")
     document = srbval_json("campaign", "run", "own.toml", "--model", "models.py:bundled", "--jobs", "1", code=1)
     assert document["cases"] == 2
     assert [(one["status"], "not today" in one["reason"]) for one in document["failed"]] == [("raised", True)]
-    table = Path(document["table"]).read_text(encoding="utf-8")
-    assert "bpfo_hz" in table
+    assert "bpfo_hz" in Path(document["table"]).read_text(encoding="utf-8")
 
 
 def test_forms_of_signals():

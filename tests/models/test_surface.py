@@ -203,10 +203,8 @@ def test_the_height_is_that_under_the_roller(race):
     layout, y = state_layout(plain), loaded(plain)
     y[layout.cage][2], shaft, spun = 0.3, 1.1, 0.7
     y[layout.rotation] = spun
-    drive = plain.drive._replace(speed=np.array([[0.0], [0.0], [shaft]]))
-    at = plain._replace(drive=drive)
-    wavy = at._replace(surface=heights(waves(7, 0.4), waves(5, 0.9)))
-    found = loads(wavy, y)
+    at = plain._replace(drive=plain.drive._replace(speed=np.array([[0.0], [0.0], [shaft]])))
+    found = loads(at._replace(surface=heights(waves(7, 0.4), waves(5, 0.9))), y)
     for j in np.flatnonzero(loads(at, y)[race] > 1000)[:4]:
         of_race = HEIGHT_M * math.cos(7 * (plain.slot_angle[j] + 0.3 - race * shaft) + 0.4)
         of_roller = HEIGHT_M * math.cos(5 * (race * math.pi - spun) + 0.9)
@@ -278,8 +276,7 @@ def test_a_seed_says_all():
         assert np.array_equal(a, b)
         assert np.abs(np.corrcoef(a.ravel(), c.ravel())[0, 1]) < 0.1
     assert first.races.shape[:2] == (2, 2)
-    rows = first.races.reshape(4, -1)
-    assert np.abs(np.corrcoef(rows) - np.eye(4)).max() < 0.2  # each row of a race has its own
+    assert np.abs(np.corrcoef(first.races.reshape(4, -1)) - np.eye(4)).max() < 0.2  # each row of a race has its own
 
 
 @cache

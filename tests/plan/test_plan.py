@@ -68,8 +68,7 @@ def test_what_is_not_known_is_never_met(table, question, said):
 
 def test_a_changed_base_makes_its_table_unknown():
     table = made(0.1)
-    old = replace(table, values={**table.values, "housing.mass_kg": 74.0})
-    plan = make_plan(paper("outer"), measured=old)
+    plan = make_plan(paper("outer"), measured=replace(table, values={**table.values, "housing.mass_kg": 74.0}))
     assert (plan.chosen, plan.met) == ("full", False)
     assert "the scene paper changed since its models were measured (housing.mass_kg = 75" in plan.outside[0]
 
@@ -138,8 +137,7 @@ def test_each_scene_is_planned_by_the_table_about_its_own_base(base, kind):
         bound = table.bound(scene, model, Question.LINES)
         assert bound is not None
         assert bound.scenes >= MIN_SCENES_FOR_BOUND
-    beyond = load_scene(base, {"defect": {"kind": kind}, "load": {"axial": "20 kN"}})
-    assert make_plan(beyond).chosen == table.reference
+    assert make_plan(load_scene(base, {"defect": {"kind": kind}, "load": {"axial": "20 kN"}})).chosen == table.reference
 
 
 def test_the_least_model_for_an_amplitude_depends_on_the_amplitude():
@@ -189,8 +187,7 @@ def test_the_chosen_model_runs_the_scene(changes, chosen):
     plan = make_plan(paper_scene(duration="50 ms", **changes), question=Question.LINES)
     assert (plan.chosen, plan.met) == (chosen, False)
     assert {c.model for c in plan.candidates if "has no [geometry]" in c.why} >= {"line", "full"}
-    run = simulate(paper_scene(duration="50 ms", model=plan.chosen, **changes), step=Step.UNCHECKED)
-    assert run.status.usable
+    assert simulate(paper_scene(duration="50 ms", model=plan.chosen, **changes), step=Step.UNCHECKED).status.usable
 
 
 FS = 20480.0

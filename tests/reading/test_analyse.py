@@ -71,8 +71,7 @@ def outer():
 
 @pytest.fixture(scope="module")
 def inner():
-    samples = impulses(BEARING.orders.bpfi * SHAFT_HZ * 0.999, modulation_hz=SHAFT_HZ)
-    return analyse(recording(samples), bearing=BEARING)
+    return analyse(recording(impulses(BEARING.orders.bpfi * SHAFT_HZ * 0.999, modulation_hz=SHAFT_HZ)), bearing=BEARING)
 
 
 def detected(analysis):
@@ -105,8 +104,7 @@ def test_every_harmonic_in_reach_is_a_line_of_its_own(outer):
 
 
 def test_second_harmonic_of_a_slower_comb_is_no_race_line():
-    samples = impulses(BEARING.orders.bpfo * SHAFT_HZ * 1.002 / 2)
-    line = analyse(recording(samples), bearing=BEARING).line("BPFO")
+    line = analyse(recording(impulses(BEARING.orders.bpfo * SHAFT_HZ * 1.002 / 2)), bearing=BEARING).line("BPFO")
     assert not line.detected
     assert "half" in line.explained_by
 
@@ -126,8 +124,7 @@ def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
     speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=0.01, source=SpeedSource.STATED)
     line_hz = bearing.orders.bpfo * shaft_hz * 1.003
     # Every other impulse weaker: half-order lines, the third of them inside the window of BPFI.
-    samples = impulses(line_hz, modulation_hz=line_hz / 2, depth=0.2)
-    result = analyse(recording(samples, speed=speed), bearing=bearing)
+    result = analyse(recording(impulses(line_hz, modulation_hz=line_hz / 2, depth=0.2), speed=speed), bearing=bearing)
     assert result.line("BPFO").detected
     assert result.line("BPFI").explained_by == "3/2 BPFO"
     assert not result.line("BPFI").detected

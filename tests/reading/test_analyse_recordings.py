@@ -84,10 +84,8 @@ def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir
                 verdict = verdict_of(analysis, compare_with_baseline(analysis, baseline), alone)
                 assert_no_contradiction(analysis, verdict)
                 findings[entry["file"], channel, baseline is not None] = state, verdict
-    crosses = [key for key, (state, v) in findings.items() if v.part and state in (None, Fault.HEALTHY)]
-    assert crosses == []
-    wrong = [key for key, (state, v) in findings.items() if v.part not in (None, state)]
-    assert wrong == []
+    assert [key for key, (state, v) in findings.items() if v.part and state in (None, Fault.HEALTHY)] == []
+    assert [key for key, (state, v) in findings.items() if v.part not in (None, state)] == []
     for (file, channel, beside), (_, verdict) in findings.items():
         if not beside and (file, channel, True) in findings and verdict.part:
             assert findings[file, channel, True][1].part is verdict.part

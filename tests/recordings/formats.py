@@ -38,8 +38,7 @@ def write_csv(path, other, sensor):
 
 
 def write_sound(path, other, sensor, *, scale, **kind):
-    samples = np.stack([other, sensor], axis=1) * scale
-    pytest.importorskip("soundfile").write(path, samples, round(FS_HZ), **kind)
+    pytest.importorskip("soundfile").write(path, np.stack([other, sensor], axis=1) * scale, round(FS_HZ), **kind)
 
 
 def write_tdms(path, other, sensor):

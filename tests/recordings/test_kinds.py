@@ -130,8 +130,7 @@ def test_velocities_and_displacements_stay_what_they_are(tmp_path, unit, factor)
     table = np.stack([at, np.sin(2 * np.pi * 50 * at)], 1)
     np.savetxt(tmp_path / "a.csv", table, header=f"t [s],x [{unit}]", delimiter=",", comments="")
     found = load_recording(tmp_path / "a.csv")
-    done = analyse(found, bearing=BEARING, speed=stated_speed(6000, 1.0), band_hz=(2000.0, 4000.0))
-    features = features_of(done)
+    features = features_of(analyse(found, bearing=BEARING, speed=stated_speed(6000, 1.0), band_hz=(2000.0, 4000.0)))
     rms = {"um": 1.0, "mil": 25.4}.get(unit, factor or 0.0) * np.sqrt(0.5)
     assert features["unit"] == ("um" if factor is None else "mm/s")
     assert features["rms"] == pytest.approx(rms, rel=1e-3)
@@ -207,8 +206,7 @@ def hdf5(path):
 def index(path):
     pd, parquet, pa = (pytest.importorskip(name) for name in ("pandas", "pyarrow.parquet", "pyarrow"))
     at = pd.to_timedelta(T, unit="s") + pd.Timestamp("2024-05-06")
-    frame = pd.DataFrame({"acc [g]": X, "rpm": np.full(N, np.nan)}, index=at)
-    parquet.write_table(pa.Table.from_pandas(frame), path)
+    parquet.write_table(pa.Table.from_pandas(pd.DataFrame({"acc [g]": X, "rpm": np.full(N, np.nan)}, index=at)), path)
 
 
 def tdms(path, cut=0):
@@ -251,8 +249,7 @@ def test_containers(tmp_path, write):
     found = load_recording(tmp_path / "a.dat", unit="g" if write is wav else None)
     assert (found.fs_hz, found.unit) == (pytest.approx(FS_HZ, rel=1e-5), "m/s2")
     samples = found.channels[found.channel] * (8 if write is wav else 1)
-    off = np.abs(samples - G * X) > 1e-5
-    assert off.sum() == (write is uff)
+    assert (np.abs(samples - G * X) > 1e-5).sum() == (write is uff)
     assert bool(found.cautions) == (write in (tdms, wav))
     assert found.speed is None or found.speed.value_hz * 60 == pytest.approx(505)
 

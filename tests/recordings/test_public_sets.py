@@ -42,8 +42,7 @@ def built(root: Path) -> Any:
     table = TABLE.join(places, on="signal_id").astype({"signal_row_group": int, "signal_row": int})
     validate(table)
     table.to_parquet(root / "mine" / "metadata.parquet")
-    about = {"dataset": "mine", "schema_version": 2}
-    (root / "mine" / "manifest.json").write_text(json.dumps(about))
+    (root / "mine" / "manifest.json").write_text(json.dumps({"dataset": "mine", "schema_version": 2}))
     return package.open("mine", root)
 
 

@@ -299,8 +299,7 @@ def test_stated_once_and_stored(machine):
 
 
 def test_an_option_that_one_file_of_a_folder_has_no_use_for(machine):
-    found = add(machine, settings=RecordingSettings(channel="data[2]", **GIVEN)).recordings
-    *two, one = found
+    *two, one = add(machine, settings=RecordingSettings(channel="data[2]", **GIVEN)).recordings
     assert [(entry.channel, entry.reason) for entry in two] == [("data[2]", None)] * 2
     assert (one.status, one.channel, one.fs_hz) == (FileStatus.OK, "data", 8000.0)
     assert "no channel 'data[2]'; it has data" in (one.reason or "")

@@ -233,8 +233,7 @@ def test_options_and_a_table_of_labels_state_the_same(tmp_path, srbval_json):
     columns = {"time [s]": times, "x [mm]": tones(times), "cage [rad]": 2 * np.pi * CAGE * 25 * times}
     file, labels = table(tmp_path / "a.csv", columns), tmp_path / "labels.csv"
     given = "--resample 8000 --derivative 2 --skip 0.25 --cage-channel cage --origin simulated --band 500 1500"
-    of_machine = ("--bearing", "skf-6205", "--rpm", "1500")
-    document = srbval_json("analyse", file, *shlex.split(given), *of_machine)
+    document = srbval_json("analyse", file, *shlex.split(given), "--bearing", "skf-6205", "--rpm", "1500")
     assert (document["origin"], document["fs_hz"]) == ("simulated", FS_HZ)
     assert document["cage_ratio"] == pytest.approx(CAGE, rel=RATIO)
     assert 0 < document["resampling_error"] < SPLINE
@@ -295,8 +294,7 @@ def test_simulink(tmp_path, contents, channel, settings):
 def test_times_of_the_channel_that_is_chosen(tmp_path):
     """Two blocks record at two rates."""
     slow = {"time": np.arange(1000) / 2e3, "signals": structure("slow", X[:1000])}
-    fast = {"time": TIMES, "signals": structure("fast", X)}
-    savemat(tmp_path / "out.mat", {"a": slow, "b": fast}, oned_as="column")
+    savemat(tmp_path / "out.mat", {"a": slow, "b": {"time": TIMES, "signals": structure("fast", X)}}, oned_as="column")
     rates = [load(tmp_path / "out.mat", unit="m/s2", channel=name).fs_hz for name in ("slow", "fast")]
     assert rates == pytest.approx([2e3, RATE_HZ])
 
@@ -470,8 +468,7 @@ def test_a_channel_beside_the_vibration(tmp_path):
 
 def test_the_shaft_s_own_variation_is_no_error_of_the_record_s_mean():
     """The mean of a speed that varies by half a per cent is uncertain only by the clocks."""
-    wave = 14.3 * (1 + 0.005 * np.sin(2 * np.pi * 5 * np.arange(4096) / 2048))
-    speed = tachometer_speed(wave)
+    speed = tachometer_speed(14.3 * (1 + 0.005 * np.sin(2 * np.pi * 5 * np.arange(4096) / 2048)))
     assert speed.spread_hz == pytest.approx(0.005 * 14.3 / np.sqrt(2), rel=SPREAD)
     assert speed.ci95_hz == pytest.approx(SCALE_CI95 * 14.3, rel=SPREAD)
 

@@ -76,7 +76,6 @@ def view(origin: str = "measured", **changes: Any) -> Any:
     rng, time = np.random.default_rng(1), np.arange(12_288) / 61_440
     noise, height = rng.standard_normal(time.size), rng.random(10_000)
     height[1281] = 30.0
-    analysis = SimpleNamespace(line=line_of, processed=SimpleNamespace(band_hz=(500.0, 1500.0)))
     given = {
         "origin": Origin(origin),
         "shaft_hz": 11.833,
@@ -89,7 +88,7 @@ def view(origin: str = "measured", **changes: Any) -> Any:
         "amplitude": height,
         "power_hz": np.arange(1, 500) * 20.0,
         "power_db": 10 * np.log10(rng.random(499)),
-        "analysis": analysis,
+        "analysis": SimpleNamespace(line=line_of, processed=SimpleNamespace(band_hz=(500.0, 1500.0))),
     }
     return SimpleNamespace(**given | changes)
 

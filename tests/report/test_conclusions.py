@@ -26,11 +26,10 @@ def verdict(scene: str, endpoint: str, answer: str) -> dict[str, Any]:
 def data(change: str | None, within: int, u: float | None = 0.05) -> dict[str, Any]:
     """Content of ``report.json`` as far as the answer needs it."""
     line = {"rig_source": "measured", "line": "BPFI", "defect": "inner", "verdict": "differs"}
-    trend = {"verdict": change, "rig_pct": 0.22, "rig_ci95_pct": 0.08, "model_pct": 0.0}
     return {
         "table6": [line | {"comparison_error_pct": -0.13, "validation_uncertainty_pct": u}],
         "verdicts": [verdict("rig", "877 rpm", "met")] if change else [],
-        "trend": trend,
+        "trend": {"verdict": change, "rig_pct": 0.22, "rig_ci95_pct": 0.08, "model_pct": 0.0},
         "amplitudes": {"locked": {"within": within, "of": 21}},
     }
 

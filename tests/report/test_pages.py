@@ -157,9 +157,8 @@ SETS = [{"name": "Ottawa", "records": 60, "revision": "2", "date": "2023-05-01"}
     ],
 )
 def test_the_origin_of_a_result_says_kind_date_machine_and_command(more, words):
-    text = describe_origin(StoredResult(path=Path("naming.json"), content=STORED | more)).text
     for part in (words, "2026-11-26 10:00 UTC", "A\\*B", "`srbval evidence naming`"):
-        assert part in text
+        assert part in describe_origin(StoredResult(path=Path("naming.json"), content=STORED | more)).text
 
 
 def test_a_study_page_starts_with_the_origin_or_the_command(monkeypatch):
@@ -189,8 +188,7 @@ print(",".join(page.name for page in found), ",".join(study_names()))
 
 def without(study: str, folder: Path) -> Path:
     """Copy the package without one study's folder, and link what ships beside it."""
-    left_out = shutil.ignore_patterns("__pycache__", "docs")
-    shutil.copytree(PACKAGE, folder / PACKAGE.name, ignore=left_out)
+    shutil.copytree(PACKAGE, folder / PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__", "docs"))
     shutil.rmtree(folder / PACKAGE.name / "studies" / study)
     for name in ("reports", "data_manifest"):
         (folder / name).symlink_to(PACKAGE.parent / name)

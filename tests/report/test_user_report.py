@@ -77,8 +77,7 @@ def test_headline_tone_points_and_data_follow_from_the_one_verdict():
 
 def test_two_recordings_are_told_apart_and_the_worst_verdict_comes_first():
     quiet = dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=4), name="another")
-    records = gathered(faulted(), quiet)
-    both = assembled(*records)
+    both = assembled(*gathered(faulted(), quiet))
     limits = next(section for section in both.sections if section.id == "limits")
     assert any("No healthy record was given" in item for item in limits.blocks[0].items)
     assert both.sections[0].id == "overview"
@@ -90,8 +89,7 @@ def test_two_recordings_are_told_apart_and_the_worst_verdict_comes_first():
 
 def test_every_line_is_either_seen_or_has_a_reason():
     own = compared()
-    unseen = {line.name for line in first_lines(own.analysis) if not line.detected}
-    assert unseen == own.to_dict()["unseen"].keys()
+    assert {line.name for line in first_lines(own.analysis) if not line.detected} == own.to_dict()["unseen"].keys()
     (narrow,) = gathered(faulted(), band_hz=(1000.0, 1100.0))
     assert narrow.to_dict()["unseen"]["BPFI"] is NotDetected.OUT_OF_REACH
 
@@ -115,8 +113,7 @@ def test_a_published_record_in_five_pages(file, baseline, expected, line, record
     assert model[f"{line}_hz"] == pytest.approx(read["kinematic_hz"], rel=1e-3)
     assert model["open_cage"] == OPEN_CAGE
     assert expected in (tmp_path / "report.html").read_text(encoding="utf-8")
-    pages = re.findall(rb"/Type\s*/Page\b", unpacked((tmp_path / "report.pdf").read_bytes()))
-    assert 3 <= len(pages) <= MOST_PAGES
+    assert 3 <= len(re.findall(rb"/Type\s*/Page\b", unpacked((tmp_path / "report.pdf").read_bytes()))) <= MOST_PAGES
 
 
 @pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".html", b"<!DOCTYPE html>")])
@@ -150,8 +147,7 @@ def outer_race(fs_hz: float, seconds: float, rpm: float) -> Recording:
     hits = np.zeros(samples.size)
     hits[(np.arange(0.003, seconds, 60 / rpm / BEARING.orders.bpfo) * fs_hz).astype(int)] = 1.0
     step = np.arange(round(0.02 * fs_hz))
-    ringing = np.exp(-0.015 * step) * np.sin(0.6 * np.pi * step)
-    found = samples + scipy.signal.fftconvolve(hits, ringing)[: samples.size]
+    found = samples + scipy.signal.fftconvolve(hits, np.exp(-0.015 * step) * np.sin(0.6 * np.pi * step))[: samples.size]
     own = {"fs_hz": fs_hz, "channels": {"x": found}, "speed": stated_speed(rpm, min(1.0, 0.02 * rpm))}
     return faulted(state=None, nominal_rpm=None, band_hz=None, **own)
 

@@ -43,8 +43,7 @@ def ids(page: str, tag: str) -> list[str]:
 
 def test_the_sections_are_in_order_and_every_panel_is_there(with_rig):
     page = with_rig.text("html")
-    found = ids(page, "section")
-    assert tuple(found) == SECTIONS
+    assert tuple(ids(page, "section")) == SECTIONS
     figures = set(ids(page, "figure"))
     assert figures >= PANELS | {"small-11c", "small-12a", "small-13a", "small-14c"}
     assert {path.stem for path in (with_rig.folder / "figures").glob("*.svg")} == figures

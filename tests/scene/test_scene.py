@@ -201,8 +201,7 @@ def test_each_input_is_the_scenes(key):
     assert load_scene("rig", one.changes(one.nominal)) == load_scene("rig")
     assert one.low <= one.nominal <= one.high
     for value in (one.low + share * (one.high - one.low) for share in one.shares):
-        scene = load_scene("rig", one.changes(value))
-        assert (scene == load_scene("rig")) == (value == one.nominal)
+        assert (load_scene("rig", one.changes(value)) == load_scene("rig")) == (value == one.nominal)
     assert one.stands_for
     assert one.source
 
@@ -295,8 +294,7 @@ def weighted_mean(samples: FloatArray, cutoff_m: float) -> FloatArray:
     ],
 )
 def test_the_profile_has_the_ra_of_its_class(name, exponent, ra_m, cutoff_m, finest_m):
-    surface = Surface(roughness_class=RoughnessClass(name), exponent=exponent)
-    whole = profile(surface, finest_m / 2, seed=1)
+    whole = profile(Surface(roughness_class=RoughnessClass(name), exponent=exponent), finest_m / 2, seed=1)
     without_noise = weighted_mean(whole, finest_m)
     found = without_noise - weighted_mean(without_noise, cutoff_m)
     assert np.abs(found).mean() == pytest.approx(ra_m, rel=RA_TOLERANCE)

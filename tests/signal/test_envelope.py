@@ -206,8 +206,7 @@ def noise(random: np.random.Generator) -> np.ndarray:
 
 
 def test_a_known_power_is_the_mean_less_the_quiet_level():
-    found = locked_mean(2.0 * RAISED + 5.0, PERIODS, BLOCKS)
-    assert found.value == pytest.approx(0.6)
+    assert locked_mean(2.0 * RAISED + 5.0, PERIODS, BLOCKS).value == pytest.approx(0.6)
     assert locked_mean(5.0 - 2.0 * RAISED, PERIODS, BLOCKS).value == pytest.approx(1.4), "a dip is quieter, not louder"
 
 
@@ -261,8 +260,7 @@ def record_of(samples, limit_hz=900.0, shaft_ci_hz=0.0):
 
 
 def test_reduced_record_keeps_a_tone_and_its_place():
-    time_s = np.arange(40_000) / LOCKED_HZ
-    record = record_of(5.0 + 2.0 * np.cos(2 * np.pi * 321.4 * time_s))
+    record = record_of(5.0 + 2.0 * np.cos(2 * np.pi * 321.4 * np.arange(40_000) / LOCKED_HZ))
     assert record.fs_hz < LOCKED_HZ / 4
     assert record.depth_at(321.4) == pytest.approx(2.0 / 5.0, rel=DEPTH)
     at = np.array([321.4])
@@ -270,15 +268,13 @@ def test_reduced_record_keeps_a_tone_and_its_place():
 
 
 def test_noise_mean_is_that_of_the_bins_and_ignores_lines_among_them():
-    rng = np.random.default_rng(4)
-    samples = rng.standard_normal(40_000)
+    samples = np.random.default_rng(4).standard_normal(40_000)
     time_s = np.arange(samples.size) / LOCKED_HZ
     clean = record_of(samples).noise_near(200.0, 2.0).mean_power
     lines = samples + sum(0.1 * np.cos(2 * np.pi * f * time_s) for f in (195.3, 206.1, 209.0))
     reduced = record_of(samples)
     # White noise of unit variance at the full rate keeps its density, so its variance falls with the rate.
-    expected = reduced.samples.size * reduced.fs_hz / LOCKED_HZ
-    assert clean == pytest.approx(expected, rel=NOISE_SCATTER)
+    assert clean == pytest.approx(reduced.samples.size * reduced.fs_hz / LOCKED_HZ, rel=NOISE_SCATTER)
     # Three lines of a hundred times the noise would raise the plain mean of 64 bins about fivefold.
     assert record_of(lines).noise_near(200.0, 2.0).mean_power < 2 * clean
 

@@ -70,8 +70,7 @@ def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
             noise = (rng.standard_normal(320) + 1j * rng.standard_normal(320)) / np.sqrt(640)
             comb += np.abs(transform @ noise) ** 2
         rises += np.count_nonzero((comb[:-1] <= level) & (comb[1:] > level))
-    expected = upcrossings(level, level, harmonics, half_hz, seconds)
-    assert rises / RISES == pytest.approx(expected, rel=RISE_SCATTER)
+    assert rises / RISES == pytest.approx(upcrossings(level, level, harmonics, half_hz, seconds), rel=RISE_SCATTER)
 
 
 def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_underflow():

@@ -94,5 +94,4 @@ def test_the_table_covers_weak_lines_and_counts_as_readings_do():
     assert weak_coverage(logs, np.hstack((steady, slipping)), SHARP) > WEAK_COVERED
     edge = weak_factor(0.2, 3.0)
     for share, covered in ((0.99, 1.0), (1.01, 0.0)):
-        line = np.array([[share * edge], [0.2], [3.0]])
-        assert weak_coverage(logs, line, SHARP) == pytest.approx(covered)
+        assert weak_coverage(logs, np.array([[share * edge], [0.2], [3.0]]), SHARP) == pytest.approx(covered)

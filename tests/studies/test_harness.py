@@ -29,8 +29,7 @@ def test_every_study_states_its_question_and_has_options_that_parse(name):
 def test_a_complete_result_is_stored_and_a_part_only_if_a_file_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     own = study_names()[0]
-    study = Study(name=own, question="?", minutes=1)
-    monkeypatch.setattr("srbval.studies.harness.load_study", lambda _: study)
+    monkeypatch.setattr("srbval.studies.harness.load_study", lambda _: Study(name=own, question="?", minutes=1))
     for name, output, stored in ((own, None, True), (None, None, False), (None, str(tmp_path / "own.json"), True)):
         result = StudyResult(name=name, content={"rows": [1]}, text="")
         monkeypatch.setattr(Study, "run", property(lambda _, result=result: lambda *_: result))

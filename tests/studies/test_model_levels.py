@@ -19,8 +19,7 @@ def test_scenes_are_drawn_within_the_ranges_and_fresh_ones_differ():
     for axis, (low, high) in study.RANGES.items():
         assert table[axis].between(low, high).all()
         assert not set(table[axis]) & set(fresh[axis])
-    first = table.groupby(["base", "fit", "point"]).model.first()
-    assert (first == study.REFERENCE).all()
+    assert (table.groupby(["base", "fit", "point"]).model.first() == study.REFERENCE).all()
     assert set(table[table.base == "rig-oil"].model) == {study.REFERENCE, "slices"}
     assert study.SCENES_PER_POINT == 10
 

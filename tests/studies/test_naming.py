@@ -100,10 +100,8 @@ def test_bearing_and_speed_alone_name_as_many_faults_as_with_the_band_of_the_set
     right = {"set": 0, "alone": 0}
     for known in known_records(listing().recordings):
         own, bearing = known.load()
-        alone = dataclasses.replace(own, band_hz=None, dataset=None)
-        for kind, one in (("set", own), ("alone", alone)):
-            settings = RecordingSettings(channel=one.channel)
-            asked = RecordRequest(recording=one, bearing=bearing.name, settings=settings)
+        for kind, one in (("set", own), ("alone", dataclasses.replace(own, band_hz=None, dataset=None))):
+            asked = RecordRequest(recording=one, bearing=bearing.name, settings=RecordingSettings(channel=one.channel))
             part = read_record(asked).verdict.part
             assert part in (None, known.state), (known.entry.file, kind)
             right[kind] += part is not None

@@ -162,8 +162,7 @@ def test_costs_by_size_are_those_of_the_command_alone(monkeypatch, srbval_json, 
     held = np.ones(2**26)  # 512 MB, which a copy of this process would show
     monkeypatch.setattr(scale, "RUN", "kinematics {} --rpm ")
     monkeypatch.setattr(scale, "COST_SERIES", {"a": ("analyse record-{}.npy " + scale.RECORD, (0.02, 0.03))})
-    found = srbval_json("bench", "--scale", "-o", tmp_path / "scale.json")
-    first, second = found["rows"]
+    first, second = srbval_json("bench", "--scale", "-o", tmp_path / "scale.json")["rows"]
     assert 0.2 < second["cpu_s"] < second["wall_s"] * 4
     assert 30 < second["memory_mb"] < held.nbytes / 2**20
     assert second["cpu_per_unit_s"] == pytest.approx((second["cpu_s"] - first["cpu_s"]) / 0.01)

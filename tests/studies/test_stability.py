@@ -45,8 +45,7 @@ def test_a_cell_ends_as_simulate_does(result):
 
 def test_every_line_has_a_run_at_the_papers_step_and_runs_of_one_length():
     """The first run of a bisection has the middle step."""
-    middle = study.STEPS_PER_S[(len(study.STEPS_PER_S) - 1) // 2]
-    assert pytest.approx(PAPER.step_s) == 1 / middle
+    assert pytest.approx(PAPER.step_s) == 1 / study.STEPS_PER_S[(len(study.STEPS_PER_S) - 1) // 2]
     case = {"scene": "play0-outer", "solver": "ode4", "rpm": 127.0}
     scenes = [study.scene_of(case | {"steps_per_s": steps}) for steps in study.STEPS_PER_S]
     assert len({(scene.duration_s, scene.settle_s) for scene in scenes}) == 1

@@ -61,16 +61,14 @@ def side(*analyses, scene=None, order=None, state=Fault.INNER):
 
 def rows(model, rig, effects=(CAGE,)):
     sides = {"simulated": side(model, scene="paper"), "measured": side(rig)}
-    found = compare_pair(1, Fault.INNER, sides, CASE, known(*effects), "withheld")
-    return {row["quantity"]: row for row in found}
+    return {row["quantity"]: row for row in compare_pair(1, Fault.INNER, sides, CASE, known(*effects), "withheld")}
 
 
 def outside(simulated, measured, **case):
     """Table of a comparison with signals from outside, by quantity."""
     own = replace(CASE, **case)
     sides = {"simulated": side(*simulated), "measured": side(*measured)}
-    table = table_of(list(compare_pair(1, Fault.INNER, sides, own, {}, "withheld")), own.tolerance)
-    return table.set_index("quantity")
+    return table_of(list(compare_pair(1, Fault.INNER, sides, own, {}, "withheld")), own.tolerance).set_index("quantity")
 
 
 def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
@@ -104,8 +102,7 @@ def test_small_error_is_not_resolved_unless_surely_small_and_without_terms_the_d
 
 
 def test_the_mean_over_the_inputs_is_compared():
-    shifted = CAGE | {"shift": 0.002}
-    plain, moved = (rows(analysis(), analysis(), (one,))["cage ratio"] for one in (CAGE, shifted))
+    plain, moved = (rows(analysis(), analysis(), (one,))["cage ratio"] for one in (CAGE, CAGE | {"shift": 0.002}))
     assert (plain["error"], moved["error"]) == (0.0, pytest.approx(100 * 0.002 / plain["rig"]))
 
 

@@ -182,8 +182,7 @@ def case_of(folder: Path, shift_pct: float, seed: int = 1, **changes: Any) -> Va
         "simulated": simulated(folder / "sim_outer.npy", Fault.OUTER, seed=2 * seed, shift_pct=shift_pct),
         "measured": measured(folder / "OR_877rpm_made.mat", Fault.OUTER, seed=2 * seed + 1),
     }
-    given = SIMULATED | changes
-    return case_of_pairs([pair], {key: value for key, value in given.items() if value is not None})
+    return case_of_pairs([pair], {key: value for key, value in (SIMULATED | changes).items() if value is not None})
 
 
 @pytest.mark.parametrize(
@@ -206,8 +205,7 @@ def test_a_planted_shift_is_found_and_a_small_one_is_not(shift_pct, stated, quan
 
 
 def test_nothing_simulated_passes_as_measured(tmp_path):
-    run = simulate(paper_scene(model="impulse", duration="2 s", defect={"kind": "outer"}))
-    write_run(run, tmp_path / "run.h5")
+    write_run(simulate(paper_scene(model="impulse", duration="2 s", defect={"kind": "outer"})), tmp_path / "run.h5")
     pairs = [{"simulated": str(tmp_path / "run.h5"), "measured": str(tmp_path / "run.h5")}]
     with pytest.raises(ConfigurationError, match="states that it is simulated"):
         validate(case_of_pairs(pairs))

@@ -46,8 +46,7 @@ def mass_matrix(world: World, y: FloatArray) -> FloatArray:
     own = np.einsum("jax,x,jbx->jab", slots, top, slots)
     mass = b.roller * np.einsum("kja,lja->kl", p.centre, p.centre) + b.ring * p.ring @ p.ring.T
     mass += np.einsum("kja,jab,ljb->kl", p.omega, own, p.omega)
-    thin_ring = b.cage_axial / 2 * (np.eye(3) + np.outer(axis, axis))
-    mass[where.cage, where.cage] += thin_ring
+    mass[where.cage, where.cage] += b.cage_axial / 2 * (np.eye(3) + np.outer(axis, axis))
     mass[where.relative_angle, where.relative_angle] += b.cage_axial / 2
     mass[where.cage, where.relative_angle] += b.cage_axial / 2 * axis[:, None]
     mass[where.relative_angle, where.cage] += b.cage_axial / 2 * axis

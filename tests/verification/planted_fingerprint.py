@@ -125,8 +125,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.jobs) as pool:
         prepare(Path(folder, "states"))
         print(outcome(None, Path(folder)), flush=True)
-        outcomes = pool.map(lambda error: outcome(error, Path(folder)), errors)
-        for error, text in zip(errors, outcomes, strict=True):
+        for error, text in zip(errors, pool.map(lambda error: outcome(error, Path(folder)), errors), strict=True):
             found[error["what"]] = text
             print(f"{error['file']}, {error['what']}: {text}", flush=True)
     print(dict(Counter(text.partition(":")[0] for text in found.values())))

@@ -51,8 +51,7 @@ def test_damping_matrix(case):
     """Recovered from the response: D = M (S^-1 - 1) / h; symmetric, never driving."""
     mass, units = mass_matrix(case.world, case.y), unit_masses(case.world, case.y)
     expected = damping_matrix(case.world, case.time, case.y) / units
-    recovered = np.linalg.solve(response(case, PAPER_STEP_S).T, mass).T - mass
-    found = recovered / PAPER_STEP_S / units
+    found = (np.linalg.solve(response(case, PAPER_STEP_S).T, mass).T - mass) / PAPER_STEP_S / units
     largest = np.abs(expected).max()
     assert largest > 1e5, "in 1/s: contacts must rub"
     assert found == pytest.approx(expected, abs=MATRIX * largest)

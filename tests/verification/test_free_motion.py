@@ -57,8 +57,7 @@ def test_angular_momentum_and_energy_at_an_instant(gravity):
     rate[layout_of(free.y).ring_rate] = 0.0  # the ring swings on its own
     ahead, behind = free.y + SPAN_S * rate, free.y - SPAN_S * rate
     momentum = (free.world.momentum(ahead) - free.world.momentum(behind)) / (2 * SPAN_S)
-    weight = free.world.bodies.roller * free.world.gravity()
-    torque = np.cross(free.world.centres(free.y), weight).sum(axis=0)
+    torque = np.cross(free.world.centres(free.y), free.world.bodies.roller * free.world.gravity()).sum(axis=0)
     assert momentum == pytest.approx(torque, abs=BALANCED * turnover(free))
     energy = (free.world.mechanical_energy(ahead) - free.world.mechanical_energy(behind)) / (2 * SPAN_S)
     assert energy == pytest.approx(0.0, abs=BALANCED * turnover(free) * CAGE_RAD_S)

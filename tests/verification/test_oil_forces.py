@@ -109,8 +109,7 @@ def test_forces_are_those_of_free_bodies(name):
     one = case(name)
     parts, (couples, cages, on_shaft, power) = state_layout(one.model), expected(one)
     spins, turning = parts.spin.start - parts.half, parts.shaft_cage_rate.start - parts.half
-    found = one.force[spins : spins + len(couples)]
-    np.testing.assert_allclose(found, couples, rtol=FORM, atol=FORM * 1e-3)
+    np.testing.assert_allclose(one.force[spins : spins + len(couples)], couples, rtol=FORM, atol=FORM * 1e-3)
     assert one.force[turning] == pytest.approx(cages, rel=FORM, abs=1e-6 * max(1.0, float(abs(couples).max())))
     of_row_2 = one.force[parts.relative_rate.start - parts.half]  # half of the rollers, at like places
     assert of_row_2 == pytest.approx(cages / 2, rel=FORM, abs=1e-6 * max(1.0, float(abs(couples).max())))
@@ -123,8 +122,7 @@ def test_pockets_rub_between_rollers_and_their_cage():
     """Equal and opposite on roller and cage, against the relative turning, no more than friction times the push."""
     one = case("pockets")
     parts, cosine = state_layout(one.model), math.cos(geometry().tilt_rad)
-    n = len(one.model.slot_angle)
-    couples = one.force[parts.spin.start - parts.half :][:n]
+    couples = one.force[parts.spin.start - parts.half :][: len(one.model.slot_angle)]
     turning = one.state[parts.spin] - float(one.state[parts.shaft_cage_rate][0]) * cosine
     assert np.all(couples * turning <= 0)
     assert one.force[parts.shaft_cage_rate.start - parts.half] == pytest.approx(-cosine * couples.sum(), rel=1e-6)
@@ -149,8 +147,7 @@ def test_power_balance(name):
 
 def test_limits():
     """Nothing at rest; no rolling resistance of a roller that carries nothing, nor of one that turns with its race."""
-    still = case("all", still=True)
-    np.testing.assert_allclose(still.force, 0.0, atol=1e-6)
+    np.testing.assert_allclose(case("all", still=True).force, 0.0, atol=1e-6)
     one = case("rolling")
     start = state_layout(one.model).spin.start - state_layout(one.model).half
     idle = one.dry.load_n.sum(axis=(0, 2)) == 0

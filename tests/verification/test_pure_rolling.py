@@ -79,5 +79,4 @@ def test_cage_speed_of_pure_rolling(circle):
     before = y.copy()
     advance(model, y, step_s=STEP_S, steps=STEPS)
     ratio = (y - before)[where.cage][2] / (STEP_S * STEPS) / scene.shaft_speed_rad_s
-    expected = rolling_ratio(P[circle - 1], model.law.roller_radius)
-    assert ratio == pytest.approx(expected, rel=ROLLING)
+    assert ratio == pytest.approx(rolling_ratio(P[circle - 1], model.law.roller_radius), rel=ROLLING)

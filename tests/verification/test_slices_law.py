@@ -112,8 +112,7 @@ def test_a_slice_follows_the_bent_gap(share, bent):
 
 def coefficient(slip: float, static: float, dynamic: float, critical: float) -> float:
     """Eq. (19)."""
-    size = np.interp(abs(slip), [0, critical, 1.5 * critical], [0, static, dynamic])
-    return float(math.copysign(size, slip))
+    return float(math.copysign(np.interp(abs(slip), [0, critical, 1.5 * critical], [0, static, dynamic]), slip))
 
 
 @pytest.mark.parametrize("static", [0.7, 0.5])
@@ -207,8 +206,7 @@ def test_a_hole_is_round(kind):
 def below(along: FloatArray, half: float, floor: float, ramp: float) -> FloatArray:
     """Depth of a race's profile below its surface [m] at places along it from the middle of an opening."""
     inside = half - np.abs(along)
-    share = np.clip(inside / ramp, 0.0, 1.0) if ramp > 0 else (inside > 0) * 1.0
-    return floor * share
+    return floor * (np.clip(inside / ramp, 0.0, 1.0) if ramp > 0 else (inside > 0) * 1.0)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

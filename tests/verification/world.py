@@ -141,8 +141,7 @@ class World:
     def centre_rates(self, y: FloatArray) -> FloatArray:
         """Velocities of the roller centres [N, 3]."""
         where, slots = layout_of(y), self.slots(y)
-        sliding = y[where.slide_rate][:, None] * slots[:, :, 0]
-        return np.cross(self.cage_omega(y), self.centres(y)) + sliding
+        return np.cross(self.cage_omega(y), self.centres(y)) + y[where.slide_rate][:, None] * slots[:, :, 0]
 
     def roller_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocities of the rollers [N, 3]: the cage's across their axes, their spin along."""
@@ -290,8 +289,7 @@ def friction_per_slip(scene: Scene, slip: FloatArray) -> FloatArray:
     c = scene.contact
     knots = [0.0, c.critical_velocity_m_s, 1.5 * c.critical_velocity_m_s]
     coefficient = np.interp(slip, knots, [0.0, c.static_friction, c.dynamic_friction])
-    at_rest = c.static_friction / c.critical_velocity_m_s
-    return np.where(slip > 0, coefficient / np.maximum(slip, 1e-300), at_rest)
+    return np.where(slip > 0, coefficient / np.maximum(slip, 1e-300), c.static_friction / c.critical_velocity_m_s)
 
 
 def circle_profile(g: SphericalRollerGeometry, race: str, p: float) -> tuple[float, float, float, float]:
