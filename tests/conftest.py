@@ -97,12 +97,13 @@ def srbval_json(srbval_text):
 
 @pytest.fixture(autouse=True)
 def _signals_are_a_user_s():
-    """Restore the default signal handlers, which dask-jobqueue, nohup or a background shell change."""
+    """Restore the default signal handlers, which tests, dask-jobqueue, nohup or a background shell change."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 @pytest.fixture(autouse=True)

@@ -1,6 +1,7 @@
 """Find processes by a mark in their environment, list their open ports, and wait for conditions."""
 
 import contextlib
+import signal
 import socket
 import time
 from collections.abc import Callable, Mapping
@@ -16,6 +17,11 @@ def until(done: Callable[[], object], *, within_s: float = HANG_S) -> None:
     while not done():
         assert time.monotonic() < give_up_at, "it did not happen"
         time.sleep(0.02)
+
+
+def answer_ctrl_c() -> None:
+    """Answer Ctrl-C, which a shell makes its background processes, and all that these start, ignore."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def marked(mark: Mapping[str, str]) -> dict[int, str]:

@@ -3,7 +3,6 @@
 import contextlib
 import hashlib
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Generator, Iterable, Iterator, Mapping
@@ -17,6 +16,7 @@ from srbval.campaign.run import RESULTS_CSV, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign
 from srbval.campaign.worker import ATTEMPTS, prepare, run_case
 from srbval.storage.tables import build
+from tests.marked import answer_ctrl_c
 
 FAILING = {"model": "planar", "load.radial": "100 MN"}  # the rollers lose the load
 # Three good cases with signals, one on which the numerics fail, two that are refused.
@@ -118,13 +118,8 @@ def start(
         stdout=subprocess.DEVNULL,
         stderr=stderr,
         env=os.environ | dict(environment or {}),
-        preexec_fn=_answer_ctrl_c,
+        preexec_fn=answer_ctrl_c,
     )
-
-
-def _answer_ctrl_c() -> None:
-    """Tests that a shell runs in the background ignore Ctrl-C, and what they start would inherit that."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def stand_in_for_slurm(folder: Path, **changes: str) -> dict[str, str]:

@@ -14,11 +14,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole") / "run"
     found = resume(folder)
     assert (found["cases"], found["done"], found["ran"]) == (6, 6, 5)
-    assert [(entry["case"], entry["status"]) for entry in found["failed"]] == [
-        (3, "load-lost"),
-        (4, "refused"),
-        (5, "refused"),
-    ]
+    failed = [(entry["case"], entry["status"]) for entry in found["failed"]]
+    assert failed == [(3, "load-lost"), (4, "refused"), (5, "refused")]
     _, negative, without_geometry = (entry["reason"] for entry in found["failed"])
     assert "radial_n = -3000 " in negative
     assert "has no [geometry]" in without_geometry

@@ -18,7 +18,7 @@ import srbval.cli
 from srbval.cli import ENDING, INTERNAL, run_command_line
 from srbval.errors import NumericsError, SrbvalError
 from srbval.storage.installation import child_environment, package_folder, shipped_folder
-from tests.marked import marked, until
+from tests.marked import answer_ctrl_c, marked, until
 
 EXCERPT = sorted((shipped_folder("data_manifest") / "rig_excerpts").glob("*.h5"))[0]
 LONGEST = SrbvalError.longest + 30
@@ -135,11 +135,6 @@ SIGNALS = int(os.environ.get("SRBVAL_SIGNALS", "6"))
 LATEST_S = 2.0  # after the start: by then every command has begun its work, or ended
 
 
-def answer_signals() -> None:
-    """Answer Ctrl-C, which a shell makes its background processes, and all that these start, ignore."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 def started(command: str, folder: Path, mark: dict[str, str]) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [*SRBVAL, *(LONG | SHORT)[command]],
@@ -149,7 +144,7 @@ def started(command: str, folder: Path, mark: dict[str, str]) -> subprocess.Pope
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=answer_signals,
+        preexec_fn=answer_ctrl_c,
     )
 
 
@@ -161,7 +156,7 @@ def test_a_signal_while_modules_load_ends_the_program_at_once(number, tmp_path):
     (tmp_path / "numpy.py").write_text(f"import signal\n{once}{raised}")
     paths = {"PYTHONPATH": os.pathsep.join([str(tmp_path), *child_environment().values()])}
     done = subprocess.run(
-        [*SRBVAL, "kinematics"], capture_output=True, text=True, env=os.environ | paths, preexec_fn=answer_signals
+        [*SRBVAL, "kinematics"], capture_output=True, text=True, env=os.environ | paths, preexec_fn=answer_ctrl_c
     )
     assert (done.returncode, done.stdout, done.stderr) == (-number, "", "")
 
@@ -250,15 +245,12 @@ def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number):
         finally:
             raise RuntimeError("no compiled object yet")
 
-    before = signal.signal(number, signal.default_int_handler)
-    try:
-        with pytest.raises(Interrupted) as ended, _signals_as_exceptions():
-            compiled()
-        assert ended.value.args == (number,)
-        with pytest.raises(RuntimeError, match="of its own"), _signals_as_exceptions():
-            raise RuntimeError("of its own")
-    finally:
-        signal.signal(number, before)
+    signal.signal(number, signal.default_int_handler)
+    with pytest.raises(Interrupted) as ended, _signals_as_exceptions():
+        compiled()
+    assert ended.value.args == (number,)
+    with pytest.raises(RuntimeError, match="of its own"), _signals_as_exceptions():
+        raise RuntimeError("of its own")
 
 
 def test_a_signal_while_hdf5_writes_comes_a_moment_later():
@@ -266,14 +258,11 @@ def test_a_signal_while_hdf5_writes_comes_a_moment_later():
     from srbval.cli import _signals_as_exceptions
     from srbval.storage.hdf5_files import CALLED_BY_HDF5
 
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        with _signals_as_exceptions():
-            handler: Any = signal.getsignal(signal.SIGTERM)
-            for code in CALLED_BY_HDF5:
-                handler(signal.SIGTERM, SimpleNamespace(f_code=code))
-            with pytest.raises(KeyboardInterrupt):
-                time.sleep(ENDS_S)
-        time.sleep(0.2)  # the other signal must not come once nobody answers it
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with _signals_as_exceptions():
+        handler: Any = signal.getsignal(signal.SIGTERM)
+        for code in CALLED_BY_HDF5:
+            handler(signal.SIGTERM, SimpleNamespace(f_code=code))
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(ENDS_S)
+    time.sleep(0.2)  # the other signal must not come once nobody answers it

@@ -210,20 +210,9 @@ def test_student_s_interval_over_records():
 def test_rows_are_pooled_by_kind_scene_and_use_and_never_across():
     unseen = row(99.0, "c", rig=QuantityValue(value=0.0, present=False))
     few = [row(1.0, "a"), row(3.0, "a"), row(-4.0, "b"), unseen]
-    withheld, fit, paper, other = found_biases(
-        [
-            *few,
-            row(8.0, "d", used_for="fit"),
-            row(7.0, "a", scene="paper"),
-            row(1.0, "a", kind=HARMONIC[3].kind),
-        ]
-    )
-    assert (withheld["scene"], withheld["used_for"], withheld["records"], withheld["pairs"]) == (
-        "rig",
-        "withheld",
-        2,
-        3,
-    )
+    more = [row(8.0, "d", used_for="fit"), row(7.0, "a", scene="paper"), row(1.0, "a", kind=HARMONIC[3].kind)]
+    withheld, fit, paper, other = found_biases([*few, *more])
+    assert withheld.items() >= {"scene": "rig", "used_for": "withheld", "records": 2, "pairs": 3}.items()
     assert withheld["mean_error"] == pytest.approx(-1.0)  # of the records' means, 2 and -4
     assert (fit["used_for"], fit["mean_error"], paper["scene"], other["kind"]) == ("fit", 8.0, "paper", "harmonic 3")
     (pooled,) = found_biases([row(1.0, "a"), row(2.0, "b", used_for="blind")], used_for="withheld")

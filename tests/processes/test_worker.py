@@ -125,14 +125,11 @@ def test_ctrl_c_within_comes_afterwards(masks, monkeypatch):
     if not masks:  # as on Windows
         monkeypatch.delattr(signal, "pthread_sigmask", raising=False)
     seen: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: seen.append(number))
-    try:
-        with without_ctrl_c():
-            signal.raise_signal(signal.SIGINT)
-            assert seen == []
-        assert seen == [signal.SIGINT]
-    finally:
-        signal.signal(signal.SIGINT, before)
+    signal.signal(signal.SIGINT, lambda number, _: seen.append(number))
+    with without_ctrl_c():
+        signal.raise_signal(signal.SIGINT)
+        assert seen == []
+    assert seen == [signal.SIGINT]
 
 
 def test_without_groups_a_tree_of_processes_is_ended(monkeypatch):

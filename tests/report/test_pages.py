@@ -85,13 +85,8 @@ def test_section_callout_figure_and_table(prose):
     assert prose.callout("careful", tone=Tone.WARNING) == Callout(Tone.WARNING, "Not all is known.", "Careful")
     figure = prose.figure("chart", lambda *_: None, id="chart-2", badge="measured", number=2)
     assert isinstance(figure, Figure)
-    assert (figure.id, figure.label, figure.caption, figure.alt) == (
-        "chart-2",
-        "Figure 2",
-        "Ratio by speed.",
-        "A line.",
-    )
-    assert figure.badge is Badge.MEASURED
+    assert (figure.id, figure.label, figure.badge) == ("chart-2", "Figure 2", Badge.MEASURED)
+    assert (figure.caption, figure.alt) == ("Ratio by speed.", "A line.")
     assert prose.grid("careful", [figure]).caption == "Not all is known."
     table = prose.table("limits", [{"a": 1}], {"a": "A"})
     assert (table.id, table.caption, table.label, table.notes) == ("limits", "Limits.", "", ("In seconds.",))

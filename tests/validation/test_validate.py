@@ -62,11 +62,8 @@ def file(tmp_path):
 def test_settings_of_a_pair_go_over_those_of_its_side(file):
     case = load_case(file)
     outer, inner = case.pair
-    assert (case.known_bearing.name, case.tolerance.cage_pct, case.published[0].kinematic_hz) == (
-        "skf-6205",
-        0.1,
-        96.79,
-    )
+    assert (case.known_bearing.name, case.tolerance.cage_pct) == ("skf-6205", 0.1)
+    assert case.published[0].kinematic_hz == 96.79
     assert case.side(outer, "measured") == Source(band_hz=(2000, 4000), channel="DE", file=("OR.csv",))
     measured = case.side(inner, "measured")
     assert measured is not None
