@@ -95,7 +95,7 @@ def identify(
     if not np.any(value > u * stdtrit(blocks - 1, 1 - NO_POWER_CHANCE / max(value.size, 1))):
         raise DataError(
             f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz has significant power "
-            "locked to the fault. Widen --band, or use a longer record."
+            "that repeats with the fault's passages. Widen --band, or use a longer record."
         )
     shown = np.flatnonzero(value > u)
     reach = slice(shown[0], shown[-1] + 1)

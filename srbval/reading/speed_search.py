@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb outside the search windows: it would be the line `name`, `off_pct` off, at the shaft speed `shaft_hz`."""
+    """Comb outside the search windows: it would be the line `name`, `off_pct` [%] off, at a speed of `shaft_hz`."""
 
     name: str
     found_hz: float

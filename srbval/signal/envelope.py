@@ -18,7 +18,7 @@ FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {FILTER_ORDER}, 
 
 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
-    """Project two perpendicular radial axes, each [n], onto a sensor at `angle_rad` from the first to the second."""
+    """Project the signals [n] of two perpendicular radial axes onto a sensor at `angle_rad` from the first axis."""
     if first.shape != second.shape:
         raise DataError(f"the two axes differ in length: {first.size} and {second.size} samples.")
     return math.cos(angle_rad) * first + math.sin(angle_rad) * second

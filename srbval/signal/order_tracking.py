@@ -40,7 +40,7 @@ class ShaftAngle:
         return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
-        """Shift of a line of shaft order `order` in bins: highest minus lowest mean of `DRIFT_PARTS` parts."""
+        """Shift of a line of shaft order `order` in bins, from lowest to highest mean of `DRIFT_PARTS` parts."""
         marks = np.linspace(0, self.time_s[-1], DRIFT_PARTS + 1)
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
@@ -66,7 +66,7 @@ class ShaftAngle:
 
 
 def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: float) -> tuple[FloatArray, FloatArray]:
-    """Add a knot at each end if the record is longer than the shaft angle, at the speed of that end."""
+    """Extend the angle of a shaft to the times of a record: a knot at each missing end, at the speed of that end."""
     rate = np.diff(turns) / np.diff(time_s)
     if first_s < time_s[0]:
         turns = np.concatenate(([turns[0] - rate[0] * (time_s[0] - first_s)], turns))
