@@ -63,7 +63,7 @@ class FullRun:
         )
 
     def with_output_rate(self, least_hz: float) -> "FullRun":
-        """Copy the run with an output rate of `least_hz` or more (at most one output per step) and the same step."""
+        """Return the run with an output rate of `least_hz` or more (at most one output per step) and the same step."""
         steps = self.steps_per_output
         divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
         per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
