@@ -65,7 +65,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
                 raise
             asked = "; ".join(str(question) for question in error.questions if question != BEARING_QUESTION)
             raise DataError(
-                f"{side} side, {error.subject} does not state: {asked}. Put the key into [{side}] of the case, or give "
+                f"{side} side, {error.subject} is incomplete: {asked}. Put the key into [{side}] of the case, or give "
                 f"--set {side}.KEY=VALUE, such as --set {side}.channel=NAME."
             ) from None
         if side == "measured" and recording.origin is not Origin.MEASURED:
@@ -116,7 +116,7 @@ def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) ->
     stated = {one.state: one for one in recordings if one.state is not None}
     names = ", ".join(Path(one.file or one.name).name for one in recordings)
     if pair_state is None and not stated:
-        raise ConfigurationError(f'{names}: the state is not known; give state = "outer" (inner, roller, healthy).')
+        raise ConfigurationError(f'{names}: bearing state not known; give state = "outer" (inner, roller, healthy).')
     state = pair_state if pair_state is not None else next(iter(stated))
     if others := [one for own, one in stated.items() if own is not state]:
         raise ConfigurationError(
@@ -185,7 +185,7 @@ def pair_files(
         if fits.empty:
             raise ConfigurationError(
                 f"{Path(own['path'][0]).name}: no measured file has the state {Fault(own['state']).label} and the same "
-                f"load; measured are: {', '.join(sorted(set(theirs['state'])))}. Leave the file out, or state the "
+                f"load; measured states: {', '.join(sorted(set(theirs['state'])))}. Leave the file out, or state the "
                 "pairs in a case (--write-case FILE shows its form)."
             )
         other = fits.loc[(fits["rpm"] - own["rpm"]).abs().fillna(math.inf).idxmin()]
@@ -208,7 +208,7 @@ def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
         yield pair
         return
     if source.registered != RIG or source.file:
-        raise ConfigurationError(f"registered = {source.registered!r}: must be {RIG!r}, without a file beside it.")
+        raise ConfigurationError(f"registered = {source.registered!r}: must be {RIG!r}, without the key file.")
     chosen: dict[tuple[Any, ...], RegisteredRecording] = {}
     for entry in rig_recordings(listing(or_none=True).recordings):
         load = entry.radial_kn, entry.axial_kn or 0.0

@@ -215,7 +215,7 @@ def test_nothing_simulated_passes_as_measured(tmp_path):
         ({"simulated.fs_hz": None}, DataError, "--set simulated.KEY=VALUE"),
         ({"simulated.state": "inner"}, ConfigurationError, "states the state inner, its pair outer"),
         ({"bearing": "orders 0,0,0,0"}, ConfigurationError, "orders"),
-        ({"simulated.scene": "rig"}, ConfigurationError, "takes the place"),
+        ({"simulated.scene": "rig"}, ConfigurationError, "replaces simulated files"),
     ],
 )
 def test_bad_input_is_refused_with_its_reason(changes, error, said, tmp_path):
