@@ -241,7 +241,7 @@ def test_a_tone_is_read_where_the_passage_is_quiet():
 
 
 def test_too_few_passages_are_refused():
-    with pytest.raises(DataError, match=r"9\.95 passages .* needs 16"):
+    with pytest.raises(DataError, match=r"9\.95 passages .* 16 are needed"):
         locked_mean(RAISED[:200], PERIODS[:200], BLOCKS)
 
 
