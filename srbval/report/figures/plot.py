@@ -47,7 +47,7 @@ def plot(of: Any, ax: Any = None, **options: Any) -> Any:
 
 @singledispatch
 def _draw(of: Any, _: Any) -> None:
-    raise ConfigurationError(f"{type(of).__name__} cannot be plotted: use a recording, run, analysis or diagnosis.")
+    raise ConfigurationError(f"{type(of).__name__} cannot be plotted: `help(srbval.plot)` lists the types that can be.")
 
 
 @_draw.register

@@ -86,7 +86,7 @@ def gather(
     with stage(progress, "Prepare the records that figures show"):
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
-    assert geometry is not None, "the report's bearing is one the model can run"
+    assert geometry is not None, "the model needs the geometry of the report's bearing"
     registered = [chosen[state] for state in sides]
     found = Findings(
         data={},
