@@ -1,7 +1,7 @@
 """Result of one case of a campaign: status with reason, numbers with units, and file.
 
 A result is one HDF5 file, readable by xarray and named by its content; the same case gives the same bytes on every
-machine. A result with signals is also a run file, which every command accepts that reads runs. Status, reason and
+machine. A result with signals is also a run file, so every command that reads run files accepts it. Status, reason and
 numbers are also stored as a line of JSON after the HDF5 part, so that they can be read without HDF5.
 """
 
@@ -50,7 +50,7 @@ def _summary(run: Run) -> Iterator[NamedQuantity]:
 
 
 def _statistics(run: Run) -> Iterator[NamedQuantity]:
-    """Yield numbers of the ring's vertical acceleration, the largest penetration and the mean ring position."""
+    """Yield statistics of the ring's vertical acceleration, the largest penetration and the mean ring position."""
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis

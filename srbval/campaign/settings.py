@@ -34,7 +34,7 @@ Point = dict[str, Any]
 
 
 class Sampling(enum.StrEnum):
-    """Method by which an `Axes` block generates points: from lists of values, complete points, or sampled ranges."""
+    """Method by which `Axes` generate the inputs of cases: from lists of values, complete sets, or sampled ranges."""
 
     GRID = "grid"  # every combination of `values`
     ZIP = "zip"  # first elements of all `values`, then second elements, ...
@@ -50,7 +50,7 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 class Axes(Limited):
     """Inputs varied by one method, `kind`. Keys are those of a scene file, as ``"load.radial"`` or as nested tables.
 
-    `values`: choices by key; `cases`: complete points; `ranges`: lowest and highest value by key, in one unit.
+    `values`: choices by key; `cases`: complete sets; `ranges`: lowest and highest value by key, in one unit.
     """
 
     kind: Sampling
@@ -69,7 +69,7 @@ class Axes(Limited):
             raise ConfigurationError(f"axes of kind {self.kind.value!r}: it {verb} {', '.join(wrong)}.")
 
     def factors(self, seed: int) -> list[list[Point]]:
-        """Lists of changes; every combination of one element per list is a point. `seed` is for random sampling."""
+        """Lists of changed inputs; each combination of one element per list is a point. `seed` is for sampling."""
         if self.kind is Sampling.LIST:
             return [[flatten_point(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):
@@ -86,7 +86,7 @@ class Axes(Limited):
         return [[dict(zip(values, choice, strict=True)) for choice in zip(*values.values(), strict=True)]]
 
     def _space_filling(self, seed: int) -> list[Point]:
-        """Sample points: Latin hypercube (McKay et al. 1979), or scrambled Sobol points (Sobol 1967, Owen 1998)."""
+        """Sample inputs: Latin hypercube (McKay et al. 1979) or scrambled Sobol points (Sobol 1967, Owen 1998)."""
         from scipy.stats import qmc
 
         ranges = {key: _range(key, ends) for key, ends in flatten_point(self.ranges).items()}
@@ -104,7 +104,7 @@ class Axes(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Campaign(Limited):
-    """Campaign file: every combination of points of the `axes` runs `repeats` times with seeds `seed`, `seed` + 1, ...
+    """Campaign file: every combination of inputs in `axes` runs `repeats` times with seeds `seed`, `seed` + 1, ...
 
     `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene` changes the base scene `scene_file`,
     a file or the name of a bundled scene. A case may take `limit_factor` times its planned time, but at least
@@ -171,12 +171,12 @@ def presets() -> dict[str, Path]:
 
 
 def flatten_point(table: Mapping[str, Any]) -> Point:
-    """Convert nested tables to a point with dotted keys."""
+    """Convert nested tables of changed inputs to one table with dotted keys."""
     return merge_points({key: value} for key, value in walk_leaves(table))
 
 
 def merge_points(parts: Iterable[Point]) -> Point:
-    """Merge points to one; raises `ConfigurationError` if two of them set the same key."""
+    """Merge tables of changed inputs; raises `ConfigurationError` if two of them set the same key."""
     found: Point = {}
     for part in parts:
         if twice := sorted(found.keys() & part):

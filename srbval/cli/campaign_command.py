@@ -90,7 +90,7 @@ def _count_statuses(found: Mapping[str, Any]) -> str:
 
 
 def _reasons(found: Mapping[str, Any]) -> Iterator[str]:
-    """Yield one line per reason of failure or inaccuracy, with its cases, the most frequent reason first."""
+    """Yield a text line per reason of failure or inaccuracy, with its cases; the most frequent reason comes first."""
     reasons = defaultdict[str, list[int]](list)
     for entry in found["failed"] + found["inaccurate"]:
         reasons[f"{entry['status']}: {printable(entry['reason'], LONGEST_REASON)}"].append(entry["case"])

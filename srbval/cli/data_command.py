@@ -109,7 +109,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
-    """Print reasons for the status of files, and cautions, and the command that supplies missing information."""
+    """Print the reasons for the status of files, their cautions, and the command that supplies missing information."""
     by_reason = defaultdict[str, list[str]](list)
     for recording in recordings:
         for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):

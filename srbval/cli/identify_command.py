@@ -1,4 +1,4 @@
-"""Command ``srbval identify``: identifies the path from outer ring to sensor in records of a known fault."""
+"""Command ``srbval identify``: transfer path from outer ring to sensor, identified from records of a known fault."""
 
 import argparse
 import dataclasses

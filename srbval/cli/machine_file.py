@@ -97,7 +97,7 @@ class MachineLimits(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """Content of a machine file."""
+    """Machine file: settings shared by all records of one machine."""
 
     title: str
     bearing: str | Mapping[str, Any] | None = None

@@ -114,7 +114,7 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> Non
 
 
 def print_wrapped(*texts: str) -> None:
-    """Print each text from the start of a line, wrapped to `WIDTH` characters."""
+    """Print each text in lines of at most `WIDTH` characters; all but its first line are indented."""
     for text in texts:
         print(textwrap.fill(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 

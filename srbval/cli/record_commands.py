@@ -256,7 +256,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
 
 
 def run_trend_command(options: argparse.Namespace) -> int:
-    """Read the records of one machine and print the trend; exit code 3 if some could not be read."""
+    """Read the records of one machine and print the trend of its vibration; exit code 3 if some could not be read."""
     from srbval.campaign.run import CAMPAIGN_JSON, read_campaign_table, result_path  # slow import
 
     if options.plot:

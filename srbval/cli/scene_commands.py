@@ -207,7 +207,7 @@ def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
 
 
 def run_kinematics_command(options: argparse.Namespace) -> int:
-    """Print the fault frequencies of a bearing and their orders of the shaft speed."""
+    """Print the fault frequencies of a bearing and their ratios to the shaft frequency (orders)."""
     if options.name and options.bearing:
         raise ConfigurationError(f"two bearings are given, {options.name} and {options.bearing}: leave one out.")
     bearing = load_bearing(options.name or options.bearing or DEFAULT_BEARING)

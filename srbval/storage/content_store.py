@@ -74,7 +74,7 @@ def content_sha256(*values: Any) -> str:
 class ContentStore:
     """Store for results of one `kind`, computed by the module `computed_by`, in `folder` (default: the user's cache).
 
-    A file name is a hash of content and code; models imported at first use count only in `models.simulate.run_content`.
+    File names contain a hash of content and code; `run_content` adds the code of models that are imported when needed.
     """
 
     kind: str

@@ -79,7 +79,7 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
 
 
 def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
-    """Read a fingerprint from a JSON document, in which null is NaN; raises `ValueError` for another structure."""
+    """Read a fingerprint (values by part of the program) from a JSON table, null as NaN; `ValueError` if it is none."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
         raise ValueError("not a fingerprint: not a table of tables")
     return {
@@ -90,7 +90,7 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
 
 @cache
 def reference_fingerprint() -> Fingerprint:
-    """Load the reference fingerprint shipped with srbval, used by `srbval check`; empty if there is none."""
+    """Load the reference numbers of the program's behaviour, shipped for `srbval check`; empty if there are none."""
     try:
         content = read_json(shipped_folder(REPORTS) / REFERENCE_FILE, MAX_RESULT_BYTES)
         known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())

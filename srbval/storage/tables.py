@@ -93,7 +93,7 @@ def limited(
 
 
 def quantity(dimension: str, **options: Any) -> Any:
-    """Declare a field for a physical quantity in SI, with the limits of `limited`."""
+    """Declare a field for a physical quantity in SI, of a `dimension` such as ``force``; `options` as in `limited`."""
     return limited(metadata={"dimension": dimension}, **options)
 
 
