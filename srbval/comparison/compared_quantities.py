@@ -65,7 +65,7 @@ def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> fl
 
 
 def line_value(value_of: ValueOfOrder) -> QuantityReader:
-    """Return a function that reads the order of a fault's line and converts it by `value_of`, with half widths."""
+    """Return a function that reads a fault line's order and converts it by `value_of`, with 95 % half widths."""
 
     def read(analysis: Analysis, fault: Fault) -> Value | None:
         line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements

@@ -119,7 +119,7 @@ def _build_line_row(
     parts: Mapping[str, float] | None = None,
     **further: Any,
 ) -> Row:
-    """Build a row for a fault line; `parts` are the parts of its uncertainty [%], `further` contains more columns."""
+    """Build the row that compares a fault line of model and rig, with uncertainty `parts` [%] and `further` columns."""
     error_pct = deviation_pct(model.value, rig.value)
     made = comparison_row(model=model, rig=rig, error=error_pct, parts=parts or {})
     return {

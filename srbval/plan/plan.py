@@ -35,7 +35,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Chosen and all other models; `outside`: why errors are unknown; `met`: true if a model meets the tolerance."""
+    """Model chosen among `candidates`; `outside`: why errors are unknown; `met`: true if the tolerance is met."""
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 

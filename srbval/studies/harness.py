@@ -58,7 +58,7 @@ class Study:
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def add_options(self, parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-        """Add the study's options to a parser, or to a group of one, with the types of `srbval.cli.arguments`."""
+        """Add the study's command options to a parser that knows the types of `srbval.cli.arguments`."""
         for names, settings in self.options.items():
             parser.add_argument(*names.split(), **settings)
 
@@ -122,9 +122,9 @@ def make_result(
 ) -> tuple[StudyResult, dict[str, Any]]:
     """Run a study and store the result with its origin; returns the result and the stored content.
 
-    The result is written to `options.output`, otherwise to the user's cache; without a name it is written to a given
-    file only. `revision` and the fingerprint `behaviour` of the program are computed if not given. Raises `DataError`
-    for a file that cannot be written, and for a file in ``reports`` if the working tree has uncommitted changes.
+    The result is written to `options.output`, otherwise to the user's cache; a result without a name is written to a
+    given file only. `revision` and fingerprint `behaviour` of the program are computed if not given. Raises `DataError`
+    if the file cannot be written, or is in ``reports`` while the working tree has uncommitted changes.
     """
     from srbval.check.check import fingerprint
 

@@ -73,7 +73,7 @@ class RigRecord(NamedTuple):
 
 @cache
 def rig_records() -> tuple[RigRecord, ...]:
-    """Load the records of all faults with passage lines removed, highest speed first."""
+    """Load all fault records with the lines of roller passages removed, highest speed first."""
     found = []
     for rpm in RPM:
         healthy = without_passage_lines(_load(Fault.HEALTHY, rpm), BEARING, None, read.WHOLE_HZ)

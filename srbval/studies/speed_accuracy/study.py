@@ -144,7 +144,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
-    """Add errors, `ok` and `mark` to a run; `reference_limited`: the converged run's own cage-speed error is larger."""
+    """Add errors, `ok` and `mark` (default or paper's) to a run; `reference_limited`: reference's error is larger."""
     found, own = errors(row, right), right["own_cage_error"]
     default = load_scene(base_of(row["scene"])).solver
     marks = {"the default": (default.name, default.step_s), "the paper's": (PAPER.solver, PAPER.step_s)}
