@@ -278,9 +278,8 @@ def full(tmp_path):
     return write
 
 
-def test_what_the_full_layout_has_besides(full):
-    first, second, third = files.rig_signals().values()
-    r = full({"Signal_1": third, "Signal_7": first, "Signal_2": second})
+def test_what_the_full_layout_has_besides(tmp_path):
+    r = load_recording(rig(tmp_path / FULL_NAME))
     assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
     assert "left out: Signal_7 (°C)" in r.notes
 
