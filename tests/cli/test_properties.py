@@ -199,7 +199,7 @@ def said(tmp_path_factory):
             lambda _, asked, **__: ((one, _read_channels(one)) for one in asked),
         )
         for path in Path(arguments.__file__).parent.glob("*_command*.py"):
-            patch.setattr(f"srbval.cli.{path.stem}.answer", functools.partial(answer_twice, text))
+            patch.setattr(f"srbval.cli.{path.stem}.print_result", functools.partial(answer_twice, text))
         for function in LONG:
             if importlib.util.find_spec(function.split(".")[0]):  # Sphinx is an extra
                 module, _, name = function.rpartition(".")  # some rooms have the name of a function of the package
