@@ -1,9 +1,9 @@
-"""Regression check: compares a fingerprint of the program's behaviour with a reference, and finds outdated results.
+"""Regression check: compare characteristic numbers of the program with a reference; find outdated stored results.
 
 `PROBES` lists the parts of the program on which stored results may depend. The probe of a part runs it on bundled
-scenes or shipped recordings and returns some tens of numbers. These are compared within a tolerance with the file
-``reports/fingerprint.json``, see `srbval.storage.stored_result`. Renaming a function leaves the fingerprint unchanged,
-changing a constant of a model does not.
+scenes or shipped recordings and returns some tens of numbers, together called the fingerprint. They are compared
+within a tolerance with the file ``reports/fingerprint.json``, see `srbval.storage.stored_result`. The fingerprint
+changes with a constant of a model, but not if a function is renamed.
 
 In scenes with play the rollers rattle, and a small change of the motion doubles every 2 ms. Such scenes are run from
 rest for 12 ms, in which rounding errors grow from 1e-16 to 1e-13. Scenes without play are run for 50 ms.
@@ -60,7 +60,7 @@ SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
-    """Probe parts of the program (default: all); return numbers by part and name. Takes 20 s with compiled kernels."""
+    """Compute the numbers that characterise program parts (default: all), by part and name; this takes about 20 s."""
     probes = {name: PROBES[name] for name in parts or PROBES}
     found = {}
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
@@ -71,7 +71,7 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 
 
 def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
-    """Yield the probe scenes of a model with their names: every defect state with every roller fit."""
+    """Yield the scenes for the regression check of a model, by name: every defect state with every roller fit."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
         common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
@@ -81,7 +81,7 @@ def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Sce
 
 
 def _numbers_of_run(run: Run) -> ProbeOutputs:
-    """Status, cage ratio, load share, power, displacement, vibration and estimated time-step errors of a run."""
+    """Return status, cage ratio, load share, power, displacement, vibration and time-step errors of a run."""
     along, fs_hz = along_sensor(run.acceleration_m_s2), run.scene.output_rate_hz
     found: ProbeOutputs = {
         "status": run.status.value,
@@ -100,7 +100,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
 
 
 def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
-    """Simulate the probe scenes of a model; returns their numbers by scene and name."""
+    """Simulate a model's scenes for the regression check; return results by scene and quantity."""
     step = axes.get("step", Step.UNCHECKED)
     return {
         f"{scene}{SEPARATOR}{name}": value
@@ -110,7 +110,7 @@ def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
 
 
 def _probe_full() -> ProbeOutputs:
-    """Probe the point-cloud model: both roller fits, every solver, and the estimated time-step error."""
+    """Compute numbers for the check of the point-cloud model: both roller fits, all solvers, time-step error."""
     found = _probe_model("full", "paper", fits=("play", "printed"))
     own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
     for solver in PROBED_SOLVERS:
@@ -121,7 +121,7 @@ def _probe_full() -> ProbeOutputs:
 
 
 def _probe_slices() -> ProbeOutputs:
-    """Probe the slices model on the rig's scene, at its own speed and at 340 rpm."""
+    """Compute numbers for the check of the slices model, in the scene `rig` at its own speed and at 340 rpm."""
     slow = {"shaft_speed_rad_s": 340 * math.pi / 30}
     values = _probe_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
     return _probe_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
@@ -135,7 +135,7 @@ def _analyse_shipped() -> tuple[Analysis, ...]:
 
 
 def _probe_reading() -> ProbeOutputs:
-    """Probe the lines in every shipped recording; the fit of undetected lines, sensitive to rounding, is left out."""
+    """Compute numbers for the check of line detection: lines of the shipped recordings, fits only if detected."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         record = analysis.recording.name
@@ -150,7 +150,7 @@ def _probe_reading() -> ProbeOutputs:
 
 
 def _probe_diagnosis() -> ProbeOutputs:
-    """Probe the diagnosis: bearing state and probabilities for every shipped recording."""
+    """Compute numbers for the check of the diagnosis: state and probabilities for every shipped recording."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         made = diagnose(analysis)
@@ -160,7 +160,7 @@ def _probe_diagnosis() -> ProbeOutputs:
 
 
 def _probe_path() -> ProbeOutputs:
-    """Probe amplitudes of the shipped recordings, and the transmission path identified from one of them."""
+    """Compute numbers for the check of amplitudes and of the transmission path, from shipped recordings."""
     bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
     for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state
@@ -178,7 +178,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Probe cage ratios of the shipped recordings, their means by speed, and the ranges of uncertain inputs."""
+    """Compute numbers for the check of comparisons: cage ratios of shipped recordings, ranges of uncertain inputs."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -221,7 +221,7 @@ PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
-    """Comparison of each number with its reference (`checks`), and outdated stored results (`stale`: file, why)."""
+    """Result of the regression check: `checks` of numbers against the reference, and outdated results (`stale`)."""
 
     JSON_PROPERTIES: ClassVar = ("ok",)
     JSON_OMITTED: ClassVar = ("now",)
@@ -237,14 +237,14 @@ class CheckResult:
 
 
 def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progress = silent) -> CheckResult:
-    """Compute the fingerprint of `parts` (default: all) and compare it with `reference` (default: the shipped one).
+    """Compute the numbers of program `parts` (default: all); compare them with `reference` (default: as shipped).
 
     Stored results are checked only if all parts are computed. Raises `ConfigurationError` for an unknown part, and the
     errors of running a bundled scene and of reading a shipped recording.
     """
     unknown = [part for part in parts if part not in PROBES]
     if unknown:
-        raise ConfigurationError(f"part {unknown[0]!r} is not known. Known: {', '.join(PROBES)}.")
+        raise ConfigurationError(f"program part {unknown[0]!r} is not known. Choose from: {', '.join(PROBES)}.")
     known = reference_fingerprint() if reference is None else reference
     now = fingerprint(*parts, progress=progress)
     checks = [
@@ -280,7 +280,7 @@ def write_reference(now: Fingerprint) -> None:
 
 
 def list_changes(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
-    """List the quantities that differ between two fingerprints: name, old and new value."""
+    """List the numbers that differ between two fingerprints of the program, with name, old and new value."""
     return [
         {"name": f"{part}{SEPARATOR}{one.name}", "old": old.get(part, {}).get(one.name), "new": values.get(one.name)}
         for part, values in new.items()

@@ -24,7 +24,7 @@ LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Interrupted(KeyboardInterrupt):
-    """Raised for a signal that ends the command; a plain `KeyboardInterrupt` ends `python -m` even if it is caught."""
+    """Interruption by a signal such as Ctrl-C; after a plain `KeyboardInterrupt`, `python -m` ignores the exit code."""
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
@@ -82,7 +82,7 @@ def _run(given: list[str]) -> int:
 
 
 def _failure(error: BaseException, *, resumed: bool) -> tuple[str, int]:
-    """Message and exit code of an error; an interruption adds, if `resumed`, that the same command continues."""
+    """Return message and exit code of an error; `resumed` is true if repeating the command continues its work."""
     if isinstance(error, KeyboardInterrupt):
         number = error.args[0] if error.args else signal.SIGINT
         by = "" if number == signal.SIGINT else f" by {number.name}"

@@ -40,7 +40,7 @@ class Parser(argparse.ArgumentParser):
         raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse `args`; unknown arguments are stored in `rest` if the parser `takes_rest`, otherwise an error."""
+        """Parse `args`; store unknown arguments in `rest` if the parser `takes_rest`, otherwise raise an error."""
         found, unknown = super().parse_known_args(args, namespace)
         if self.takes_rest:
             found.rest, unknown = unknown, []
@@ -114,7 +114,7 @@ def _suggest(word: str, known: Sequence[str]) -> str:
 
 
 def _number_between(kind: type, low: float, high: float) -> Callable[[str], float]:
-    """Argument type for a number of type `kind` from `low` to `high`."""
+    """Return a function that converts an argument to a number of type `kind` and checks that it is in the range."""
 
     def number_from(text: str) -> float:
         try:
@@ -146,7 +146,7 @@ MOST_DB = 200.0
 
 
 def _inline(kind: str) -> Callable[[str], str]:
-    """Argument type for a bearing given by the numbers of `kind` ``elements`` or ``orders``; returns its name."""
+    """Return a function that checks a bearing given by numbers (`kind`: elements or orders) and returns its name."""
 
     def bearing_of(text: str) -> str:
         from srbval.bearing import load_bearing
@@ -170,7 +170,7 @@ def _setting(text: str) -> tuple[str, Any]:
 
 
 def _tolerance(text: str) -> float:
-    """Read a tolerance in per cent, or in dB, which is converted to per cent."""
+    """Read a tolerance in per cent; convert a tolerance in dB, such as ``3dB``, to per cent."""
     if not text.endswith("dB"):
         return _number_between(float, -LARGEST, LARGEST)(text)
     from srbval.plan.questions import pct_of  # slow import
@@ -179,7 +179,7 @@ def _tolerance(text: str) -> float:
 
 
 def _record(name: str) -> str:
-    """Return `name`, or the path of the shipped recording of this name if there is no such file in this folder."""
+    """Return `name` if it is a file or contains a folder, otherwise the path of the shipped recording `name`."""
     if Path(name).exists() or Path(name).name != name:
         return name
     from srbval.recordings.registry import find_shipped  # imports slow modules

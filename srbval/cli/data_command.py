@@ -72,7 +72,7 @@ def _run_action(options: argparse.Namespace) -> RegisterListing:
 
 
 def _coverage(recordings: Sequence[RegisteredRecording]) -> Iterator[dict[str, Any]]:
-    """Yield for each data set with registered files its operating points, with the usable files of each."""
+    """Yield every data set that has registered files, with its operating points and the usable files of each point."""
     for known in known_datasets():
         own = [entry for entry in recordings if entry.dataset == known.name]
         usable = [entry for entry in own if entry.status is FileStatus.OK]
@@ -109,7 +109,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
-    """Print the reasons for the status of files, their cautions, and the command that supplies missing information."""
+    """Print status reasons and cautions of registered files, and the command that supplies missing information."""
     by_reason = defaultdict[str, list[str]](list)
     for recording in recordings:
         for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):

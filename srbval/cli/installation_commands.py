@@ -76,7 +76,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 
 
 def compile_all_kernels() -> dict[str, Any]:
-    """Compile all kernels that the cache lacks; returns their names (`compiled`) and the time taken (`seconds`)."""
+    """Compile all numerical kernels not yet in the cache; return their names (`compiled`) and the time (`seconds`)."""
     from srbval.models.jit import missing_kernels
     from srbval.models.precompile import scenes_of_all_kernels
     from srbval.models.simulate import compile_for

@@ -31,14 +31,14 @@ BELONGS_TO = {  # option on the command line that discards the machine's value
 
 
 def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
-    """Declare a machine-file field that sets the command-line option `name`, which takes its number in `unit`."""
+    """Declare a field of a machine file that sets the command-line option `name`, a number in `unit`."""
     of_quantity = {"dimension": dimension} if dimension else {}
     return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SetPoint(Limited):
-    """Speed [rad/s] and loads [N] of the machine; a speed without a tolerance is taken as measured."""
+    """Shaft speed [rad/s] and loads [N] of the machine; a speed is a set point if it has a tolerance, else measured."""
 
     speed_rad_s: float | None = _option("rpm", "rpm", "speed", above=0)
     speed_tolerance_pct: float | None = _option("rpm_tolerance", above=0, most=10)
@@ -76,7 +76,7 @@ class BaselineRecords(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class MachineLimits(Limited):
-    """Limits of the search for fault lines in the spectrum, and of the vibration severity.
+    """Limits of the search for fault lines (band, cage slip), and of the zones of vibration severity.
 
     `zones_m_s` are the RMS velocities [m/s] at which zones B, C and D begin; they replace those of `machine_class`.
     """
@@ -135,7 +135,7 @@ def machine_options(path: str | Path) -> dict[str, Any]:
 
 
 def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
-    """Text of a machine file with the given `options`; `folder` is its folder, to which paths are relative."""
+    """Write `options` as the text of a machine file in `folder`; paths in the text are relative to this folder."""
     stated = {"title": title} | {name: value for name, value in options.items() if value not in (None, False)}
     for name in ("bearing", "healthy"):
         if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
@@ -150,7 +150,7 @@ def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
 
 
 def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
-    """Yield table name, field, option name and option unit of every key in the tables of a machine file."""
+    """Yield for every key of a machine file: name of its table, field, and the option that it sets with its unit."""
     for table in fields(Machine):
         if isinstance(table.default_factory, type):
             for one in fields(table.default_factory):

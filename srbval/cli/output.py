@@ -98,14 +98,14 @@ def write_text(path: Path, text: str) -> None:
 
 
 def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
-    """Text with the information that a file lacks, and the `given` command with an example of each missing option."""
+    """List the information that a file lacks, and the `given` command with an example of each missing option."""
     example = " ".join([shlex.join(["srbval", *given]), *(question.example for question in error.questions)])
     more = "Or store the options once: srbval data add FILE|DIR OPTIONS, or in a machine file: --machine FILE.toml"
     if given[:1] == ["analyse"]:
         example += " --write-machine machine.toml"
         more = "This also stores the options; the next record needs only: srbval analyse FILE --machine machine.toml"
     questions = (f"  {question}" for question in error.questions)
-    return "\n".join([f"{error.subject} leaves open:", *questions, "", f"For example: {example}", more])
+    return "\n".join([f"{error.subject} lacks information:", *questions, "", f"For example: {example}", more])
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:

@@ -109,7 +109,7 @@ def _run_one(options: argparse.Namespace) -> int:
 
 
 def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple[str | None, str]:
-    """Severity zone (A to D) of the RMS velocity, None if limits or velocity are unknown, and a sentence about it."""
+    """Return the severity zone (A to D) of the RMS velocity, or None if unknown, and a sentence about the zone."""
     boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
     zone = zone_of(features["velocity_rms_mm_s"], boundaries)
     if not boundaries:
@@ -124,7 +124,7 @@ def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple
 
 def _run_many(options: argparse.Namespace) -> int:
     if given := [f"--{name}" for name in SINGLE_ONLY if getattr(options, name)]:
-        raise ConfigurationError(f"{' and '.join(given)}: for a single file, but a folder or several files are given.")
+        raise ConfigurationError(f"{' and '.join(given)}: only for a single file, not for a folder or several files.")
     try:
         documents, failed, other = read_many(options)
     except DataError:

@@ -119,7 +119,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """Sentence about the share of the radial load on the rollers, with its value in static balance; may be empty."""
+    """State the share of the radial load on the rollers in a run and in static balance; empty if it is unknown."""
     if math.isnan(run.roller_load_share):
         return ""
     rest = "the housing spring the rest" if run.scene.load.path is LoadPath.HOUSING else "no other part carries load"
@@ -128,7 +128,7 @@ def _describe_load_share(run: RunSummary) -> str:
 
 
 def _format_quantity(name: str, value: Any) -> tuple[str, str, str]:
-    """Row of the printed table: name in words, value as text, and unit, read from the suffix of the name."""
+    """Return a quantity's name in words, its value as text, and its unit, which the suffix of `name` determines."""
     words, unit = name.replace("bpfo", "BPFO").replace("bpfi", "BPFI").replace("numerics", "error of the step,"), ""
     for part in name.split():
         end = next((end for end in UNIT_BY_SUFFIX if part.endswith(end)), "")
@@ -150,7 +150,7 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
 
 
 def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
-    """Scene to run, and whether its time step is chosen (`AUTO`) or only its error is estimated (`CHECKED`).
+    """Return the scene to run, and if its time step is to be chosen (`AUTO`) or only its error estimated (`CHECKED`).
 
     A step in the options or the scene file is kept. Explicit solvers use the paper's step, or the scene's if it is
     shorter, because friction causes chatter at finer steps too.
@@ -167,7 +167,7 @@ def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step
 
 
 def run_plan_command(options: argparse.Namespace) -> int:
-    """Print all models and choose the simplest one that keeps the tolerance of a question; exit code 1 if none does."""
+    """Compare all models and choose the simplest one accurate enough for the question; exit code 1 if none is."""
     from srbval.plan.questions import MEANING
 
     plan = _plan_of(scene_from_options(options), options)

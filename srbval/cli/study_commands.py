@@ -128,7 +128,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
         progress = prefix_tasks(shown, name.replace("_", " ").capitalize())
         scale = getattr(given, "scale", False)
         if scale or getattr(given, "model", None) or (name == STUDY_BY_COMMAND["bench"] and given.quick):
-            found, stored = _run_outside(name, given, progress, shown.message)
+            found, stored = _run_variant(name, given, progress, shown.message)
         else:
             shown.message(f"about {asked.minutes:g} minutes on two cores for all, and half a minute once to compile")
             found, stored = make_result(name, given, progress, command=own_command())
@@ -142,10 +142,10 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     return print_result(given, stored, text, code=0 if found.sound else UNSOUND)
 
 
-def _run_outside(
+def _run_variant(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study of an outside model, a quick study or the costs by size; write the result only to ``--output``."""
+    """Run a variant of a study: user's model, quick, or cost by size; write its result to ``--output`` only."""
     given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):

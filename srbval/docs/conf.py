@@ -77,7 +77,7 @@ CONSTANTS = (
 
 
 def stored_numbers() -> dict[str, Any]:
-    """Return the numbers that pages insert, by name: stored results, bundled scenes, constants of modules."""
+    """Return numbers to insert into documentation pages: from stored results, bundled scenes and module constants."""
     from srbval.scene import scene_table
 
     numbers = {name: scene_table(name) for name in ("paper", "rig")}
@@ -100,13 +100,13 @@ myst_substitutions = stored_numbers()
 
 
 def modules_of(room: str) -> list[str]:
-    """List the dotted names of a subpackage's modules, each package before its modules; `room` may be a module too."""
+    """List the dotted names of all modules of the subpackage or module `room`, each package before its modules."""
     files = [p.relative_to(PACKAGE.parent) for p in (PACKAGE / room).rglob("*.py")] or [Path("srbval", f"{room}.py")]
     return sorted(".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files)
 
 
 def reference(room: str) -> str:
-    """Write the reference of a subpackage's modules; a re-exported name is documented in its defining module."""
+    """Write the Sphinx directives that document all modules of the subpackage `room`."""
     entry = "## `{0}`\n\n```{{eval-rst}}\n.. automodule:: {0}\n```\n"
     return "\n".join(map(entry.format, modules_of(room)))
 
@@ -123,7 +123,7 @@ def offered() -> str:
 
 
 def fill_in(_app: Any, page: str, source: list[str]) -> None:
-    """Insert the reference, notebooks and pictures of examples into a page."""
+    """Insert generated parts into the `source` of a documentation page: reference, notebook, pictures of examples."""
     folder, _, name = page.partition("/")
     if folder in ("api", "guide"):
         makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
@@ -135,7 +135,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """Run an example (commands or Python) beside the shipped recordings, and return its picture `file` as HTML."""
+    """Run example code in a folder with the shipped recordings; return the picture `file` that it draws as HTML."""
     import matplotlib
 
     from srbval.cli import run_command_line
@@ -191,7 +191,7 @@ def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def scene_keys() -> str:
-    """List the keys of a scene and of each of its tables, with their types and the paper's value."""
+    """List the keys of a scene file by table, each with its type and its value in the paper's scene."""
     from srbval.scene import Scene, scene_table
 
     return "\n\n".join(_keys_of(Scene, "", scene_table("paper")))
@@ -228,7 +228,7 @@ def _type_in_words(takes: Any) -> str:
 
 
 def cell(text: str | None) -> str:
-    """Put a text on one line, and escape the markup of tables and comments."""
+    """Put a text on one line for a Markdown table, and escape characters that are markup there."""
     return " ".join((text or "").split()).replace("|", "\\|").replace("<", "&lt;")
 
 

@@ -30,7 +30,7 @@ def silent(task: str, fraction: float | None) -> None:
 
 @contextlib.contextmanager
 def stage(progress: Progress, task: str) -> Iterator[None]:
-    """Context manager: report `task` as begun on entry, and as done on exit unless an exception was raised."""
+    """Context manager: report to `progress` that `task` begins and, if no exception was raised, that it is done."""
     progress(task, None)
     yield
     progress(task, 1.0)
@@ -96,7 +96,7 @@ class ProgressDisplay:
                     self._report_if_due(task)
 
     def _report_if_due(self, task: str) -> None:
-        """Write a line about `task` if its last line is old enough and, in a log file, if it has advanced enough."""
+        """Write a progress line of `task` if the last one is old enough and, in a log, the task has advanced enough."""
         now, (fraction, started_at, reported_at, count) = time.monotonic(), self._running[task]
         elapsed = now - started_at
         if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:

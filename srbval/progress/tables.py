@@ -19,7 +19,7 @@ def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def format_uncertain(value: float | None, ci95: float | None) -> str | None:
-    """Text of a value and its 95 % half width, to two significant digits of the half width; None if either is None."""
+    """Format ``value ± ci95``, rounded to two significant digits of the 95 % half width; None if either is None."""
     if value is None or ci95 is None:
         return None
     if ci95 == 0:

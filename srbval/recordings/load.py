@@ -97,7 +97,7 @@ def questions_error(
     kind: type[ErrorKind], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
 ) -> ErrorKind:
     """Create an error that lists open questions about `subject`, each with the option that answers the question."""
-    error = kind(f"{subject} leaves open: {'; '.join(map(str, questions))}.{remedy}")
+    error = kind(f"{subject} lacks information: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)
     return error
 

@@ -20,7 +20,7 @@ _IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
 class Badge(enum.StrEnum):
-    """Source of a value or a picture; `STAND_IN` marks synthetic data in place of a recording."""
+    """Label of the source of a value or picture; `STAND_IN` marks synthetic data used in place of a recording."""
 
     MEASURED = "measured"
     PUBLISHED = "published"
@@ -61,7 +61,8 @@ class TableColumn:
 class Cell:
     """Cell of a table: a value with its 95 % interval (± `ci95`), source, judgement, and a remark printed below it.
 
-    A value that is None or not finite is printed as a dash, others rounded to the second significant digit of `ci95`.
+    A value that is None or not finite is printed as a dash. Decimals beyond the second significant digit of `ci95`
+    are not printed.
     """
 
     value: CellValue
@@ -94,7 +95,7 @@ def format_value(value: CellValue, spec: str) -> str:
 
 
 def _check(part: Any, kind: str, *needed: str) -> None:
-    """Raise ValueError if the id of `part` is invalid, or if one of its texts named in `needed` is empty."""
+    """Raise ValueError if the id of a report part is invalid, or if a text attribute listed in `needed` is empty."""
     if not _IDENTIFIER.fullmatch(part.id):
         raise ValueError(
             f"{kind} id {part.id[:80]!r}: use at most 64 lower-case letters, digits, hyphens, starting with a letter."
@@ -174,8 +175,8 @@ class KeyValues:
 class Explore:
     """Interactive chart that the page's script draws from the data of a figure.
 
-    `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and x positions of the lines
-    to mark, `x_per_order` is the width of one shaft order in units of the x axis.
+    `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and x positions of the
+    frequencies to mark, `x_per_order` is the width of one shaft order in units of the x axis.
     """
 
     x: str
@@ -246,7 +247,7 @@ class VerdictBox:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """Section of a report; `id` is its anchor. A page with many sections collapses those that are not `open`."""
+    """Section of a report; `id` is its anchor. On a page with many sections, only sections with `open` are expanded."""
 
     id: str
     title: str
@@ -289,7 +290,7 @@ class Report:
             yield from section.blocks
 
     def figures(self) -> Iterator[Figure]:
-        """Iterate over all figures: the figure of the verdict, then those of the sections, also inside grids."""
+        """Iterate over all figures of the report, first the figure of the verdict box, then those in sections."""
         for block in self._blocks():
             yield from block.figures if isinstance(block, FigureGrid) else (block,) if isinstance(block, Figure) else ()
 

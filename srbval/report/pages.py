@@ -1,4 +1,4 @@
-"""Pages that studies add to the report: each is one section made of stored results, headed by their origin."""
+"""Report sections that studies add: each is made from stored results and begins with their origin."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ class StoredResults(dict[str, StoredResult]):
     """Newest stored results of studies, by name."""
 
     def content(self, name: str) -> Mapping[str, Any]:
-        """Return the content of a result; the content is empty if no result is stored."""
+        """Return the content of the stored result `name`, or an empty mapping if there is none."""
         return self[name].content if name in self else {}
 
 

@@ -1,4 +1,4 @@
-"""Conversion of a report to nested dicts of finished text, the common input of both renderers; the inline markup.
+"""Convert a report to nested dicts of formatted text, the input of the HTML and PDF renderers; inline markup.
 
 Numbers are formatted only here, so that the HTML page and the PDF cannot differ. The markup is ``**strong**`` and
 ```code```; a backslash before ``*``, a backtick or a backslash makes it text. Text from a file or a recording goes
@@ -40,7 +40,7 @@ def mask_controls(text: str) -> str:
 
 
 def spans(text: str) -> tuple[Span, ...]:
-    """Split a text with markup into (kind, text) pieces; a line cannot end between a number and its unit."""
+    """Split a text with markup into (kind, text) pieces; join a number and its unit by a no-break space."""
     found: list[Span] = []
 
     def append(kind: str, part: str) -> None:
@@ -82,7 +82,7 @@ def as_plain(report: Report) -> dict[str, Any]:
 
 
 def _plain(value: Any, name: str = "") -> Any:
-    """Convert the value of the field `name`; a dataclass becomes a dict with its class name as `kind`."""
+    """Convert a value in the report's field `name` to text, list or dict; a dict's `kind` is its dataclass's name."""
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, str):

@@ -57,27 +57,27 @@ class Prose:
             raise ValueError(f"{where}: a value cannot be inserted ({type(error).__name__}: {error}).") from error
 
     def has(self, name: str) -> bool:
-        """True if the file has this part."""
+        """True if the text file has a part called `name`."""
         return name in self._parts
 
     def text(self, name: str, /, **values: Any) -> str:
-        """Return a part with its values inserted, on one line."""
+        """Return the part `name` of the file as one line of text, with `values` inserted."""
         return self._filled(self._source(name), name, values)
 
     def items(self, name: str, /, **values: Any) -> tuple[str, ...]:
-        """Return the items of a list with their values inserted."""
+        """Return the items of the list `name` of the file, with `values` inserted."""
         return tuple(self._filled(item, name, values) for item in _ITEM_START.split(self._source(name))[1:])
 
     def paragraph(self, name: str, /, **values: Any) -> blocks.Paragraph:
-        """Make a paragraph from a part."""
+        """Make a paragraph of a report from the part `name` of the file, with `values` inserted."""
         return blocks.Paragraph(self.text(name, **values))
 
     def listing(self, name: str, /, **values: Any) -> blocks.Listing:
-        """Make a list from the items of a part."""
+        """Make a list of a report from the items of the part `name` of the file, with `values` inserted."""
         return blocks.Listing(items=self.items(name, **values))
 
     def callout(self, name: str, /, *, tone: Tone, **values: Any) -> blocks.Callout:
-        """Make a boxed remark from a part."""
+        """Make a boxed remark from the part `name` of the file, with `values` inserted; `tone` sets its colour."""
         return blocks.Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
 
     def figure(

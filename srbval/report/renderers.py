@@ -109,14 +109,14 @@ def _font_folder() -> Path:
 
 @lru_cache(maxsize=1)
 def _known_characters() -> frozenset[int]:
-    """Code points that the PDF's font can display; PDF/UA forbids characters without a glyph."""
+    """Return the code points that the PDF's font can display; PDF/UA forbids characters without a glyph."""
     from matplotlib.ft2font import FT2Font
 
     return frozenset(FT2Font(str(_font_folder() / "DejaVuSans.ttf")).get_charmap())
 
 
 def _displayable(value: Any) -> Any:
-    """Replace characters without a glyph in all strings, and allow line breaks inside long words."""
+    """Replace characters that the PDF's font lacks in all strings, and allow line breaks inside long words."""
     if isinstance(value, dict):
         shown = {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
         for key in ("text", "note") if "number" in value else ():  # a cell, such as a file's name

@@ -67,7 +67,7 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
 
 
 def _content(report: Report, stage: Path) -> str:
-    """Hash everything that determines a report's files, except the time at which the report is made."""
+    """Hash all content of a report except its time; the folder `stage` contains the figures already drawn."""
     files = {path.name: path.read_bytes() for path in sorted((stage / FIGURES_FOLDER).iterdir())}
     whole = as_plain(replace(report, generated_utc=datetime(1, 1, 1, tzinfo=UTC)))
     return content_sha256(whole, report_data(report), files, *list_pdf_dependencies())
@@ -94,7 +94,7 @@ def write_csv_tables(report: Report, folder: Path) -> None:
 
 
 def _csv_columns(table: ReportTable) -> dict[str, list[Any]]:
-    """Return the values of a table by column title; half widths of intervals get further columns."""
+    """Return the values of a table by column title; half widths of intervals become columns of their own."""
     found: dict[str, list[Any]] = {}
     for place, column in enumerate(table.columns):
         title = f"{column.title}, {column.unit}" if column.unit else column.title

@@ -41,7 +41,7 @@ class Attempt:
 
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
-    """Simulate `scene` once; a failure is returned as an `Attempt` with status and reason."""
+    """Simulate `scene` once; if it fails, return an `Attempt` with status and reason instead of raising an error."""
     try:
         run = simulate(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
@@ -50,7 +50,7 @@ def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = s
 
 
 def right_hand_sides_per_step(solver: str) -> int:
-    """Number of evaluations of the equations of motion per time step; 1 for an unknown solver."""
+    """Number of times that a solver evaluates the equations of motion per step; 1 for an unknown solver."""
     return METHODS[solver].evaluations if solver in METHODS else 1
 
 

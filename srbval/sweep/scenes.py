@@ -43,7 +43,7 @@ def bench_scene(
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
-    """Copy a scene; it settles for `settle` roller passages (1 / BPFO), then records `passages`, at least `least_s`."""
+    """Copy a scene; set settling and recorded time to `settle` and `passages` times 1 / BPFO, at least `least_s`."""
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
         math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ
@@ -61,7 +61,7 @@ def output_rate_hz(step_s: float) -> float:
 
 
 def check_names(scenes: Iterable[str], solvers: Iterable[str]) -> None:
-    """Raise `ConfigurationError` for a scene that is not in `SOLVER_SCENES`, or an unknown solver."""
+    """Raise `ConfigurationError` if a name is not a scene for comparing solvers, or not a solver."""
     for what, names, known in (("scene", scenes, SOLVER_SCENES), ("solver", solvers, SOLVERS)):
         for name in names:
             check_known(what, name, known)

@@ -1,4 +1,4 @@
-"""Sweeps: every row of a table is simulated, and measures of its runs become further columns of the table.
+"""Sweeps: simulate the scenes of every table row, and add measures of the runs as further columns of the table.
 
 The table is a `grid` over axes, `draws` from ranges, or any other data frame. `sweep` simulates its rows in parallel
 and stores each row when its runs have ended, so that interrupted work continues. `bisect` finds the last value of one

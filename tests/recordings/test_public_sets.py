@@ -58,7 +58,7 @@ def test_facts_of_a_set_are_those_of_the_recordings(tmp_path: Path) -> None:
     assert "speed varying, and its course" in first.cautions[-1]
     assert (healthy.speed.source, round(60 * healthy.speed.value_hz)) == ("tachometer", 1790)
     assert "the fault, inner, is at motor_bearing_de, not at this sensor's motor_bearing_nde" in far.notes
-    with pytest.raises(srbval.DataError, match=r"FE leaves open: no unit: unit=m/s2 "):
+    with pytest.raises(srbval.DataError, match=r"FE lacks information: no unit: unit=m/s2 "):
         srbval.dataset_recordings(dataset)
     rows = dataset.metadata().query("channel == 'DE'").drop(columns=[*ORDERS, "speed_rpm", "bearing_model"])
     (one, _) = srbval.dataset_recordings(dataset, rows, state="outer")

@@ -16,7 +16,7 @@ MAX_LABEL_CHARACTERS = 34  # characters of a recording's name
 
 @panel
 def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> PanelData:
-    """Draw one stacked bar per recording; `rows` are pairs of a name and the probabilities of the bearing states."""
+    """Draw one stacked bar per recording; `rows` are pairs of recording name and probabilities of bearing states."""
     figure, axes = new_axes((7.6, 0.85 + 0.2 * len(rows)))
     left = [0.0] * len(rows)
     places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
@@ -40,7 +40,7 @@ SCENE_LOOKS = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GRE
 
 @panel
 def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> PanelData:
-    """Draw cage ratios by nominal speed: the rig's records, their mean, 95 % bands of simulations, pure rolling."""
+    """Plot the ratio of cage to shaft speed over nominal shaft speed: measured, simulated, and for pure rolling."""
     figure = style.new_figure((4.8, 3.3))
     speeds = sorted({row["nominal_rpm"] for row in rows})
     panels = figure.subplots(1, len(speeds), sharey=True, squeeze=False)[0]

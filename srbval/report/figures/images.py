@@ -57,7 +57,8 @@ def scalogram_panel(
 ) -> PanelData:
     """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
-    The fault line of `state` is marked. If the shaft modulates this line, ticks along the top mark the shaft's period.
+    The fault frequency of the bearing state `state` is marked. If the shaft modulates its amplitude, ticks along the
+    top mark the shaft's period.
     At both ends, the region that the ends of the record distort (cone of influence) is hatched.
     """
     from matplotlib import colormaps
@@ -109,7 +110,7 @@ def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArr
 
 
 def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
-    """Return the columns of a scalogram's CSV file on a coarse grid: the time, and the magnitude at each frequency."""
+    """Return the columns of a scalogram's CSV file, resampled coarsely: time, and magnitude at each frequency."""
     rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_FREQUENCIES, len(frequency))).round().astype(int)
     coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
     n = coarse.shape[1]
@@ -119,7 +120,7 @@ def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, 
 
 
 def average_columns(values: FloatArray, columns: int) -> FloatArray:
-    """Average the last axis in segments, so that `columns` values remain; a shorter axis stays unchanged."""
+    """Average an array along its last axis in `columns` segments; an array with fewer columns is not changed."""
     n = values.shape[-1]
     if n <= columns:
         return values

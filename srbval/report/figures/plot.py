@@ -32,9 +32,9 @@ RECORD_BINS = 900
 def plot(of: Any, ax: Any = None, **options: Any) -> Any:
     """Draw an object onto matplotlib axes, by default onto new axes of pyplot, and return the axes.
 
-    A recording or a run is drawn as its signal over time; an analysis as its envelope spectrum with the expected lines,
-    together with the spectrum of the analysis `healthy` if given; a diagnosis as its probabilities; a bearing as the
-    orders of its lines; a validation as errors with their uncertainties.
+    A recording or a run is drawn as its signal over time; an analysis as its envelope spectrum with the expected fault
+    frequencies, together with the spectrum of the analysis `healthy` if given; a diagnosis as the probabilities of the
+    bearing states; a bearing as its fault frequencies in shaft orders; a validation as errors with uncertainties.
     """
     with figure_style():
         if ax is None:

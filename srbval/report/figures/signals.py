@@ -68,7 +68,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 @panel
 def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
-    """Draw the Welch spectra of named records, dashed if "healthy" begins the name; shade the last record's band."""
+    """Draw Welch spectra of records by name (healthy ones dashed), and shade the last record's demodulation band."""
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
     origin = Origin.STAND_IN if Origin.STAND_IN in origins else last.origin
@@ -101,7 +101,7 @@ NAME_HEIGHT = 0.75  # of the axes: start of the labels in a narrow panel, above 
 def spectrum_panel(
     view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
 ) -> PanelData:
-    """Draw an envelope spectrum up to the amplitude `top`; if `brief`, at half width and without a legend."""
+    """Draw an envelope spectrum with an amplitude axis from 0 to `top`; if `brief`, at half width without a legend."""
     record, healthy = view.record, view.healthy
     figure, axes = new_axes(NARROW_PANEL_INCHES if brief else WIDE)
     draw_spectrum(axes, view, top, brief=brief)
@@ -140,7 +140,7 @@ def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = Fa
 
 
 def _draw_names(axes: Any, view: SpectrumView) -> None:
-    """Draw the expected lines, and above the curves the names of harmonics and of the first harmonic's sidebands."""
+    """Draw a vertical line at each expected frequency; name harmonics and the first harmonic's sidebands."""
     blended = axes.get_xaxis_transform()
     for cursor in view.cursors:
         look: dict[str, Any] = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
@@ -151,7 +151,7 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:
-    """Draw the expected lines: harmonics labelled by frequency and shaft order, sidebands by name."""
+    """Draw a vertical line at each expected frequency; label harmonics with frequency and order, sidebands by name."""
     cursors, blended = view.cursors, axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
     room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # width of the numbers beside the axis

@@ -1,4 +1,4 @@
-"""Style of all figures: colours by origin of the data, fewer digits and points in the files, helpers for axes."""
+"""Common style of all figures: colours by origin of the data, data reduction for small files, helpers for axes."""
 
 import functools
 import io
@@ -110,9 +110,9 @@ def figure_style() -> Iterator[None]:
 
 
 def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
-    """Decorator: the drawing function then returns a `Drawing`, which writes ``name.svg`` and ``name.csv`` to a folder.
+    """Decorate a drawing function: it then returns a `Drawing`, which writes ``name.svg`` and ``name.csv`` to a folder.
 
-    Without the decorator the function returns the figure and the columns of the CSV file. Both files are cached, and
+    The function itself must return the figure and the columns of the CSV file. Both files are cached, and
     drawn again only if the arguments, the sources or the libraries have changed.
     """
     store = ContentStore(kind="figure", computed_by=draw.__module__)
@@ -163,7 +163,7 @@ def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
 
 
 def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:
-    """Set the title ``(a) Simulated · title`` of a panel, in the colour of its origin, `pad` points above the axes."""
+    """Set a panel's title, as in ``(a) Simulated · title``, `pad` points above the axes; `origin` sets the colour."""
     word, colour, _ = ORIGINS[origin]
     text = " · ".join(filter(None, (f"({letter}) {word}" if letter else word, title)))
     room = TITLE_CHARACTERS_PER_INCH * axes.figure.get_size_inches()[0]

@@ -1,4 +1,4 @@
-"""Findings of the main report: all data that its sections and figures need, so that these compute nothing."""
+"""All data that the sections and figures of the main report need; sections and figures compute nothing."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -47,9 +47,9 @@ class Findings:
     provenance: Mapping[str, Any]
 
     def sides_of(self, state: Fault) -> tuple[list[RecordView], list[Scalogram]]:
-        """Return the views and the scalograms of one bearing state, each as a list [model, rig]."""
+        """Return the arrays for figures and the scalograms of one bearing state, each as a list [model, rig]."""
         return [side[state] for side in self.views.values()], [side[state] for side in self.scalograms.values()]
 
     def frame(self, key: str) -> "pd.DataFrame":
-        """Return a list of rows in ``report.json``, such as ``table6``, as a data frame."""
+        """Return the table stored under `key` in ``report.json``, such as ``table6``, as a data frame."""
         return plain_frame(to_json(list(self.data[key])))

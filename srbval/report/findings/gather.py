@@ -55,7 +55,7 @@ def gather(
     sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
 
     def keep(one: PairReading) -> None:
-        """Keep the measured and the simulated analysis of a pair if the figures show its recording."""
+        """Keep the analyses of a measured and simulated pair of recordings if the figures show the measured one."""
         rig, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
         if entry is None or rig.recording.file != entry.file:
             return
@@ -108,7 +108,7 @@ def gather(
 
 
 def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
-    """Raise `DataError` if one of the paper's bearing states has no readable recording."""
+    """Raise `DataError` if a bearing state of the paper is not in `found`; the message lists the `failed` pairs."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
         raise DataError(
@@ -120,7 +120,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load; if simulations with varied inputs are stored, only at their speeds."""
+    """Select recordings at the paper's load, limited to the speeds of the stored simulations if there are any."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]

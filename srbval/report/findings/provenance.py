@@ -1,4 +1,4 @@
-"""Provenance of the findings: facts on each run, versions, revision, machine, seeds and recordings."""
+"""Provenance of a report: facts on each simulation run, software versions, computer, seeds and recordings."""
 
 import os
 import platform
@@ -21,7 +21,7 @@ PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotl
 
 
 def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -> dict[str, Any]:
-    """Return versions, revision, machine, seeds and recordings for ``report.json`` and the report's last section."""
+    """Return software versions, git revision, computer, random seeds and recordings on which a report is based."""
     entries = tuple(registered)
     shipped = [one for one in entries if Path(one.file).parent == shipped_folder(RIG_EXCERPTS)]
     origin = dataset(shipped[0].dataset or "") if shipped else None
@@ -41,7 +41,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
 
 
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
-    """Describe a run: `step_s` is None if the model has its own solver, `numerics` if no step error was estimated."""
+    """Describe a run for ``report.json``; `numerics`, the estimated time-step error, is None if not estimated."""
     scene, own_solver = run.scene, level_of(run.scene.model).own_solver
     return {
         "id": case.id,

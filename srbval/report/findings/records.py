@@ -147,7 +147,7 @@ def peak_amplitude(record: RecordView, end_hz: float) -> float:
 
 
 def spectrum_end_hz(analysis: Analysis, marked: Line | None) -> float:
-    """Choose the end of a plotted spectrum [Hz]: after four harmonics of `marked`, or after both race lines if None."""
+    """Choose the end of a plotted spectrum [Hz]: beyond four harmonics of `marked`, or if None beyond BPFO and BPFI."""
     end = MARKED_SPAN * marked.kinematic_hz if marked else RACES_SPAN * analysis.line_of(Fault.INNER).kinematic_hz
     low, high = analysis.processed.band_hz
     return min(end, high - low)

@@ -1,4 +1,4 @@
-"""Rows of ``report.json`` that follow from the findings: comparisons, Table 6, sums BPFO + BPFI, cage ratios."""
+"""Compute tables of ``report.json``: comparisons of model and rig, Table 6, sums BPFO + BPFI, cage ratios."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -37,7 +37,7 @@ def compared_rows(
     register: RegisterListing,
     registered: Sequence[RegisteredRecording],
 ) -> dict[str, Any]:
-    """Compute the entries of ``report.json`` from the findings and the register of recordings."""
+    """Compute the entries of ``report.json`` from findings, analysed model runs and the register of recordings."""
     printed, bearing, runs = found.printed, found.bearing, found.runs
     every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
     shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
@@ -103,7 +103,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
 def picture_rows(
     state: Fault, views: Iterable[RecordView], images: Sequence[Scalogram], levels: Iterable[Row]
 ) -> Iterator[Row]:
-    """Compare model and rig by kurtosis, line levels and power near the line, to judge if their figures are alike."""
+    """Judge if the figures of model and rig are alike, by kurtosis, line levels and power near the fault frequency."""
     model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.processed.filtered for one in (model, rig))
@@ -120,13 +120,13 @@ def picture_rows(
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Compare a number of model and rig; `alike` is true if they differ by at most a limit (dB, or % of the rig)."""
+    """Compare a quantity of model and rig; `alike` is true if they differ by at most a limit in dB or % of the rig."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
 def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
-    """List the rig's cage ratios and their change with speed, with errors and verdicts of scenes ``paper``, ``rig``."""
+    """List the rig's cage ratios and their change with speed, each with the model's error in scenes `paper`, `rig`."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
@@ -141,7 +141,7 @@ def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) ->
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
-    """List the model's errors in levels relative to the first harmonic, in scene ``paper`` and, if stored, ``rig``."""
+    """List the model's errors [dB] in harmonic levels relative to the first harmonic, in scenes `paper` and `rig`."""
     own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
     for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
         if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
@@ -158,9 +158,10 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
 
 
 def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
-    """Select the comparisons of records with a detected fault line, except those of the line's frequency.
+    """Select the comparisons of records with a detected fault line, without comparisons of the line's frequency.
 
-    The cage ratio contains the same information; its errors may be averaged over both races, those of lines may not.
+    The cage ratio contains the same information, and its errors may be averaged over outer and inner race faults.
+    Errors of BPFO and BPFI must not be averaged: slip lowers BPFO and raises BPFI.
     """
     frame = comparison_frame(rows)
     lines = frame[frame["kind"].isin([one.kind for one in LINE_QUANTITIES]) & frame["rig_present"].astype(bool)]
@@ -169,7 +170,7 @@ def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
 
 
 def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterator[Row]:
-    """Compute the deviation of each measured record's race line from pure rolling at the record's speed [%]."""
+    """Compute the deviation [%] of the BPFO or BPFI of each measured record from pure rolling at its shaft speed."""
     speed_source = {one["pair"]: one["measured_facts"]["shaft_from"] for one in pairs}
     for row in comparisons:
         if row["kind"] == RACE_LINE.kind and row["rig_present"]:
@@ -179,7 +180,7 @@ def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterato
 
 
 def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
-    """List the cautions on the recordings of this report, without repetition."""
+    """List the cautions on the measured recordings of compared `pairs` by file name, without repetition."""
     once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
     return [{"file": file, "caution": caution} for file, caution in once]
 
@@ -187,7 +188,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """List the cage ratios for `cage_ratio_plot` by nominal speed: records, their mean, simulations, pure rolling."""
+    """List cage ratios by nominal speed, for `cage_ratio_plot`: measured, mean, simulated, and for pure rolling."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))

@@ -100,8 +100,8 @@ def gather_user_records(
     """Analyse recordings of one bearing; compare each with the given healthy record or the registered one of its rig.
 
     Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, the model
-    is compared with each measured record of a bearing with known dimensions. If no
-    recording can be analysed, an error with the reasons is raised.
+    is run for comparison with each measured record of a bearing with known dimensions. If no recording can be analysed,
+    an error with the reasons is raised.
     """
     if not requests:
         raise ConfigurationError("no recording is given: name at least one file.")
@@ -128,7 +128,7 @@ def gather_user_records(
 
 
 def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
-    """Add to an analysed recording the spectrum and the marked line for the report, and the model's run if given."""
+    """Prepare a recording for the report: choose the line to mark, make the spectrum, and attach the model's run."""
     analysis, verdict, baseline = reading.analysis, reading.verdict, reading.baseline
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
@@ -140,7 +140,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """Run the model at a record's speed with the found or declared defect; None if not applicable, text if it fails."""
+    """Run the model with a record's speed and found or stated defect; None if not applicable, a text if it fails."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None

@@ -41,7 +41,7 @@ TABLE6_SOURCES = (  # rows of Table 6: source of the rig's value, source of the 
 
 
 def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
-    """Make the first screen; `data` is the content of ``report.json``, including the keys of the `pages`."""
+    """Make the first screen of the main report; `data` is the content of ``report.json`` with the keys of `pages`."""
     stated, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
     tiles += filter(None, (page.tile(findings.results) for page in pages))
     origin = {
@@ -67,7 +67,7 @@ def worst_tone(answers: Iterable[str]) -> Tone:
 
 
 def finding_sentence(stated: Sequence[ReportRow]) -> str:
-    """Write the report's first line, with the scenes and speeds at which the cage speed misses its tolerance."""
+    """State the main finding: in which scenes, at which speeds the simulated cage speed is out of tolerance."""
     missed = []
     for scene, name in SCENE_NAMES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
@@ -77,14 +77,14 @@ def finding_sentence(stated: Sequence[ReportRow]) -> str:
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Put a compared quantity of the cage speed into words: "at 353 rpm", "its change from 877 to 353 rpm"."""
+    """Name a compared quantity of the cage speed in a sentence: "at 353 rpm" or "its change from 877 to 353 rpm"."""
     later, less, first = endpoint.partition(" less ")
     is_change = less and first.endswith("rpm")
     return f"its change from {first.removesuffix(' rpm')} to {later} rpm" if is_change else f"at {endpoint}"
 
 
 def near_sentence(data: ReportRow) -> str:
-    """State the model's errors: both fault lines at the rig's measured speed, and cage speed in the rig's scene."""
+    """State the model's errors: BPFO and BPFI at the rig's measured speed, and the cage speed in the scene `rig`."""
     rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
@@ -102,7 +102,7 @@ def interval(error: float, u: float | None) -> str:
 
 
 def missing_sentence(data: ReportRow) -> str:
-    """State what the model does not reproduce, with numbers: the change with speed, the vibration levels."""
+    """State with numbers if the model fails to reproduce the cage ratio's change with speed, or vibration levels."""
     trend, levels = data["trend"], (data.get("amplitudes") or {}).get("locked")
     found = []
     if trend["verdict"] in (Verdict.MISSED, Verdict.DIFFERS):
@@ -174,7 +174,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """State which rig records were used for fitting, which were unknown before the comparison, and how many known."""
+    """State which rig records were fitted, which were predicted before they were known, and the number of others."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -1,4 +1,4 @@
-"""Assembly of the main report: its sections in order; records, limits, glossary and command at the end."""
+"""Assemble the main report: its sections in order; records, limitations, glossary and command at the end."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
@@ -48,7 +48,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 
 def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] = ()) -> Iterator[Block]:
-    """List the problems of the registered recordings, and one row for each record of the rig."""
+    """List problems of registered recordings, and the rig's records with their use (fitted, blind) in `comparisons`."""
     if findings.data["register_unreadable"]:
         yield RECORD_TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
     for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
@@ -69,7 +69,7 @@ def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] 
 
 
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
-    """Make the last section: records, subjects that are not covered, glossary, and command that repeats the report."""
+    """Make the last section: rig records, limitations, glossary, and the command that repeats the report."""
     axial = any(pair["measured_facts"]["axial_n"] for pair in findings.validation.pairs.to_dict("records"))
     blind = blind_sentence(findings.validation.comparisons, predicted="prediction_outcome" in findings.results)
     limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
@@ -84,14 +84,14 @@ def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
-    """Name the records that were unknown before their comparison; mention stored predictions if `predicted`."""
+    """Name the records predicted before they were known (blind); mention stored predictions if `predicted`."""
     blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
     text = LIMIT_TEXTS.text("blind", records=", ".join(blind)) if blind else LIMIT_TEXTS.text("not-blind")
     return f"{text} {LIMIT_TEXTS.text('predicted')}" if predicted else text
 
 
 def provenance_section(origin: Mapping[str, Any]) -> Section:
-    """Make the section with versions and machine, and the command that repeats a report on the user's files."""
+    """Make the section on the origin of a report: versions, computer, and the command that repeats the report."""
     flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
     shown = {key: flat[key] for key in SHOWN_FACTS if flat.get(key)}
     if recordings := ", ".join(origin.get("recordings", ())):
@@ -101,7 +101,7 @@ def provenance_section(origin: Mapping[str, Any]) -> Section:
 
 
 def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, CellValue]:
-    """Flatten a nested table; its keys are joined by dots."""
+    """Flatten nested mappings to one mapping, whose keys are the nested keys joined by dots."""
     flat: dict[str, CellValue] = {}
     for key, value in table.items():
         flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {prefix + key: value}

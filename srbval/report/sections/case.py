@@ -75,7 +75,7 @@ def _point(row: Mapping[str, Any]) -> str:
 
 
 def _table_section(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, open: bool = False) -> Section | None:
-    """Make a section of one table and further blocks; None if there are no rows."""
+    """Make a section of the table `name` with its `rows`, followed by further blocks; None if there are no rows."""
     if not rows:
         return None
     blocks = (CASE_TEXTS.table(name, rows), *more)
@@ -83,14 +83,14 @@ def _table_section(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, o
 
 
 def _frequencies(table: "pd.DataFrame") -> Section | None:
-    """Make the table of lines and cage ratios in the form of the paper's Table 6."""
+    """Make the section with the table of fault frequencies and cage ratios, in the form of the paper's Table 6."""
     rows = table[table["unit"] != "dB"].to_dict("records")
     how_to_read = TABLE6_TEXTS.paragraph("how-to-read")
     return _table_section("frequencies", [_with_deviations(row) for row in rows], how_to_read, open=True)
 
 
 def _with_deviations(row: Mapping[str, Any]) -> Row:
-    """Add to a row of the table of frequencies the source of each value and its deviation from kinematics."""
+    """Add to a row of fault frequencies the source of each value and its deviation from pure rolling."""
     found: Row = {**row} | {"verdict_tone": VERDICT_TONE.get(row["verdict"], Tone.NEUTRAL)}
     for side, badge in zip(SIDES, (Badge.SIMULATED, Badge.MEASURED), strict=True):
         deviation = row[f"{side}_deviation_pct"]
@@ -100,7 +100,7 @@ def _with_deviations(row: Mapping[str, Any]) -> Row:
 
 
 def _speed(result: Validation) -> Section | None:
-    """Make the table of the sums BPFO + BPFI; None if neither the model nor the rig has both lines."""
+    """Make the section on the sums BPFO + BPFI; None if neither the model nor the rig has both lines."""
     if not result.sums:
         return None
     rollers = result.case.known_bearing.rolling_elements

@@ -86,7 +86,7 @@ def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> d
 def drawings(
     view: SpectrumView, image: Scalogram, state: Fault, scale: Mapping[str, float], letters: tuple[str, str] = ("", "")
 ) -> dict[str, Drawing]:
-    """Prepare the panels of one record by kind: acceleration, spectrum, scalogram; `letters` label the panels."""
+    """Prepare a record's panels acceleration, spectrum, scalogram; `scale` are axis limits (see `shared_limits`)."""
     record, (letter, of_spectrum) = view.record, letters
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
     line = record.analysis.line_of(state) if state.line else None
@@ -106,7 +106,7 @@ def figure_sentence(pictures: Iterable[ReportRow], number: str) -> str:
 
 
 def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> str:
-    """State whether model and rig are alike, judged by the quantity with the largest ratio of difference to limit."""
+    """State if model and rig are alike, by the quantity whose difference is largest relative to its limit."""
     rows = [one for one in pictures if (one["kind"], one["state"]) == (kind, state)]
     found = max(rows, key=lambda one: abs(one["model"] - one["rig"]) / one["limit"], default=None)
     if found is None:

@@ -49,7 +49,7 @@ VERDICT_LOOK = {
 
 
 def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
-    """Draw a panel into `folder` now, and return a `Drawing` that only copies its files."""
+    """Draw a panel to files in `folder` now; return a function that copies these files instead of drawing again."""
     draw(folder, name)
 
     def copy(to: Path, as_name: str) -> None:

@@ -45,7 +45,7 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """Return "yes" if BPFO + BPFI is the number of rollers within its interval, else "no" or "no interval"."""
+    """Return "yes" if BPFO + BPFI in shaft orders equals the number of rollers, else "no" or "no interval"."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 
@@ -60,7 +60,7 @@ def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
 
 
 def near_section(findings: Findings) -> Section:
-    """Make the section with all compared quantities, a figure of the cage ratio, and its change with speed."""
+    """Make the section on the model's errors in all compared quantities, with a figure of the cage ratio by speed."""
     data, ratios = findings.data, findings.frame("cage_ratios")
     summaries = ratios[ratios["of"] != "record"].to_dict("records")
     values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
@@ -74,7 +74,7 @@ def near_section(findings: Findings) -> Section:
 
 
 def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Format the rig's value as text, and add uncertainties and verdicts to the errors of both scenes."""
+    """Format rows of compared quantities: the rig's value, and error, uncertainty and verdict for both scenes."""
     for row in rows:
         value, half, spec = row["rig"], row["rig_ci95"], "+.2f" if row["unit"] else ".5f"
         found: dict[str, Any] = {"paper_error": None, "rig_error": None} | dict(row) | {"rig_ci95": None}

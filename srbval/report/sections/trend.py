@@ -96,7 +96,7 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
 
 @panel
 def levels_panel(one: ChannelTrend) -> PanelData:
-    """Draw the rise of each line's level [dB] over time with its 95 % interval and limit, and below RMS or velocity."""
+    """Draw the rise of each fault line's level [dB] over time with interval and limit; below it, RMS or velocity."""
     figure = new_figure((5.4, 4.3), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]

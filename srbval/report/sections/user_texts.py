@@ -57,7 +57,7 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
 
 
 def unseen_reason(line: Line, **limits: float) -> str:
-    """State why a line is not detected; `limits` are the highest usable frequency `reach_hz` and `least_snr`."""
+    """State why a line is not detected; `limits` are the highest usable frequency and the lowest detectable SNR."""
     why = line.not_detected or NotDetected.OWN
     name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
     if why is NotDetected.HIDDEN and line.snr:
@@ -66,7 +66,7 @@ def unseen_reason(line: Line, **limits: float) -> str:
 
 
 def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
-    """Name the healthy record, the result of the comparison, and what makes the comparison doubtful."""
+    """Name the healthy record used for comparison, the result, and the reasons to doubt the comparison."""
     yield USER_TEXTS.text("healthy", name=baseline.analysis.recording.name)
     if record.verdict.comparison.sentence:
         yield literal(record.verdict.comparison.sentence)
