@@ -15,7 +15,10 @@ BLOCKS = 8  # blocks of a piece; the larger scatter of blocks and of pairs count
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """Estimated relative error of the result `of` and its standard error; `kind`: its key in `ERROR_TOLERANCE`."""
+    """Estimated relative `error` of the result named `of`, and `scatter`, the standard error of this estimate.
+
+    `kind`: kind of the result, a key of `ERROR_TOLERANCE`; `blocks`: effective number of blocks behind `scatter`.
+    """
 
     kind: str
     of: str
@@ -29,7 +32,7 @@ class Estimate:
         return not abs(self.error) <= ERROR_TOLERANCE[self.kind] + FINER_STEP_MARGIN * self.scatter
 
     def certainly_exceeds(self, limit: float | None = None) -> bool:
-        """True if the error exceeds `limit` (default: its tolerance) by more than chance explains."""
+        """True if the error exceeds `limit` (default: its tolerance) significantly, by Student's t test."""
         from scipy.special import stdtrit  # takes a while to load
 
         errors = -float(stdtrit(max(self.blocks - 1, MIN_DEGREES_OF_FREEDOM), TAIL_PROBABILITY))
@@ -53,7 +56,7 @@ class StepError:
     """Estimated errors due to the solver's time step, in mean cage speed, drive power and RMS in each frequency band.
 
     `energy`: part of the energy imbalance that finer steps would remove, as a share of the losses; NaN if unknown.
-    `stalled`: true if finer steps were tried and have the same errors.
+    `stalled`: true if finer steps were tried and did not reduce the errors.
     """
 
     step_s: float
@@ -68,7 +71,7 @@ class StepError:
 
     @property
     def certain_excesses(self) -> tuple[Estimate, ...]:
-        """Estimated errors that exceed their tolerances by more than chance explains."""
+        """Estimated errors that exceed their tolerances significantly, by Student's t test."""
         return tuple(estimate for estimate in self.estimates if estimate.certainly_exceeds())
 
     @property
@@ -86,7 +89,7 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is 100 % or more; the state from which all step sizes were compared is then wrong, too."""
+        """True if an error is 100 % or more; the state from which the compared runs start is then wrong, too."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":

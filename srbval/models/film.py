@@ -23,7 +23,7 @@ def line_film_m(oil: Oil, rolling_m_s: float, load_n_m: float, radius_m: float) 
     """Film thickness in the middle of a line contact [m], isothermal: 3.06 R U^0.69 G^0.56 W^-0.10.
 
     U, G, W: dimensionless speed, material and load (Dowson & Toyoda 1979); `rolling_m_s`: mean speed of both surfaces
-    through the contact; `radius_m`, R: reduced radius along the race.
+    through the contact; `radius_m`, R: reduced radius of curvature along the race.
     """
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
     material = oil.pressure_viscosity_1_pa * REDUCED_MODULUS_PA
@@ -36,8 +36,8 @@ def elliptical_films_m(
 ) -> tuple[FloatArray, FloatArray]:
     """Film thickness in the middle of an elliptical contact, and least film thickness [m], isothermal.
 
-    Formulas of Hamrock & Dowson (1977); `rolling_m_s`: mean speed of both surfaces through the contact; `radius_m`:
-    reduced radius along the race, `across_m`: along the roller.
+    Formulas of Hamrock & Dowson (1977); `rolling_m_s`: mean speed of both surfaces through the contact; `radius_m` and
+    `across_m`: reduced radii of curvature along the race and along the roller.
     """
     ellipticity = 1.03 * (across_m / radius_m) ** 0.64
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)

@@ -41,7 +41,7 @@ class FullRun:
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Integrate `intervals` output intervals from number `first`; one in `per_detail` has detailed outputs."""
+        """Integrate `intervals` output intervals from number `first`; detailed outputs in one of `per_detail`."""
         return take_steps(
             self.model,
             self.state,
@@ -87,7 +87,7 @@ def start_full_run(scene: Scene, bearing: Bearing) -> FullRun:
 
 
 def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run a model with the full model's equations from static balance; see `hierarchy` for the interface."""
+    """Run a model with the full model's equations from static balance; arguments as in `srbval.models.hierarchy`."""
     scene = stats.scene
     run = start_full_run(scene, stats.bearing)
     model = run.model
@@ -115,7 +115,7 @@ def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[in
 
 
 def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """Oil-film thickness after `whole` output intervals: `film_um` and `lambda_min` of `run.RunSummary`."""
+    """Oil-film thickness after `whole` output intervals, for `film_um` and `lambda_min` of `RunSummary`."""
     from srbval.models.slices import films_m  # the only model with oil
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)
@@ -127,7 +127,7 @@ def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> di
 
 
 def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
-    """Tilt, shift and loads of free rollers after `whole` output intervals: `free_rollers` of `run.RunSummary`."""
+    """Tilt, shift and loads of free rollers after `whole` output intervals, for `free_rollers` of `RunSummary`."""
     from srbval.models.slices import MIN_LOAD_SHARE  # the only model with free rollers
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n[0].sum(axis=1).reshape(2, -1)

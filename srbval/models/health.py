@@ -246,9 +246,9 @@ def _loading_advice(run: RunSummary, *, skids: bool) -> str:
 
 
 def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
-    """Advice on the step or solver against a failure of the integration, or against errors `beyond` their limits.
+    """Advice on the step or solver, after a failed integration or if the estimated errors `beyond` are too large.
 
-    It never recommends the scene's own setting or a useless one. Errors are assumed to be proportional to the step.
+    The scene's present setting is never recommended. Errors are assumed to be proportional to the step.
     """
     error, other = run.step_error, run.scene.solver.name != default_solver()
     if level_of(run.scene.model).own_solver:
@@ -264,7 +264,7 @@ def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
 
 
 def _recommended_step(run: RunSummary, times: int = 2) -> str:
-    """Recommended step as text: the run's divided by `times`, or the longest stable step if the run is unstable."""
+    """Recommended step as text: the run's step divided by `times`, or the longest stable step for an unstable run."""
     scene, level, rate = run.scene, level_of(run.scene.model), run.scene.output_rate_hz
     steps = times * level.steps_per_output(scene)
     if run.step_s > run.step_limit_s:

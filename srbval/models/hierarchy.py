@@ -80,7 +80,7 @@ class FidelityLevel:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules that a run loads for this model; a model from outside may call all other models."""
+        """Names of the modules that a run with this model loads: for a model from outside, those of all models."""
         if self.outside:
             return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)
@@ -144,6 +144,6 @@ def models_of(bearing: Bearing) -> tuple[str, ...]:
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
-    """Raise `UnknownNameError` if `name` is not a `known` name; `what`: its kind, for the message."""
+    """Raise `UnknownNameError` if `name` is not in `known`; `what`: kind of name for the message, such as "solver"."""
     if name not in known:
         raise UnknownNameError.of(f"{what} {name!r} is not known", name, known)

@@ -35,7 +35,7 @@ LINE_CONTACT = 10 / 9
 
 
 def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the impulse model; see `srbval.models.hierarchy` for the interface."""
+    """Run the impulse model; arguments as in `srbval.models.hierarchy`."""
     motion = PrescribedMotion(scene=stats.scene, orders=stats.bearing.orders)
     with stats.timed():
         acceleration = np.diff(_ring_velocity(stats, whole + 1), axis=0) * stats.scene.output_rate_hz
@@ -65,7 +65,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
 def _defect_passages(
     scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Passages over defect `number`, [k] each: time [s], race hit (0 outer, 1 inner), angle in the bearing [rad]."""
+    """Passages over defect `number` of the scene, [k] each: time [s], race (0 outer, 1 inner), angle [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
 
     def jitter(count: int) -> FloatArray:
@@ -83,7 +83,11 @@ def _defect_passages(
 def _add_pulses(
     ring: PlanarRing, table: int, time_s: FloatArray, outwards: FloatArray, balance_m: FloatArray, force: FloatArray
 ) -> None:
-    """Add the pulses of one defect on one race to `force`, [samples, 2]; `table`: index of its forces in `ring`."""
+    """Add the force pulses of one defect on one race to `force` [N], [samples, 2].
+
+    `table`: index of the pulse shapes in `ring`; `time_s`: times of the passages; `outwards`: unit vectors from the
+    bearing's centre to the roller; `balance_m`: displacement of the ring in static balance.
+    """
     if len(time_s) == 0:  # the shaft is so slow that no roller passes
         return
     rate, kernel = ring.scene.output_rate_hz, ring.kernel

@@ -334,7 +334,7 @@ def _start_compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
 
 
 def compile_in_this_process(scene: Scene) -> None:
-    """Let the current process compile the scene's kernels when it uses them, not a child process."""
+    """Compile the scene's kernels in the current process at their first use, not in a child process."""
     _requested_kernels.update(kernels_of(scene))
 
 

@@ -124,7 +124,7 @@ def prescribed_outputs(
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the kinematic model; see `hierarchy` for the interface. A click is shared by the two nearest samples."""
+    """Run the kinematic model; arguments as in `srbval.models.hierarchy`. A click is divided between two samples."""
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = PrescribedMotion(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)

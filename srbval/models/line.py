@@ -69,7 +69,7 @@ def _denser_defect(defect: Defect) -> Defect:
 
 
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
-    """Constants of a patch for the kernel, at 1 m of penetration: force, damping, slip spread, squared half length."""
+    """Force and damping of a patch at 1 m of penetration, factor 1 + 1/(kappa rho) of its slip, squared half length."""
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
@@ -94,16 +94,16 @@ class Patch:
     roller_radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Normal force [N] at a penetration `depth_m` of any shape."""
+        """Normal force [N] at penetrations `depth_m`, an array of any shape."""
         touched = np.maximum(depth_m, 0.0)
         return self.stiffness_n_m2 * (4 / 3) * math.sqrt(2 / self.curvature_1_m) * touched**1.5
 
     def damper_ns_m(self, depth_m: FloatArray) -> FloatArray:
-        """Damping [N s/m], the sum of C_c of the touching points, at a penetration `depth_m` of any shape."""
+        """Damping [N s/m], the sum of C_c of the touching points, at penetrations `depth_m`, an array of any shape."""
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force [N] that a raised piece adds if its middle is `middle_m` from the patch's middle; shapes broadcast."""
+        """Force [N] that a raised piece adds if its middle is `middle_m` from the patch's middle; arrays broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -119,7 +119,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Raised piece of a race, in parts of the length `part_m`: distances from its middle, heights, [parts] each."""
+    """Raised piece of a race in parts of length `part_m`: distances from the piece's middle, heights, [parts] each."""
 
     offset_m: FloatArray
     height_m: FloatArray

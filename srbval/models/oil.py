@@ -2,8 +2,8 @@
 
 The page "Oil" of the theory describes rolling resistance, drag, and what is neglected. The length of an elliptical
 contact follows B. J. Hamrock & D. Brewe 1983 (quoted from memory; for a circle it is Hertz's radius to 1 %). The area
-of the drag is a roller's length times its diameter, the density is the oil's density times `fill` (T. A. Harris & M. N.
-Kotzalas, Advanced Concepts of Bearing Technology, 2006; quoted from memory)."""
+of the drag is a roller's length times its diameter, the density is the oil's density times `Oil.fill` (T. A. Harris &
+M. N. Kotzalas, Advanced Concepts of Bearing Technology, 2006; quoted from memory)."""
 
 import math
 
@@ -51,7 +51,7 @@ class ContactShape:
 
 
 def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
-    """Constants of traction by oil films: viscosity over film thickness is a polynomial of the pressure, to 5 %."""
+    """Constants of traction by oil films in the contacts `shapes`; viscosity over film thickness is fitted to 5 %."""
     films = [[line_film_m(oil, 1.0, line_load_n_m(p, s.along_m), s.along_m) for p in PRESSURES_PA] for s in shapes]
     thickness = min(line_film_m(oil, 1.0, line_load_n_m(REFERENCE_PA, s.along_m), s.along_m) for s in shapes)
     thicker = np.array([oil.log_thickening(p) for p in PRESSURES_PA]) - np.log(np.array(films) / thickness)
@@ -69,7 +69,7 @@ def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
 
 
 def oil_law(oil: Oil, shapes: list[ContactShape], roller_m: float) -> OilLaw:
-    """Constants of rolling resistance, drag and friction in cage pockets; `roller_m`: radius of a roller."""
+    """Constants of rolling resistance, drag and pocket friction, for contacts `shapes` and roller radius `roller_m`."""
     rolling = np.zeros((2, 2))
     for race, shape in enumerate(shapes if oil.rolling_resistance else []):
         short = shape.rolling_couple_nm(oil, RATE_RAD_S, SHORT_N, shape.length_m(SHORT_N)) / SHORT_N**0.5

@@ -36,7 +36,7 @@ class RunStatus(enum.StrEnum):
 
     `SKIDDING`: the cage is much slower or faster than in pure rolling. `ROLLERS_UNLOADED`: the load bypasses the
     rollers, or there is no load. `INACCURATE`: errors due to the step exceed the tolerances of `step_error`; the
-    run is written to a file but not accepted. Others but `OK` are failures, the last six of models from outside.
+    run is written to a file but not accepted. All others but `OK` are failures; the last six are of outside models.
     """
 
     OK = "ok"
@@ -149,7 +149,7 @@ class RunSummary:
 
     @property
     def not_validated(self) -> tuple[str, ...]:
-        """Parts of the scene that no comparison with measurements has validated, as texts."""
+        """Descriptions of the parts of the scene that no comparison with measurements has validated."""
         return not_validated(self.scene)
 
     @property
@@ -218,7 +218,7 @@ class Run(RunSummary, Outputs, NotebookObject):
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:
-    """Parts of a scene that no comparison with measurements has validated, as texts; amplitudes are always among them.
+    """Descriptions of a scene's parts that no comparison with measurements has validated; always includes amplitudes.
 
     A bearing of any name counts as validated if it has the geometry of the paper's bearing.
     """

@@ -30,7 +30,7 @@ DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("deta
 
 
 class RunWriter:
-    """Writes a run into a file of `new_hdf5` while the run is computed: `append` each chunk, then `finish`.
+    """Writes a run to an open HDF5 file (from `new_hdf5`) while it is computed: `append` each chunk, then `finish`.
 
     If `acceleration_only`, the only signals are the accelerations of ring and sensor.
     """
@@ -102,7 +102,7 @@ def write_run(run: Run, path: str | Path) -> None:
 
 
 def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
-    """Build a run's summary from its JSON `table`; raises `LookupError`, `TypeError` or `ValueError` if damaged."""
+    """Build a run's summary from its JSON `table`; `LookupError`, `TypeError` or `ValueError` if it is damaged."""
     kept = dict(table)
     solver, error = dataclasses.replace(scene.solver, step_s=kept.pop("chosen_step_s")), kept.pop("step_error")
     if error is not None:
@@ -113,7 +113,7 @@ def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
 
 
 def read_run_file(path: Path, summary: RunSummary) -> Run:
-    """Read the signals of a run from its file; raises `OSError` or `LookupError` if it is missing or another file."""
+    """Read a run's signals from its file; raises `OSError` or `LookupError` if `path` is missing or no run file."""
     import h5py
 
     with h5py.File(path) as file:

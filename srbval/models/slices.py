@@ -119,7 +119,7 @@ def films_m(
 def _slice_table(
     races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float], on_rollers: int
 ) -> SliceTable:
-    """Join the tables of slices of both races for the kernel; defects on rollers are last, in reverse order."""
+    """Join both races' tables of slices for the kernel; those of `on_rollers` damaged rollers are last, reversed."""
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
     table, middle, reach = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows)), np.zeros((2, windows))
@@ -157,7 +157,7 @@ def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Rac
 
 
 class Openings(NamedTuple):
-    """Tables of slices of a race, [col.SLICE_ROWS, slices] each, with and without defects.
+    """Tables of the constants of a race's slices, [col.SLICE_ROWS, slices] each, with and without defects.
 
     `rows`: tables of the undamaged race and of each defect on the race; `of_rollers`: table of each defect on a roller;
     `middle_rad`: angle from x to the middle of each defect; `window_of`, [2 rows of rollers, RACE_POSITIONS angles]:
@@ -196,7 +196,7 @@ class SlicedContact:
         return ContactShape(float(self.gap_curvature_1_m(np.zeros(1))[0]), across, self.geometry.roller_width_m)
 
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Radius about the shaft and height above the mid-plane [m] of points of the race; its normal (radial, axial).
+        """Points of the race: radius about the shaft and height above the mid-plane [m]; normal (radial, axial).
 
         `axial_m`: outward distance along the roller from its middle, any shape. The points are on the arcs of eq. (17);
         the centre of the inner arc is shifted outwards by the difference of the profile radii.
@@ -211,7 +211,7 @@ class SlicedContact:
         return radial, geometry.inner_centre_axial_m + shift * math.sin(tilt) - self.profile_m * s, c, s
 
     def gap_curvature_1_m(self, axial_m: FloatArray) -> FloatArray:
-        """Curvature of the gap along the race [1/m]: barrel plus race (negative for the outer race)."""
+        """Curvature of the gap along the race [1/m]: the roller's plus the race's (negative for the outer race)."""
         profile = self.geometry.roller_profile_radius_m
         lean = np.arcsin(axial_m / profile)
         across = self.roller_m - profile + profile * np.cos(lean)

@@ -6,9 +6,9 @@ Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). On the neg
 to 2, 2, 2.51 and 2.79 over the largest rate. The full model's friction relaxes some 300 times faster than ode4 resolves
 at 1/61440 s: it chatters, bounded, instead of diverging, and the chatter is broadband noise in the acceleration.
 
-Others take friction and contact damping implicitly. ros2, a two-stage W-method (Verwer, Spee, Blom & Hundsdorfer, A
-second-order Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456): with
-S = (1 - gamma h J)^-1
+The other methods treat friction and contact damping implicitly. ros2, a two-stage W-method (Verwer, Spee, Blom &
+Hundsdorfer, A second-order Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20
+(1999) 1456): with S = (1 - gamma h J)^-1
 
     k1 = S f(y),   k2 = S (f(y + h k1) - 2 k1),   y + h (3/2 k1 + 1/2 k2)
 

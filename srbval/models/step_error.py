@@ -63,9 +63,9 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     """Choose the longest step that keeps all errors within tolerance; returns the scene with this step, and the errors.
 
     The search begins with the scene's step, or with the longest step below the limit of stability, and tries steps 2, 4
-    and 8 times finer. If none is fine enough, the finest is chosen, or the first if finer steps gain nothing. If the
-    scatter hides an error, errors are estimated again in a piece `LONG_PIECE_FACTOR` times as long (if the run is
-    longer than `PIECE_S`), and the longest of 1, 2 and 4 times finer steps that is certainly fine enough is chosen.
+    and 8 times finer. If none is fine enough, the finest is chosen, or the first if finer steps do not reduce the
+    errors. If the scatter of the estimates is too large to decide, a piece `LONG_PIECE_FACTOR` times as
+    long is tried (if the run is longer than `PIECE_S`), and the longest step that is certainly fine enough is chosen.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 
@@ -87,7 +87,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
 
 
 def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[int, StepError]:
-    """Number of steps per output interval, limited to `most`, and the expected errors; see `with_chosen_step`."""
+    """Choose the steps per output interval, at most `most`, as in `with_chosen_step`; also returns the errors."""
     piece = _Piece(scene, bearing, start.with_finer_steps(1))
     steps, first = start.steps_per_output, piece.error()
     second = error = first
@@ -137,7 +137,7 @@ class _Piece:
         self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
-        """Estimate the errors of the run's step divided by `finer`, against a step `REFINEMENT` times shorter."""
+        """Estimate errors of the run's step divided by `finer`, by a run with a `REFINEMENT` times shorter step."""
         for times in (finer, REFINEMENT * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
@@ -167,7 +167,8 @@ def block_means(
 ) -> BlockMeans:
     """Means of each quantity over `BLOCKS` equal blocks of a run, from its outputs, [n] and [n, 3].
 
-    Frequency bands have means of squares; bands above half the rate or `bands_below_hz`, or not finite, are left out.
+    For a frequency band, the squared acceleration is averaged. Bands that reach half the output rate `fs_hz` or
+    `bands_below_hz`, and all bands if an acceleration is not finite, are left out.
     """
     found = {CAGE_QUANTITY: cage_rad_s, DRIVE_QUANTITY: drive_w}
     along = along_sensor(acceleration_m_s2)

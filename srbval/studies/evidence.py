@@ -24,13 +24,13 @@ State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minut
 
 
 def result_states(now: Fingerprint) -> list[State]:
-    """State (fresh or stale) of every study's result and of every other bundled result, sorted by name."""
+    """State of all results, of studies and bundled: fresh or stale, compared with the program's fingerprint `now`."""
     names = sorted({*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))})
     return [state for name in names if (state := _describe(name, newest_result(name), now))]
 
 
 def _describe(name: str, result: StoredResult | None, now: Fingerprint) -> State:
-    """State of a result: kind, whether it is `fresh` or `why` not, origin; empty without result and study."""
+    """State of a result: kind, `fresh` or `why` not, when and where computed; {} if no result or study has the name."""
     if result is None and name not in study_names():
         return {}
     kind = load_study(name).kind if result is None else result.kind

@@ -1,4 +1,4 @@
-"""Studies: definition, lookup, run, and storage of the result with its origin."""
+"""Studies: definition, lookup, run, and storage of the result with the conditions under which it was made."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class StudyResult:
 class Study:
     """Question whose answer takes minutes to compute and is stored; content of ``study.toml``.
 
-    `minutes` is the duration on two cores, `kind` the kind of result. `parts` names the parts of the program on which
-    the result depends (see `srbval.check.check`). `options` are the study's own command options.
+    `minutes` is the duration on two cores, `kind` the kind of its stored result. `parts` names the parts of the program
+    on which the result depends (see `srbval.check.check`). `options` are the study's own command options.
     """
 
     name: str
@@ -120,11 +120,11 @@ def make_result(
     revision: str | None = None,
     behaviour: Fingerprint | None = None,
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study and store the result with its origin; returns the result and the stored content.
+    """Run a study and store the result with command, revision, time and machine; returns result and stored content.
 
     The result is written to `options.output`, otherwise to the user's cache; a result without a name is written to a
-    given file only. `revision` and fingerprint `behaviour` of the program are computed if not given. Raises `DataError`
-    if the file cannot be written, or is in ``reports`` while the working tree has uncommitted changes.
+    given file only. The program's `revision` and fingerprint, `behaviour`, are determined if not given. Raises
+    `DataError` if the file cannot be written, or is in ``reports`` while the working tree has uncommitted changes.
     """
     from srbval.check.check import fingerprint
 

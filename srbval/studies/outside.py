@@ -165,7 +165,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
-    """Quantities of a run, None if it fails; its cost from timed `pairs` of runs: default solver, then its own."""
+    """Quantities of the run `own` (None if it fails); its cost from `pairs` of timed runs, default solver's and own."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
     found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
@@ -180,7 +180,7 @@ def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Errors of cage speed, BPFO [%] and band RMS [dB] of the run `own` against the run `right`; None if unknown."""
+    """Errors of cage speed, BPFO [%] and band RMS [dB] of `own` relative to the finer run `right`; None if unknown."""
     cage, band = (own[n] / right[n] if own[n] and right[n] else math.nan for n in ("cage_ratio", "band_rms_m_s2"))
     found = {"cage_error": abs(cage - 1), "band_rms_error": abs(band - 1)}
     found |= {"line_error_pct": 100 * found["cage_error"], "band_rms_error_db": 20 * math.log10(band)}
@@ -188,7 +188,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
-    """True if a run is ok, and no other ok run of its scene is at least as fast and as accurate in level."""
+    """True if a run is ok and on the Pareto front of CPU time and band-RMS error, among the ok runs of its scene."""
     keys = ("cpu_per_simulated_s", "band_rms_error")
     good = [tuple(one[key] for key in keys) for one in rows if one["ok"] and one["scene"] == row["scene"]]
     own = tuple(row.get(key) for key in keys)
@@ -196,7 +196,7 @@ def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
 
 
 def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Add the step errors against the run `right`, and `ok`, to a run; ``inaccurate`` if they are large or unknown."""
+    """Add to a run the step errors relative to the reference run `right`, a status that accounts for them, and `ok`."""
     off = errors(row, right)
     known = {name: abs(off[name]) for name in STEP_ERROR_LIMITS if off[name] is not None}
     beyond = " and ".join(

@@ -67,9 +67,9 @@ COST_COLUMNS |= {"largest process [MB]": "memory_mb", "written [MB]": "written_m
 
 
 def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
-    """Run the commands of `COST_SERIES` at each size (`quick`: the first); raises `NumericsError` if one fails."""
+    """Run the commands of `COST_SERIES` at each size (`quick`: the first only); `NumericsError` if a command fails."""
     if not hasattr(os, "wait4"):
-        raise ConfigurationError("costs by size are measured on Linux and macOS only: others report no process memory.")
+        raise ConfigurationError("costs by size are measured on Linux and macOS only: memory use is unknown elsewhere.")
     wanted = [(name, command, n) for name, (command, own) in COST_SERIES.items() for n in own[: 1 if quick else None]]
     rows, load = list[Row](), load_average()
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as folder:
@@ -93,7 +93,7 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
 
 
 def _text(content: Row) -> str:
-    """Text of a result: a cost table for each series of commands, and the origin."""
+    """Text of a result: a cost table for each series of commands; machine, time and revision."""
     series = groupby(content["rows"], key=lambda row: str(row["series"]))
     origin = "{processor}, {usable_cores} cores, load before {load_before:.2g}".format(**content["machine"])
     tables = (f"{name[0].upper()}{name[1:]}\n{text_rows(list(rows), COST_COLUMNS)}" for name, rows in series)
@@ -101,7 +101,7 @@ def _text(content: Row) -> str:
 
 
 def _write_inputs(folder: Path, name: str, size: float) -> None:
-    """Write the input files of one size; `name` is the record, or the folder of records, that the command reads."""
+    """Write a command's input files; `name`: record or folder; `size`: minutes of the record or number of records."""
     for file, text in FILES.items():
         (folder / file).write_text(text.replace("SIZE", str(size)), "utf-8")
     if name.startswith("record"):

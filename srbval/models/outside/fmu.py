@@ -37,7 +37,10 @@ FMU_SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for ax
 
 
 class FmuVariable(NamedTuple):
-    """Variable of an FMU for a scene's key or a signal; `unit`: size of its unit in SI; `codes`: numbers for words."""
+    """Variable `name` of an FMU for `key`, the key of a setting of the scene or of a signal.
+
+    `unit`: the variable's unit in SI, such as 1000 for kN; `codes`: numbers that encode words, such as outer = 1.
+    """
 
     key: str
     name: str
@@ -45,7 +48,7 @@ class FmuVariable(NamedTuple):
     codes: Mapping[str, float]
 
     def number(self, value: Any) -> float:
-        """Convert a value of the key to the variable's unit; `ConfigurationError` for a word without a number."""
+        """Convert a setting to a number in the variable's unit; `ConfigurationError` for a word that has no number."""
         if isinstance(value, str) and value not in self.codes:
             raise ConfigurationError(f"{self.key} = {value!r} has no number in the FMU's TOML file; add one.")
         return float(self.codes.get(value, value)) / self.unit

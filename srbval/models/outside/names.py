@@ -51,7 +51,10 @@ def solvers_of(name: str) -> tuple[str, ...]:
 
 
 def sources_of_model(name: str) -> list[Path]:
-    """Source files of a model, main file first: with imported files of its folder, a package, or a command's files."""
+    """Source files of a model from outside, main file first.
+
+    A Python file and its imports from the same folder, a package, an FMU with its TOML file, or a command's files.
+    """
     place = entry_points().get(name, name)
     if place.startswith(COMMAND):
         program, *words = shlex.split(place.removeprefix(COMMAND)) or [""]

@@ -4,7 +4,7 @@ The path's gains are identified from the fault-locked power of record OR 877 (ou
 gains in its two directions from the sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all
 others of the six records ``withheld``: known when the scene was made, but not fitted. The fault-locked power and the
 total level of each one-third-octave band (healthy record plus run) and the harmonics of the line are compared. The
-level of the healthy record alone is added for reference. `PASSAGE_LINES` are removed from records and runs.
+level of the healthy record alone is added for reference. Lines of roller passages are removed from records and runs.
 
 A case of the sweep runs the scene at the speed of each record with one set of inputs and identifies the path again, so
 that common errors of run and path cancel. The cases are the scene's own inputs, a finer step with more slices, and
@@ -53,7 +53,10 @@ SHIFTS_DB = np.arange(-400, 401) / 10  # trial gains of a band, of which the bes
 
 
 class RigRecord(NamedTuple):
-    """Record of a fault, healthy record at the same speed, `order` of the fault's line, which may be `detected`."""
+    """Record of a fault on the rig, and the `healthy` record at the same speed.
+
+    `order`: frequency of the fault's line over the shaft frequency; `detected`: true if this line was detected.
+    """
 
     record: Recording
     healthy: Recording
@@ -65,7 +68,7 @@ class RigRecord(NamedTuple):
     def quantities(
         self, recording: Recording, order: float, added: Recording | None = None
     ) -> dict[str, read.Amplitude]:
-        """Read the compared quantities of a recording of this fault; total levels include the power of `added`."""
+        """Read the compared quantities, with the line at `order`; total levels include the power of `added`."""
         found = read.totals(recording, added) | read.pattern(recording, BEARING, self.state, order)
         found |= read.locked_levels(recording, BEARING, order) if self.detected else {}
         return {name: value for name, value in found.items() if name.split()[0] in KINDS}
@@ -109,7 +112,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels of all runs behind the path identified from them; in the nominal case also half widths due to the path."""
+    """Levels of all runs after the path identified from them; nominal case: also half widths due to this path."""
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
@@ -142,7 +145,7 @@ def half_widths(drawn: pd.DataFrame) -> pd.Series:
 
 
 def rig_rows(mounting_db: float) -> pd.DataFrame:
-    """Table of the quantities of all records, with 95 % half widths due to reading and sensor mounting [dB]."""
+    """Quantities of all records, and half widths [dB] due to reading and to the mounting scatter `mounting_db`."""
     rows = []
     for place, one in enumerate(rig_records()):
         alone = read.totals(one.healthy)
@@ -158,7 +161,7 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
 
 
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
-    """Add model value, error and validation uncertainty U [dB] to the rows `rig`, from the levels `found` by case.
+    """Add model value, error and validation uncertainty U [dB] to the rows `rig`; `found`: simulated levels by case.
 
     If a level is not present in the record, the error is the model's excess over the least level that would be present.
     """
@@ -180,7 +183,7 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Count withheld quantities with an error within the limit, including fault-locked bands not present in the record.
+    """Count withheld quantities with errors up to `VERDICT.near_db`, also fault-locked bands not present in the record.
 
     ``reachable`` is the largest count that any path common to all records could reach: the gain of each band is chosen
     to fit most records.
@@ -199,8 +202,8 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
 def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
     """Separate each record's errors of fault-locked bands into a common level and a pattern, by their covariance.
 
-    The probability of the level follows Student's t distribution, the probability of the pattern chi-squared, which is
-    too small with few draws.
+    `drawn`: levels at random inputs. The probability of the level follows Student's t distribution, the probability of
+    the pattern chi-squared, which is too small with few draws.
     """
     from scipy.special import chdtrc, stdtr
 

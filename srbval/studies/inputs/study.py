@@ -103,7 +103,10 @@ def read_run(case: Case, tried: Attempt) -> Measures:
 
 
 def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **options: Any) -> pd.DataFrame:
-    """Run a scene for every record in `of` at all `asked` shares of its inputs; the first also at a finer step."""
+    """Run the scene `name` for every record in `of`, with every set of inputs in `asked`, for `turns` of the shaft.
+
+    A set contains the cumulative probability of each input; the first set is also run at a finer step.
+    """
     each = [{"finer": n == 1, "shares": list(shares)} for n, shares in enumerate([asked[0], *asked])]
     cases = pd.DataFrame([{"scene": name, "turns": turns} | record | one for record in of for one in each])
     return sweep(cases, scene_of, read_run, task=f"Inputs of the scene {name}", **options)
@@ -112,8 +115,8 @@ def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **
 def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
     """Cage ratios for all records: with nominal inputs, a finer step, each input varied alone, and all drawn.
 
-    `at`, shape [draws, inputs], contains shares of the inputs' ranges. Input values at which a run fails are left out
-    and counted. Raises `NumericsError` if a nominal run fails.
+    `at`, shape [draws, inputs], contains cumulative probabilities of the inputs. Input values at which a run fails are
+    left out and counted. Raises `NumericsError` if a nominal run fails.
     """
     of_scene = [(one.key, one.shares) for one in rig_inputs()]
     of_scene = of_scene if name == "rig" else [(one.name, one.shares) for one in open_inputs()[: len(at[0])]]
@@ -172,7 +175,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
 
 
 def variance_share(shares: FloatArray, values: FloatArray) -> float:
-    """Share of the variance explained by one input: epsilon squared over bins of its range (Kelley 1935)."""
+    """Share of the variance of `values` explained by an input: epsilon squared over bins of `shares` (Kelley 1935)."""
     groups = pd.Series(values).groupby((shares * BINS).astype(int))
     within = float(((values - groups.transform("mean")) ** 2).sum()) / max(values.size - groups.ngroups, 1)
     return max(1 - within / float(values.var(ddof=1)), 0.0) if np.ptp(values) else 0.0
@@ -181,7 +184,7 @@ def variance_share(shares: FloatArray, values: FloatArray) -> float:
 def power(
     variant: Mapping[str, Any], readings: Sequence[CageReading], *, rigs: int, progress: Progress = silent
 ) -> Iterator[Row]:
-    """Share of each verdict on `rigs` simulated rigs, a row for each endpoint (compared ratio) and planted error."""
+    """Shares of met, missed and unresolved verdicts on `rigs` simulated rigs, by compared ratio and planted error."""
     drawn_ratios = np.array([one["drawn"] for one in variant["records"]])
     truth = np.array([of_model(variant, [one], np.ones(1)) @ drawn_ratios for one in readings])
     known = list(endpoints(readings, cage_means(readings)))

@@ -1,7 +1,7 @@
 """Errors of every model on random scenes near a bundled scene, against the reference model.
 
 A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect.
-The errors of a model on one question, roller fit and defect are exchangeable with the error on the next scene.
+For one model, question, roller fit and defect, the errors on these scenes and on another random scene are exchangeable.
 """
 
 import math
@@ -35,7 +35,7 @@ SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """Bundled scene with its `reference` model and the measured models; `finest`: finer settings of the reference."""
+    """Bundled scene on which `models` are compared with the model `reference`, run with the settings `finest`."""
 
     reference: str
     models: tuple[str, ...]
@@ -142,7 +142,7 @@ def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
 
 
 def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Summarise errors by base scene, question, model; `enough`: the largest is within the question's tolerance."""
+    """Summarise errors by base scene, question, model; `enough`: the largest error is tolerable."""
     rows = spread(found, "base", "question", "model")
     for row in rows:
         asked, error = MEANING[Question(row["question"])], row["error_pct"]

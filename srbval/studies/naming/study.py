@@ -88,7 +88,7 @@ def outcome_of(state: Fault, part: Fault | None) -> str:
 
 
 def name_graded(row: Row) -> Row:
-    """Diagnose a record of the benchmark as published, and compare the verdict of `analyse` with its state."""
+    """Diagnose a record of the benchmark; outcomes of `analyse` and of the public tool for its true state."""
     state, verdict = Fault(row["state"]), read_record(RecordRequest(file=row["path"])).verdict
     assert verdict.diagnosis is not None, "the records are measured"
     shares = verdict.diagnosis.probabilities
@@ -107,7 +107,7 @@ def name_graded(row: Row) -> Row:
 
 
 def public_outcome(state: Fault, line: str) -> str:
-    """Outcome (as in `outcome_of`) of the line that the public tool ranks first: BPFO, BPFI, BSF, FTF or none."""
+    """Outcome, as in `outcome_of`, of a public tool that ranks `line` first: BPFO, BPFI, BSF, FTF or none."""
     right = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI", Fault.ROLLER: "BSF"}.get(state)
     if line == "none":
         return "none" if right else "healthy"
@@ -115,7 +115,7 @@ def public_outcome(state: Fault, line: str) -> str:
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
-    """Diagnose the benchmark's records; returns counts by grade and part. `DataError` if `folders` contain none."""
+    """Diagnose the benchmark's records; counts by its grade of difficulty and part; `DataError` without records."""
     with GRADED.open(encoding="utf-8") as file:
         listed = list(csv.DictReader(line for line in file if not line.startswith("#")))
     stated = {row["sha256"]: row for row in listed}

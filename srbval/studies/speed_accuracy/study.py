@@ -126,13 +126,13 @@ def measures(_: Case, tried: Attempt) -> Row:
 
 
 def reference(case: Case, fine: Attempt, coarse: Attempt) -> Row:
-    """Quantities of the converged run `fine`; its ``own_`` errors are differences of `coarse`, at twice the step."""
+    """Quantities of the converged run `fine`, and errors ``own_...`` of the run `coarse`, which has twice the step."""
     found, other = measures(case, fine), measures(case, coarse)
     return found | {f"own_{name}": value for name, value in errors(other, found).items()}
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Absolute relative errors of cage speed and band RMS, and RMS error [dB]; None if a value is missing."""
+    """Relative errors of cage speed and band RMS of `own` from the run `right`, and RMS error [dB]; None if unknown."""
     cage, band = (
         own[name] / right[name] if own[name] and right[name] else None for name in ("cage_ratio", "band_rms_m_s2")
     )
@@ -144,7 +144,11 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
-    """Add errors, `ok` and `mark` (default or paper's) to a run; `reference_limited`: reference's error is larger."""
+    """Add errors relative to the converged run `right`, and `ok`, to a run.
+
+    `mark`: "the default" or "the paper's" for runs with this solver and step; `reference_limited`: true if the run's
+    error of cage speed is smaller than the error of the converged run.
+    """
     found, own = errors(row, right), right["own_cage_error"]
     default = load_scene(base_of(row["scene"])).solver
     marks = {"the default": (default.name, default.step_s), "the paper's": (PAPER.solver, PAPER.step_s)}

@@ -16,7 +16,7 @@ VERDICT = {True: "Borne out", False: "Not borne out", None: "Not covered"}
 
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
-    """Test the paper's claims on the lowest order and on the speed limit by `cells`, runs of the stability study."""
+    """Test the paper's claims on the lowest stable order and on the speed limit by `cells`, runs of the study."""
     own = [
         cell for cell in cells
         if cell["model"] == "full" and math.isclose(cell["dt_s"], PAPER.step_s, rel_tol=1e-6)

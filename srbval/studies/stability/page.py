@@ -22,7 +22,7 @@ RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # in the tile: speed of the paper
 
 
 def chart(limits: pd.DataFrame) -> PanelData:
-    """Draw the largest stable step over speed by scene and solver; dashed: predicted limit without friction."""
+    """Draw steps per second at the largest stable step over speed; dashed: predicted limit without friction."""
     figure, names = new_figure(SIZE_INCHES), list(limits["scene"].unique())
     limits = limits.assign(series=limits.get("series", limits["solver"])).astype(dict.fromkeys(LIMITS, float))
     looks = dict(zip(limits["series"].unique(), cycle(SERIES), strict=False))
@@ -45,7 +45,7 @@ def chart(limits: pd.DataFrame) -> PanelData:
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
-    """Build the blocks of the page: criterion of stability, map of the largest steps, the paper's claims."""
+    """Build the blocks of the page: criterion of stability, chart of the largest stable steps, the paper's claims."""
     limits, cells = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float)), content["cells"]
     values = {"cells": len(cells), "stable": sum(cell["stable"] for cell in cells)}
     values |= {"finest": max(content["steps_per_s"])}
@@ -64,7 +64,7 @@ def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
 
 
 def longest(limits: Sequence[Mapping[str, Any]], scene: str, solver: str) -> float:
-    """Largest stable step [s] at `RPM`; 0 if no tried step is stable."""
+    """Largest stable step [s] at the paper's speed, `RPM`; 0 if no tried step is stable."""
     own = [one for one in limits if (one["scene"], one["solver"], one["rpm"]) == (scene, solver, RPM)]
     return max((one["largest_stable_dt_s"] or 0.0 for one in own), default=0.0)
 

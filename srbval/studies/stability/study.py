@@ -89,7 +89,7 @@ def run_stability(
 
 
 def predictions(groups: pd.DataFrame, **how: Any) -> pd.DataFrame:
-    """Predict the largest stable steps [s] of `groups`: linearised system, and its elastic part without friction."""
+    """Predict the largest stable steps [s] for scene, solver and speed of `groups`, with friction and without."""
     solvers = list(groups["solver"].unique())
     scenes = {
         (row["scene"], row["rpm"]): scene_of(row | {"steps_per_s": STEPS_PER_S[0]})
