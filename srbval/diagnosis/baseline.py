@@ -179,9 +179,9 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
     ratio = float(np.quantile(np.sqrt(spectra[0] / np.maximum(spectra[1], np.finfo(float).tiny)), QUIET_QUANTILE))
     if ratio > 0 and abs(max(ratio, 1 / ratio) / STANDARD_GRAVITY_M_S2 - 1) < UNIT_TOLERANCE:
         raise ConfigurationError(
-            f"{healthy.name}: the background of the record is {ratio:.3g} times the healthy record's, as if they were "
-            "in g and m/s2, and --unit applies to both. State the healthy record's unit: `srbval data add FILE "
-            f"--unit U`, or --healthy-scale {ratio:.4g}."
+            f"{healthy.name}: the background of the record is {ratio:.3g} times the healthy record's, about the ratio of "
+            "g to m/s2: probably one record is in g and the other in m/s2, while --unit applies to both. State the "
+            f"healthy record's unit: `srbval data add FILE --unit U`, or --healthy-scale {ratio:.4g}."
         )
 
 

@@ -69,7 +69,7 @@ def test_a_baseline_in_another_unit_than_the_user_states_is_refused(times):
     """The factor of the backgrounds tells, if no file does; other factors, or scales and units stated, are believed."""
     stated, ours = ("unit m/s2 given by the user",), record(shaft_hz=25.0)
     other = healthy(notes=stated, channels={"x": healthy().channels["x"] / times})
-    with pytest.raises(ConfigurationError, match=r"as if they were in g and m/s2.*--healthy-scale"):
+    with pytest.raises(ConfigurationError, match=r"one record is in g and the other in m/s2.*--healthy-scale"):
         require_one_unit(ours, other)
     for notes in (("unit by its data set",), (*stated, "scale 2 given by the user")):
         require_one_unit(ours, dataclasses.replace(other, notes=notes))
