@@ -111,7 +111,7 @@ class CaseResult:
 
 
 def code_version() -> str:
-    """Hash of all source code that runs and measures a case."""
+    """Hash of all source code that runs a case and computes its results."""
     return content_version(COMPUTED_BY)
 
 

@@ -88,7 +88,7 @@ USE = (
 
 
 def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
-    """Values of a changed input as numbers with their common unit, otherwise as texts."""
+    """Values of one input of all cases, for xarray: numbers with their common unit, or else texts."""
     found = [number_and_unit(str(value)) for value in values]
     units = {one[1] for one in found if one is not None}
     if None in found or len(units) != 1:

@@ -69,7 +69,7 @@ class Axes(Limited):
             raise ConfigurationError(f"axes of kind {self.kind.value!r}: it {verb} {', '.join(wrong)}.")
 
     def factors(self, seed: int) -> list[list[Point]]:
-        """Lists of changed inputs; each combination of one element per list is a point. `seed` is for sampling."""
+        """Lists of changed inputs; every combination of one element per list is a case. `seed` is for sampling."""
         if self.kind is Sampling.LIST:
             return [[flatten_point(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):

@@ -48,7 +48,7 @@ def prepare(scene: Scene) -> str:
 
 
 def run_case(task: CaseTask) -> CaseResult:
-    """Run a case unless it has a final result, and write its result; an error becomes its status, except of writing."""
+    """Run a case unless it has a final result, and write its result; errors become its status, unless writing fails."""
     if (found := read_intact_result(task.path)) and found.final:
         return found
     run = None
@@ -131,7 +131,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
 
 
 def write_crash(task: CaseTask, how: str) -> CaseResult:
-    """Write and return the result of a case whose process died at every attempt; `how` continues "its ..."."""
+    """Write and return the result of a case whose process died at every attempt; `how` is what the process did."""
     return _write_failure(task, CRASHED, f"its {how}; the other cases were run without it")
 
 

@@ -49,11 +49,13 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineComparison:
-    """Comparison of the fault lines of a record with a healthy record.
+    """Comparison of the fault lines of a record with the same lines of a healthy record.
 
-    `ratios` contains the modulation of each line above the noise over the healthy record's, with its 95 % interval.
-    `line` is the risen line with the greatest modulation, `risen` its part, `baseline` the file of a comparable healthy
-    record. `by_level` is true if modulations are compared in the squared envelope's unit, false for shares of its mean.
+    `ratios` contains, by line, the modulation in this record over the modulation in the healthy record, with its 95 %
+    interval. A line has risen if its ratio is significant and at least `RISEN_RATIO`. `line` is the risen line with the
+    greatest modulation, `risen` the part of the bearing to which it belongs, `baseline` the file of the healthy record.
+    `by_level` is true if modulations are compared in (m/s2)^2, false if they are compared as shares of the envelope's
+    mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -69,7 +71,7 @@ class BaselineComparison:
 
     @property
     def times(self) -> str:
-        """Words after a ratio: "times as high" for levels, "times as deep" for modulations relative to the mean."""
+        """Words after a ratio in a sentence: "times as high" for levels, "times as deep" for modulation depths."""
         return "times as high" if self.by_level else "times as deep"
 
 
@@ -77,7 +79,7 @@ NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """Load the registered healthy record of the same rig, speed and load; None if the register has none to compare."""
+    """Load the healthy record of the same rig, speed and load from the register of data sets; None if it has none."""
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
@@ -87,7 +89,7 @@ def registered_baseline(analysis: Analysis) -> Recording | None:
 
 
 def _is_same_signal(one: Recording, other: Recording) -> bool:
-    """True if two files contain the same signal in single precision."""
+    """True if two records contain the same signal, apart from rounding to single precision."""
     if None not in (one.sha256, other.sha256) and one.sha256 == other.sha256:
         return True
     (a, b), same = (one_signal(x.part(0, COMPARED_SAMPLES)) for x in (one, other)), one.samples == other.samples
@@ -97,8 +99,9 @@ def _is_same_signal(one: Recording, other: Recording) -> bool:
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record with the `settings` of the record that is compared with it.
 
-    The healthy file's own speed, state, loads, unit and sensitivity have priority; `scale` is its scale, by default as
-    registered. Raises `ConfigurationError` if the file is declared faulty or only the other record's scale is given.
+    If the healthy file states its own speed, state, loads, unit or sensitivity, these are used. `scale` converts its
+    samples to its unit (default: the registered scale). Raises `ConfigurationError` if the file is declared faulty, or
+    if a scale is known for the other record only.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)
@@ -123,7 +126,7 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
 
 
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """Analyse `healthy` in the band of `analysis` and list how the records differ; raises an error if incomparable."""
+    """Analyse `healthy` in the band of `analysis` and list all differences; raises an error if incomparable."""
     ours, processed = analysis.recording, analysis.processed
     if _is_same_signal(healthy, ours):
         raise ConfigurationError(
@@ -166,7 +169,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if two records of one stated unit differ by a factor of 9.81, as g and m/s2 do."""
+    """Raise `ConfigurationError` if records stated in one unit differ by about 9.81, as if in g and in m/s2."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:

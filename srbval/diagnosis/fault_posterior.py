@@ -52,11 +52,11 @@ RECORD_CORRELATION = 0.5  # of two records of one bearing: 0.36 in 84 healthy re
 
 @dataclass(frozen=True, kw_only=True)
 class Comb:
-    """Line with its harmonics at multiples of `found_hz`, which is None if the spectrum does not reach to this line.
+    """Line at `found_hz` with its harmonics; `found_hz` is None if the spectrum does not reach to this line.
 
-    `excess` is its score (`CombSpectrum`) minus a typical comb's, `depth` the modulation depth of its first line.
-    `explained_by` names the source of which the comb is a multiple: the mains, the shaft, or a comb of lower frequency
-    with at least its score and half its depth.
+    `excess` is the comb's score (see `CombSpectrum`) minus the score of a typical comb of the record, `depth` the
+    modulation depth of its first line. `explained_by` names another source of which the comb is a multiple: the mains,
+    the shaft, or a comb of lower frequency with at least the same score and half the depth.
     """
 
     excess: float = 0.0
@@ -78,10 +78,11 @@ class Comb:
 
 @dataclass(frozen=True, kw_only=True)
 class FaultScores:
-    """Combs of a record by cause: each fault, and `OTHER_CAUSE` for the strongest comb without a known cause.
+    """Strongest combs of a record by cause: one for each fault, and `OTHER_CAUSE` for a comb without a known cause.
 
-    `first` contains the combs of the whole spectrum, `second` the combs after the lines of the `strongest` comb are
-    removed (empty if no comb indicates a fault). `cage` is the comb at the cage frequency, which identifies no fault.
+    `first` contains the combs of the whole spectrum, `second` the combs that are found after the lines of the
+    `strongest` comb are removed (empty if no comb indicates a fault). `cage` is the comb at the cage frequency, which
+    identifies no fault.
     """
 
     first: Mapping[str, Comb]
@@ -168,10 +169,11 @@ def log_likelihood(
 ) -> dict[str, float]:
     """Log likelihood ratio of each state in `CLASSES` to healthy, for use with any prior.
 
-    `views` are comb scores by channel and speed, whose likelihoods are averaged: a fault may be visible in one alone.
-    `lines` is 0 for a part whose line has no peak, 1 for an unexplained peak, 2 for a line risen over a healthy
-    record's. `stands` is true if any line is unexplained. `elsewhere` are scores at a speed outside the stated
-    tolerance: another strongest comb there makes a fault of an unknown part more likely.
+    `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
+    visible in only one of them. `lines` is 0 for a part whose line has no peak, 1 for an unexplained peak, 2 for a line
+    that has risen over a healthy record's. `stands` is true if any line is unexplained. `elsewhere` are the scores at a
+    shaft speed outside the stated tolerance that fits the record: a fault of an unknown part is more likely if another
+    comb is strongest there.
     """
     found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
@@ -185,7 +187,7 @@ def log_likelihood(
 
 
 def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
-    """Log likelihood ratio of each state to healthy from the combs of one channel and speed, of one or two causes.
+    """Log likelihood ratio of each state (one or two causes) to healthy, from the combs of one channel at one speed.
 
     A missing comb is no evidence against a part whose line has risen over a healthy record.
     """
@@ -218,10 +220,10 @@ def probabilities(log_likelihood: Mapping[str, float]) -> dict[str, float]:
 
 
 def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Pool n records of one bearing: sum of their log likelihood ratios over 1 + (n - 1) `RECORD_CORRELATION`.
+    """Pool n records of one bearing: sum of log likelihood ratios, divided by 1 + (n - 1) `RECORD_CORRELATION`.
 
     The divisor is the design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4). For a fault of an
-    unknown part (`OPEN`) the highest ratio is taken.
+    unknown part (`OPEN`) the highest ratio of all records is used instead.
     """
     count = len(log_likelihoods)
     effect = 1 + (count - 1) * RECORD_CORRELATION
@@ -248,7 +250,7 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 
 def stands_out(excess: float) -> bool:
-    """True if a comb of this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a cause as without."""
+    """True if a comb of this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
     return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 

@@ -1,8 +1,9 @@
 """Verdict on a record: a fault is named, nothing is found, or the state is undecided.
 
-`diagnose` computes one probability for each state from the combs (lines with their harmonics), the single lines and the
-comparison with a healthy record. A fault is named from a probability of two thirds. Nothing is found if healthy has one
-half and a fault of either race would have been detected. The declared state is not used.
+`diagnose` computes the probability of each state from the combs (lines with their harmonics), the single lines and the
+comparison with a healthy record. A fault is named if its probability is at least two thirds. Nothing is found if the
+probability of healthy is at least one half and a fault of either race would have been detected. The declared state is
+not used.
 """
 
 import enum
@@ -160,7 +161,7 @@ def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | N
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True for a first harmonic above the noise, unless its depth is small and not risen over a healthy record's."""
+    """True if a first harmonic is above the noise, and its depth is large or has risen over a healthy record's."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -168,7 +169,7 @@ def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
 
 
 def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
-    """Describe each unexplained line in a few words: first the line risen over a healthy record, then by height."""
+    """Describe each unexplained line: first the line risen over a healthy record, then the others by height."""
     if comparison.line is not None:
         yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):
@@ -188,7 +189,7 @@ def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> It
 
 
 class Finding(enum.StrEnum):
-    """Kind of verdict on a record."""
+    """Kind of verdict on a record: a fault is named, the state is undecided, or nothing is found."""
 
     NAMED = "named"
     UNDECIDED = "undecided"
@@ -345,7 +346,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
 
 
 def smallest_detectable_depth(line: Line, comparison: BaselineComparison) -> float:
-    """Modulation depth from which a line is detected in 95 of 100 records; infinite if it cannot be detected.
+    """Least modulation depth at which a line is detected in 95 of 100 records; infinite if it cannot be detected.
 
     A line of this depth has `DETECTABLE_SNR` times the power of the noise or, if the healthy bearing has the line too,
     `RISEN_RATIO` times the depth of `line`.

@@ -1,12 +1,14 @@
 """Analysis of long records in parts as short as the records on which the method was calibrated (1 to 13 s).
 
-The fifth harmonic of a line stays within a bin only while the shaft turns evenly: if the speed changes by 1 % in half
-an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in 20 s, and are
-lost in 60 s. A modulation of `fault_posterior.EVEN_ODDS_DEPTH` is still 80 times the noise in 10 s of a band of 2 kHz.
+The fifth harmonic of a line stays within one frequency bin only while the shaft turns evenly. If the speed changes by 1
+% in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in parts
+of 20 s, and are lost in parts of 60 s. In 10 s of a band of 2 kHz, a modulation of the depth
+`fault_posterior.EVEN_ODDS_DEPTH` is still 80 times the noise.
 
-Probabilities follow from the mean likelihood of all parts; lines are read in one part. The parts are sorted by their
-strongest fault comb. The part at one half of this order is tried first, then at one quarter, and so on to the
-strongest, until a fault line is detected (else the first is used). The part at one quarter counts as four trials.
+Fault probabilities follow from the mean likelihood of all parts; lines are read in one part. For this, the parts are
+ranked by their strongest fault comb. The part in the middle of the ranking is read first, then the part at its best
+quarter, its best eighth, and so on to the strongest part, until a fault line is detected; if none is, the first part
+read is used. The part at the best quarter is one of four, so false-alarm probabilities count four trials.
 """
 
 import itertools
@@ -32,9 +34,10 @@ LEAST_PARTS = 3  # shorter records are read as a whole
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LongAnalysis(Analysis):
-    """Analysis of one part of a long record of `parts` parts; the part begins at `first_s` [s].
+    """Analysis of one part of a long record, which is divided into `parts` parts; this part begins at `first_s` [s].
 
-    `as_clear` parts have a fault comb as strong as this or stronger; `views` are channel and comb scores of all parts.
+    `as_clear` is the number of parts, this part included, whose strongest fault comb is at least as strong as this
+    part's. `views` contains the channel and comb scores of all parts.
     """
 
     parts: int

@@ -48,10 +48,10 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """Request to analyse a `file`, or a `recording` instead; fields as in `analyse`, `bearing_of`, `load_healthy`.
+    """Request to analyse a `file` or a loaded `recording`; fields as in `analyse`, `bearing_of`, `load_healthy`.
 
-    The band is chosen from the record with `auto_band`, or if neither request nor data set states a band. In the second
-    case `one_band` selects the whole band instead, so that the levels of all records can be compared.
+    The band is chosen from the record if `auto_band` is set, or if neither the request nor the data set states a band.
+    If none is stated, `one_band` selects the whole band instead, so that the levels of all records can be compared.
     """
 
     file: str = ""
@@ -68,7 +68,7 @@ class RecordRequest:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordReading:
-    """Analysis of a record, its healthy baseline and its verdict; `cautions` concern the healthy baseline."""
+    """Analysis of a record, its healthy baseline and its verdict; `cautions` are warnings about the baseline."""
 
     analysis: Analysis
     baseline: Baseline | None
@@ -109,7 +109,7 @@ def build_request(asked: Mapping[str, Any]) -> RecordRequest:
 
 
 def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> list[RecordRequest]:
-    """List a request for each file, recording and run, in their order; folders are replaced by their files."""
+    """Return a copy of `request` for each file, recording and run, in their order; a folder stands for its files."""
     requests = []
     for source in sources:
         if isinstance(source, str | Path):
@@ -163,7 +163,7 @@ def read_record(request: RecordRequest) -> RecordReading:
 def read_records(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> tuple[list[dict[str, Any]], list[FailedFile]]:
-    """Analyse many files (`answers_of`); returns their JSON documents, the most serious first, and the failed files."""
+    """Analyse many files; returns their JSON documents, the most serious verdict first, and the failed files."""
 
     def seriousness(document: dict[str, Any]) -> tuple[float, ...]:
         shares, line = document["fault"]["probabilities"], _highest_line(document)
@@ -209,7 +209,7 @@ def _highest_line(document: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
-    """Error that all failed files have in common, otherwise an error that lists all errors."""
+    """Error that all failed files have in common, otherwise one error that lists the errors of all files."""
     first, *others = {str(one.error).replace(one.file, ""): one.error for one in failed}.values()
     if not others:
         return first
@@ -219,7 +219,7 @@ def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
 def separate_other_files(
     failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
 ) -> tuple[list[FailedFile], list[str]]:
-    """Separate failures from files that are no recordings: not `named` by the user, with a suffix of no `read` file."""
+    """Separate failed recordings from other files: no recording, not `named` by the user, suffix of no `read` file."""
     endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
         one.file
@@ -241,7 +241,7 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """Summarise an analysis in a table row: verdict, most probable fault (None if nothing is found), line, features."""
+    """Summarise an analysis in a table row: verdict, most probable fault (None if nothing is found), line, levels."""
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
     part = max(shares, key=lambda one: shares[one] or 0.0)
@@ -262,7 +262,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Judge all records of one bearing together, except records whose lines fit a speed outside the tolerance."""
+    """Compute one verdict from all records of a bearing, except those that fit a speed outside the tolerance."""
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
             f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give records of one "
@@ -277,7 +277,7 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
-    """Judge short records of one bearing together by their mean spectrum; `DataError` for too few shaft turns."""
+    """Compute one verdict from the mean spectrum of short records of a bearing; `DataError` for too few shaft turns."""
     found = [read_short(*_loaded(request)) for request in requests]
     own = [one.processed.seconds * one.speed.value_hz for one in found]
     if (few := min(own)) < MIN_POOLED_TURNS:
@@ -296,7 +296,7 @@ def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
 
 
 def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how: str) -> dict[str, Any]:
-    """Describe the state of a machine from its log likelihood ratios and the excess of its records' cage combs."""
+    """Describe the state of a machine from its log likelihood ratios and its cage combs; `how` names the method."""
     shares = posterior.probabilities(together)
     state = posterior.decide(shares)
     parts, best = posterior.faults_of(state), posterior.most_probable(shares)
@@ -404,7 +404,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 
 def _dependencies(request: RecordRequest, register: str) -> str:
-    """Key of a file's stored results: text of everything that determines them; empty if they are not stored."""
+    """Text of all inputs on which the result for a file depends, used as its key; empty if no result is stored."""
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:

@@ -9,7 +9,7 @@ logarithms of their levels. A level has risen if its logarithm x is above the pr
 t is the quantile of Student's distribution. This is the limit for one further value of the same normal distribution
 (Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted from memory, not checked). K is the number of levels compared: by
 Bonferroni's inequality the chance of any false alarm in the whole history is at most alpha, if the healthy machine does
-not change. A change of load or temperature is also a rise.
+not change. A change of load or temperature can raise a level, too, without a fault.
 """
 
 import csv
@@ -62,7 +62,7 @@ class ChannelTrend:
     velocity_missing: str
 
     def rise_db(self, levels: Mapping[str, float], name: str) -> float | None:
-        """Level or limit called `name` in `levels`, relative to the baseline's mean [dB]; None if either is missing."""
+        """Entry `name` of `levels` or `limits`, relative to the baseline's mean [dB]; None if either is missing."""
         value, before = levels.get(name), self.reference.get(name)
         return DB_PER_NEPER * math.log(value / before) if value and before else None
 
@@ -80,7 +80,10 @@ class ChannelTrend:
 
 @dataclass(frozen=True, kw_only=True)
 class Trend:
-    """Trends of all channels, with the numbers of baseline records and compared levels, and the false-alarm chance."""
+    """Trends of all channels; `comparisons` is the number of levels compared with the first `baseline` records.
+
+    `false_alarm` is the chance of any false alarm in the whole history; `time_from` names the source of the times.
+    """
 
     JSON_PROPERTIES: ClassVar = ("answer", "alarm")
 
@@ -114,7 +117,7 @@ class Trend:
 
     @property
     def answer(self) -> str:
-        """Sentence on the alarm: line (otherwise RMS) with the highest rise, when it began, false-alarm chance."""
+        """Sentence on the first alarm: line (or else RMS) with the highest rise, when it began, false-alarm chance."""
         count = max(len(one.points) for one in self.channels)
         first = self.alarm
         if not self.comparisons:
@@ -168,8 +171,9 @@ def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | N
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
     """Time of each file, and the source of the times in words.
 
-    The source is a CSV `table` with the columns `file` and `time`, else dates in the file names, else the last number
-    in each name, else the dates of last change. Raises `ConfigurationError` if the table cannot be used.
+    Times are read from a CSV `table` with the columns `file` and `time`; without a table from dates in the file names,
+    else from the last number in each name, else from the dates of the files' last change. Raises `ConfigurationError`
+    if the table cannot be used.
     """
     names = {file: Path(file).name for file in files}
     if table is not None:

@@ -1,4 +1,4 @@
-"""Levels and line patterns of a record, in third octaves of 400 to 3150 Hz: the rig's drive has tones outside them."""
+"""Levels in third octaves (400 to 3150 Hz: the rig's drive has tones outside), and line patterns of a record."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -29,7 +29,7 @@ TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise 
 
 
 def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
-    """Edges [Hz] of the third octaves (base ten) centred in a band, by their exact centre frequencies [Hz]."""
+    """Edges [Hz] of the third octaves (base ten) whose exact centre frequencies [Hz], the keys, lie in a band."""
     first, last = (10 * math.log10(one) for one in band_hz)
     middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
     return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
@@ -69,7 +69,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Level in each band [dB re 1 m/s2] of a record's power minus the `healthy` record's, or of its whole power."""
+    """Level in each band [dB re 1 m/s2] of a record's power, minus the power of a `healthy` record if there is one."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():
@@ -91,7 +91,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Level of power locked to the fault per third octave [dB re 1 m/s2], at least half the least detectable power."""
+    """Level of power locked to a fault line, per third octave [dB re 1 m/s2]; never below half its `ci95`."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)
@@ -107,7 +107,7 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 def pattern(
     recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands relative to the first harmonic [dB], modulation depth [%], kurtosis in two bands."""
+    """Harmonics and sidebands of a fault line over its first [dB], its modulation depth [%], kurtosis in two bands."""
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
@@ -132,7 +132,7 @@ def pattern(
 
 
 def kurtoses(recording: Recording) -> dict[str, Amplitude]:
-    """Kurtosis in `KURTOSIS_BANDS`; intervals by leaving out each block in turn (jackknife: Efron & Stein 1981)."""
+    """Kurtosis in each of `KURTOSIS_BANDS`; intervals by the jackknife over blocks (Efron & Stein 1981)."""
     found = {}
     for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(BAND_FILTER_ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
@@ -145,11 +145,11 @@ def kurtoses(recording: Recording) -> dict[str, Amplitude]:
 
 
 def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[float, float, float]:
-    """Split the errors of n bands: common level [dB], its standard deviation u, and D^2 of the remaining pattern.
+    """Split the level errors of n bands into the common level b [dB], its standard deviation u, and D^2 of the rest.
 
-    Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): the covariance V of the errors E gives the
-    level b with u^2 = 1 / (1' V^-1 1); D^2 = E' V^-1 E - (b / u)^2. If the model is right, b / u is normal and D^2 is
-    chi-squared with n - 1 degrees of freedom.
+    Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): the covariance V of the errors E gives b with
+    u^2 = 1 / (1' V^-1 1); the rest has the squared distance D^2 = E' V^-1 E - (b / u)^2. If the model is right, b / u
+    is normal and D^2 is chi-squared with n - 1 degrees of freedom.
     """
     weights = np.linalg.solve(covariance, np.ones(errors_db.size))
     u = 1 / math.sqrt(float(weights.sum()))
@@ -158,10 +158,11 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 
 
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
-    """Standard deviation tau of levels between mountings [dB]: posterior mean and 95 % interval, from pairs of records.
+    """Standard deviation tau of the level between mountings of a bearing [dB]: posterior mean and 95 % interval.
 
-    `pairs` are (faulty, healthy). Only third octaves in which the faulty record is quieter are used, since a fault adds
-    power. Their differences are half-normal with variance 2 tau^2 + u^2 (u: both readings), as is the prior of tau.
+    `pairs` are (faulty, healthy) records. Only third octaves in which the faulty record is quieter are used, since a
+    fault adds power. The differences in them are half-normal with variance 2 tau^2 + u^2, u from both readings; the
+    prior of tau is half-normal with scale `prior_db`.
     """
     off, u = [], []
     for faulty, healthy in pairs:

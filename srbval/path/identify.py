@@ -1,7 +1,7 @@
 """Identification of the path to the sensor from records of a known fault; equations: theory, "The path to the sensor".
 
 Gains are identified from the lowest to the highest third octave with significant power locked to the fault, and
-interpolated in between. Sidebands are compared in the band of the record's data set, otherwise of the path.
+interpolated in between. Sidebands are compared in the band of the record's data set, or else in the path's band.
 """
 
 import json
@@ -45,7 +45,7 @@ Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowe
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identified:
-    """Identified path, the powers from which it follows, and the sidebands that determine its ratio of directions.
+    """Identified path to the sensor, the powers from which it follows, and the sidebands used for its ratio of gains.
 
     `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the power that repeats with the fault in
     the record (NaN if not present) and in the run along and across the load. `sidebands_db` [2, 2] are the sidebands of
@@ -84,8 +84,9 @@ def identify(
     """Identify the path to the sensor behind which the run of `pair` has the power of its record in all third octaves.
 
     The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on
-    the inner race. The power of a `healthy` record at the same passage is subtracted. Raises `DataError` for unusable
-    records, `ConfigurationError` without a fault or for a band (default: `DEFAULT_BAND_HZ`) beyond the record.
+    the inner race. Power of a `healthy` record that repeats at the same shaft order is subtracted. Raises `DataError`
+    for unusable records, `ConfigurationError` for an unknown fault or a band (default: `DEFAULT_BAND_HZ`) that a record
+    lacks.
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
@@ -137,7 +138,7 @@ def identify(
 
 
 def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
-    """Band in which a path is identified by default, limited to the range of all records, and the reason."""
+    """Default band in which a path is identified, limited to the frequency range of all records, and the reason."""
     low, high = DEFAULT_BAND_HZ
     held_hz = HELD_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
     limited = ", limited to the range of record and run" if held_hz < high else ""
@@ -151,7 +152,7 @@ def line_order(run: Run, bearing: Bearing) -> float:
 
 
 def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
-    """Shaft order of a record's fault line as read in a band; in pure rolling if the line cannot be read."""
+    """Shaft order of a record's fault line as read in a band; its kinematic order if the line cannot be read."""
     state, shaft_hz = _fault_and_speed(record)
     line = analyse(record, bearing=bearing, band_hz=band_hz).line_of(state)
     return (line.found_hz or line.kinematic_hz) / shaft_hz
@@ -174,7 +175,7 @@ def record_behind_path(run: Run, path: SensorPath | None) -> Recording:
 
 
 def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join third octaves, from the highest down, to bands at least `least_hz` wide; a narrower rest is dropped."""
+    """Join neighbouring third octaves, from the highest down, to bands of at least `least_hz`; a rest is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -186,7 +187,7 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of joined third octaves, and power in each locked to the fault, minus a `healthy` record's [(m/s2)^2]."""
+    """Edges of joined third octaves, and power that repeats with the fault in each, minus `healthy`'s [(m/s2)^2]."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit (and --scale).")
@@ -207,7 +208,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Level of a run's power that repeats at shaft order `order`, in each band of two orders or more [dB re 1 m/s2]."""
+    """Level [dB re 1 m/s2] of the power of a run that repeats at shaft order `order`, in each band wide enough."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "
@@ -225,7 +226,7 @@ def _interpolate_missing(values: FloatArray) -> FloatArray:
 def _fit_cross_ratio(
     pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
 ) -> tuple[float, float, FloatArray]:
-    """Fit the ratio of gains across and along the load: ratio, deviation [dB], sidebands of record and run [dB]."""
+    """Fit the ratio of gains across and along the load: ratio, uncertainty [dB], sidebands of record and run [dB]."""
     from scipy.optimize import minimize_scalar
 
     any_path = path_with(1.0)
@@ -258,7 +259,7 @@ def _fit_cross_ratio(
 
 
 def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silent) -> Run:
-    """Run of the scene, without a path, at the record's speed, load, fault and length; `NumericsError` if it fails."""
+    """Simulate a scene without a path, at the record's speed, load, fault and length; `NumericsError` if it fails."""
     (state, shaft_hz), load = _fault_and_speed(record), scene.load
     if record.radial_n is not None:
         load = replace(load, radial_n=record.radial_n, axial_n=record.axial_n or 0.0)

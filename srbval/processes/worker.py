@@ -42,7 +42,7 @@ def wait_for_result(future: Future[Result]) -> Result:
 
 @contextlib.contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Context that delays Ctrl-C: processes started in it never receive it; handlers of imported modules are removed.
+    """Context that delays Ctrl-C: processes started in it never receive it; handlers that imports set are removed.
 
     For example, `runner` of dask-jobqueue sets a handler that ends the program as if all work were done.
     """
@@ -121,7 +121,7 @@ class WorkerProcess:
             return self._process
 
     def _serve_as_copy(self) -> None:
-        """Serve calls in the forked process, without using, closing or cleaning up anything of the parent."""
+        """Serve calls in the forked process; use, close or clean up nothing that belongs to the parent."""
         gc.freeze()
         gc.enable()
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # closing the last one signals `Popen` that the process has started
@@ -225,7 +225,7 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
 
 
 def end_with_input() -> None:
-    """End this process when its standard input is closed, which means that its parent has ended."""
+    """End this process when its standard input is closed, which happens when its parent ends."""
 
     def wait() -> None:
         while os.read(0, 1):

@@ -87,7 +87,7 @@ class Analysis(SpeedSearch, NotebookObject):
 
     @property
     def families(self) -> list[dict[str, Any]]:
-        """Name, state and false-alarm probability of each line, judged together with its harmonics."""
+        """Name, detection state and false-alarm probability of each line, from a joint fit with its harmonics."""
         names = ("name", "false_alarm", "detected", "explained_by")
         first = (line for line in self.lines if line.is_first)
         return [{n: getattr(x, n) for n in names} | {"state": x.not_detected or "detected"} for x in first]
@@ -224,7 +224,7 @@ def _clearest(
 def bearing_of(
     recording: Recording, given: Bearing | str | Path | None = None, *, largest_slip_pct: float | None = None
 ) -> Bearing:
-    """Return the `given` bearing (object, name or file), else the recording's, with its slip limit if that is given."""
+    """Return the `given` bearing (object, name or file), else the recording's; `largest_slip_pct` replaces its own."""
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:
         raise ConfigurationError(

@@ -39,7 +39,7 @@ class Family:
 
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
-    """Half width of a line's search window as a share of its frequency: largest slip and measured speed's interval."""
+    """Half width of a line's search window over its frequency: largest slip plus uncertainty of a measured speed."""
     return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
 
@@ -72,7 +72,7 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Fundamentals [Hz], [n], of placebos: combs within an octave of a family that are no line of the bearing."""
+    """Frequencies [Hz], [n], within an octave of a family's line where the bearing has no line: for placebo combs."""
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -83,7 +83,7 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each of `candidates_hz` [n] whose window is clear of shaft harmonics, bearing lines and their ratios."""
+    """True for each of `candidates_hz` [n] not near a shaft harmonic, a bearing line or a simple ratio of one."""
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in SIMPLE_RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])

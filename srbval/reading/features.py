@@ -26,7 +26,7 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 
 
 def features_of(analysis: Analysis) -> dict[str, Any]:
-    """Compute the features of the analysed channel, without its mean; `velocity_missing` explains a missing velocity.
+    """Compute the features of the analysed channel, minus its mean; `velocity_missing` explains a missing velocity.
 
     The features of a long record describe the whole record, except `band_rms`, which describes the analysed part.
     """
@@ -83,10 +83,10 @@ def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None =
 
 
 def snapshot_of(read: Analysis) -> dict[str, Any]:
-    """Convert the analysis of a snapshot (`read_short`) to a document with the values that a trend needs.
+    """Convert the analysis of a snapshot (a short record, see `read_short`) to a document with the values for a trend.
 
     `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over the
-    power nearby. A shaft harmonic closer to it than 2 / duration cannot be separated.
+    power nearby. A shaft harmonic closer to the line than 2 / duration cannot be separated from it.
     """
     done, shaft_hz = read.processed, read.speed.value_hz
     time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
@@ -111,7 +111,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
 
 
 def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
-    """Average the powers of successive snapshots in at least `groups` groups; returns one document for each group."""
+    """Average the powers of successive short records in at least `groups` groups; returns one document per group."""
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
     found = []

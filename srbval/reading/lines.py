@@ -55,10 +55,11 @@ class NotDetected(enum.StrEnum):
 class Line:
     """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
 
-    `deviation_pct` refers to `kinematic_hz`; its interval alone includes the uncertainty of the speed. The first
-    harmonic comes from the joint fit of all harmonics and is ranked among combs of no bearing line (placebos);
-    harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio or another
-    explanation of the peak. `identity_probability` is the probability that a first harmonic's peak is this line.
+    `deviation_pct` is the deviation from `kinematic_hz`; of all intervals only its interval includes the uncertainty of
+    the speed. The first harmonic comes from the joint fit of all harmonics and is ranked among combs of no bearing line
+    (placebos); harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio or
+    another explanation of the peak. `identity_probability` is the probability that a first harmonic's peak is this
+    line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -86,7 +87,7 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """False-alarm probability from noise and placebos (`joint_false_alarm`); None for a line without a rank."""
+        """False-alarm probability from noise and placebos (`joint_false_alarm`); None without a rank among placebos."""
         noise, mixed, whole = self.noise_false_alarm, self.placebo_false_alarm, self.comb_false_alarm
         return None if noise is None or mixed is None or whole is None else joint_false_alarm(noise, mixed, whole)
 
@@ -170,7 +171,7 @@ def read_lines(
     bare = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Add the lines of a reading, rank and explain the first harmonic; returns True if it is detected."""
+        """Add the lines of one family; rank or explain its first harmonic, and return True if it is detected."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
@@ -231,7 +232,7 @@ def _readings(
 def _with_cover(
     line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain an undetected line by the highest peak in its window: a shaft line, `stronger` line or peak's flank."""
+    """Explain an undetected line by a masked shaft line, a line of `stronger`, or a peak beside its window."""
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
         return line

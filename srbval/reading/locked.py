@@ -29,7 +29,7 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power that repeats at shaft order `found_order`, in each band at least `SPACINGS` times that frequency wide."""
+    """Power that repeats with a line at shaft order `found_order`, by band; bands too narrow for it are left out."""
     speed = recording.known_speed
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}
@@ -48,7 +48,7 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """Remove tones at `PASSAGE_LINES` times BPFO in a range [Hz], fitted between the passages at `found_order`."""
+    """Remove tones at `PASSAGE_LINES` times BPFO in a range [Hz], fitted between a fault's passages (`found_order`)."""
     speed = recording.known_speed
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz

@@ -192,7 +192,7 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice | None:
-    """Return the band given [Hz], else stated for the record, else the paper's (scaled by a model's size), or None."""
+    """Return the given band [Hz], else the record's, else the paper's if it applies (scaled by size), else None."""
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:
@@ -217,7 +217,7 @@ def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all rec
 def bands_of_record(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> tuple[BandChoice, ...]:
-    """Bands to try: the whole band and, if narrower bands fit, the most impulsive; all below `within_fs_hz` / 2."""
+    """Bands to try: the whole band and, if narrower bands fit, the most impulsive one; all below `within_fs_hz` / 2."""
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
     count, whole = picture.kurtosis.size, "the whole band"
@@ -264,7 +264,8 @@ def whitened_bands(
 ) -> tuple[Periodogram, ...]:
     """Periodograms of the squared envelope in at most `most` equal parts of the whole band, wide enough for all lines.
 
-    The record is prewhitened by its cepstrum; squared envelopes are clipped so that a few knocks form no combs.
+    The record is prewhitened by its cepstrum; squared envelopes are clipped so that a few knocks do not look like a
+    comb.
     """
     low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb outside the search windows: it would be the line `name`, `off_pct` [%] off, at a speed of `shaft_hz`."""
+    """Comb outside the search windows, `off_pct` [%] from the line `name`: this line at a shaft speed `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -77,7 +77,7 @@ class OutsideSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SpeedSearch:
-    """Lines of a record and its shaft speed; probabilities are not yet corrected for the number of speeds `tried`.
+    """Lines of a record and its shaft speed; false-alarm probabilities are for one speed, although `tried` were used.
 
     `span` contains the lowest and the highest speed at which lines were read, as shares of `speed`.
     """
@@ -93,7 +93,7 @@ class SpeedSearch:
 
     @property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Search window of each line [Hz] over all speeds tried, at least the resolution to either side."""
+        """Search window of each line [Hz] over all speeds tried; the half width is at least the resolution."""
         share, bin_hz, windows = window_share(self.bearing, self.speed), 1 / self.processed.seconds, {}
         for family in families_of(self.bearing, self.speed.value_hz):
             kinematic_hz, (low, high) = family.kinematic_hz, self.span
@@ -176,7 +176,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 def _read_lines_at(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
-    """Read the lines at `scale` times the speed `at`; deviations refer to `at`, the masks to the scaled speed."""
+    """Read lines at `scale` times the speed `at`, where shaft harmonics are masked; deviations refer to `at` itself."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
     combs = max(MIN_PLACEBOS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
@@ -227,7 +227,7 @@ def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tupl
 
 
 def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
-    """Trial speeds as shares of the nominal speed: 1, then steps of `apart` until the windows cover its interval."""
+    """Trial speeds over the nominal speed: 1, then steps of `apart` until the search windows cover its tolerance."""
     steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9))
     return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
 
@@ -247,7 +247,7 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 
 
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
-    """Follow a drifting shaft of mean `speed` by the comb of a fault that is clear in all parts of a record.
+    """Follow the speed of a drifting shaft by the comb of a fault that is clear in all parts of a record.
 
     The comb is the highest within `SEARCH_SHARE` of a fault line's kinematic frequency. None if the combs are less
     probable with a fault than without (`LOG_RATIO_ONSET`), or move by less than the search window of a steady shaft.

@@ -71,11 +71,12 @@ def read_comb(
 ) -> LineReading | None:
     """Fit lines at ``f, 2f, ... Hf`` and sidebands ``hf +- s``, f within `half_window_hz` of `expected_hz`.
 
-    The fit starts at the highest sum of `neg_log_p` of all harmonics and at the spacing `sideband_hz` (zero: no
-    sidebands). f and s maximise the likelihood for lines of unknown amplitude and phase (Rife & Boorstyn 1974, IEEE
-    Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`), unless `period_s`, the period
-    of the modulation by the shaft, is None. Masked lines and lines beyond ``record.limit_hz`` are ignored. Returns None
-    if the fundamental is beyond the limit, its whole window is masked, or the window contains no peak.
+    H is the number of `harmonics`. The fit starts at the highest sum of `neg_log_p` of all harmonics and at the spacing
+    s = `sideband_hz` (zero: no sidebands). f and s maximise the likelihood for lines of unknown amplitude and phase
+    (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`),
+    unless `period_s`, the period of the modulation by the shaft, is None. Masked lines and lines above
+    ``record.limit_hz`` are ignored. Returns None if f would be above this limit, its whole window is masked, or the
+    window contains no peak.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -139,7 +140,7 @@ def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
 
 
 def _highest_peak(candidates: FloatArray, score: FloatArray) -> float | None:
-    """Candidate frequency of the highest interior maximum; a maximum at the edge belongs to a line outside."""
+    """Frequency of `candidates` at the highest interior maximum of `score`: a peak at the edge is of a line outside."""
     peaks = np.flatnonzero((score[1:-1] >= score[:-2]) & (score[1:-1] > score[2:])) + 1
     return float(candidates[peaks[np.argmax(score[peaks])]]) if peaks.size else None
 
@@ -164,7 +165,7 @@ def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray
 def fit(
     record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
 ) -> tuple[float, float, float | None, float | None]:
-    """Fit the line, and the spacing of its sidebands if any; returns each with its 95 % half width [Hz]."""
+    """Fit a line's frequency, and the spacing of its sidebands if any; returns each with its 95 % half width [Hz]."""
     number, side, noise_power, snr = _present(record, start_hz, noise, sideband_hz)
     directions = np.column_stack((number, side)[: 2 if np.any(side != 0) else 1])
     phasors = Phasors.of(record.samples, record.fs_hz, number * start_hz + side * sideband_hz)

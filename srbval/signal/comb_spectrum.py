@@ -21,7 +21,8 @@ class CombSpectrum:
     """Score [n] of a comb of `harmonics` lines at each fundamental `frequency_hz` [n], `step` apart in the logarithm.
 
     The score is the sum of log(1 + power over local noise): one strong line does not outweigh all others. `lines` [m]
-    are these logarithms at `line_hz` [m], and `depth` [m] is the greatest modulation by a line there in any band.
+    are these logarithms at the frequencies `line_hz` [m], and `depth` [m] is the greatest modulation depth of a line at
+    each of these frequencies in any band.
     """
 
     line_hz: FloatArray
@@ -36,8 +37,9 @@ class CombSpectrum:
     def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float, harmonics: int) -> CombSpectrum:
         """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`, equally many per record.
 
-        The scatter of the mean of n records is smaller by the root of n, so the logarithms are scaled up by the root of
-        n about their value for noise. For several records, the depths are computed from the mean power above the noise.
+        The mean of n records scatters less than one record, by the root of n. So its logarithms are stretched by the
+        root of n about their value for noise. For several records, the depths are computed from the mean power above
+        the noise.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)
@@ -64,14 +66,14 @@ class CombSpectrum:
         return int(first + np.argmax(self.score[first:end])) if end > first else None
 
     def typical(self, relative: float) -> float:
-        """Median over all fundamentals of the highest score within the relative distance `relative` of each."""
+        """Score of a typical comb: median over all fundamentals of the highest score within the share `relative`."""
         if self.score.size == 0:
             return 0.0
         half = max(1, round(relative / self.step))
         return float(np.median(maximum_filter1d(self.score, 2 * half + 1)))
 
     def without(self, centre_hz: FloatArray, half_hz: FloatArray) -> CombSpectrum:
-        """Comb spectrum in which lines within `half_hz` [k] and 1.5 bins of `centre_hz` [k] score as noise does."""
+        """Comb spectrum in which lines within `half_hz` [k] plus 1.5 bins of `centre_hz` [k] count as noise."""
         reach = half_hz + MASK_BINS * self.bin_hz
         edges = np.zeros(self.line_hz.size + 1)
         np.add.at(edges, np.searchsorted(self.line_hz, centre_hz - reach), 1)

@@ -18,7 +18,7 @@ FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {FILTER_ORDER}, 
 
 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
-    """Project the signals [n] of two perpendicular radial axes onto a sensor at `angle_rad` from the first axis."""
+    """Combine signals [n] of two perpendicular radial axes to the signal at `angle_rad` from the first axis."""
     if first.shape != second.shape:
         raise DataError(f"the two axes differ in length: {first.size} and {second.size} samples.")
     return math.cos(angle_rad) * first + math.sin(angle_rad) * second
@@ -109,7 +109,7 @@ def _warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, fl
 
 
 def _band_lines(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, int, int]:
-    """Spectrum of the analytic signal from its first bin with a gain above `_LEAST_GAIN`, that bin, padded length."""
+    """Band-passed spectrum of the analytic signal, its first bin (gain above `_LEAST_GAIN`), and the padded length."""
     check_band(band_hz, fs_hz)
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples, n=length)

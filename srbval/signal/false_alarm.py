@@ -2,9 +2,10 @@
 
 `neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives the number of
 times that its sum over harmonics rises above a level in the window. Real noise contains lines of other machines, so a
-comb (line with harmonics) is also ranked among placebos: mixed combs, each harmonic from one of two fundamentals at
-random that are no line of the bearing, and whole combs at one such fundamental. Whole combs are few (some tens do not
-overlap), but as strong as another bearing's comb in the window; `joint_false_alarm` weights both ranks.
+comb (line with harmonics) is also ranked among placebos, which are combs of no bearing line. The harmonics of a whole
+placebo belong to one fundamental; in a mixed placebo each is taken from one of two fundamentals at random. Whole
+placebos are few (some tens do not overlap), but as strong as another bearing's comb in the window; `joint_false_alarm`
+weights both ranks.
 """
 
 import math
@@ -54,11 +55,11 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def false_alarm(
     total_neg_log_p: float, total_ratio: float, share: FloatArray, half_window_hz: float, seconds: float
 ) -> float:
-    """Probability that noise alone gives a comb this summed `neg_log_p`, `total_neg_log_p`, anywhere inside the window.
+    """Probability that noise alone gives a comb the summed `neg_log_p` `total_neg_log_p` anywhere inside the window.
 
-    `share` [h + 1] contains the share of the window in which 0, 1, ... h of the comb's lines are not masked. With N
-    peaks on average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without his
-    term for a window that begins above the level).
+    `total_ratio` is the comb's sum of `true_noise_ratio`. `share` [h + 1] contains the share of the window in which 0,
+    1, ... h of the comb's lines are not masked. With N peaks on average (`upcrossings`) the probability is ``1 -
+    exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that begins above the level).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:
@@ -76,7 +77,8 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 
         N = 2 w T sqrt(pi R / 3) E[sqrt(sum h^2 d_h)] p(S)
 
-    The expectation is sqrt(mean h^2) minus a term in the spread of h^2. N is infinite below its most frequent level.
+    w is the half window. The expectation is sqrt(mean h^2) minus a term in the spread of h^2. N is set to infinity for
+    a level that noise is likely to exceed (below the number of harmonics minus 1/2).
     """
     if level < harmonics - 0.5:
         return math.inf
@@ -91,9 +93,10 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 def neg_log_rank(score: float, placebos: FloatArray) -> float:
     """-log of the probability that a placebo is as strong; nan for a missing score or too few `placebos` [n].
 
-    Up to the threshold of the upper tenth it is the `rank`, beyond it an exponential tail (a generalised Pareto tail of
-    shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not checked). Placebos share
-    lines: values equal to the threshold belong to the tail; if the whole tail is equal to it, the result is the rank.
+    The probability is the `rank` of the score or, if the score is in the upper tenth of the placebos, follows from an
+    exponential tail (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted
+    from memory, not checked). Placebos share lines: values equal to the threshold of the tail belong to it; if the
+    whole tail has this value, the rank is used.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -115,7 +118,7 @@ def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
 
 
 class PlaceboRank(NamedTuple):
-    """Rank of a comb among mixed placebos, the same with a fitted tail (`neg_log_rank`), rank among whole placebos."""
+    """Rank of a comb among mixed placebos; this rank with a fitted tail (`neg_log_rank`); rank among whole placebos."""
 
     false_alarm: float
     tail_false_alarm: float
@@ -123,7 +126,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], of constant ratio: `GRID_PER_HALF_WINDOW` per half window of relative width `relative`."""
+    """Frequencies [Hz], [n], at equal ratios, `GRID_PER_HALF_WINDOW` per half window of relative width `relative`."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 

@@ -1,7 +1,8 @@
 """Part of a signal that repeats at each passage over a defect, and a steady tone between the passages.
 
-The quietest quarter of the passage period is selected in every other passage, its level is read in the other passages,
-and vice versa: the least of many noisy means is biased low, the mean of other passages is not.
+The level between passages is read in the quietest quarter of the passage period. This quarter is selected in every
+other passage, and the level is read in the remaining passages, and vice versa: the least of many noisy means is biased
+low, the mean over other passages is not.
 """
 
 import math
@@ -58,7 +59,8 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Fit A exp(2 pi i (`tone` + s k / n)) to samples k of an analytic signal [n]; returns amplitude A and slip s.
 
-    s is at most `slip`. If `periods` counts passages, only the quarter of their phase with the least residual is used.
+    `tone` [n] is the expected phase of the tone, in periods; s is at most `slip` periods. If `periods` counts passages,
+    only the quarter of their phase with the least residual is used.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

@@ -40,13 +40,13 @@ class ShaftAngle:
         return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
-        """Shift of a line of shaft order `order` in bins, from lowest to highest mean of `DRIFT_PARTS` parts."""
+        """Shift of a line of shaft order `order` [bins] between the slowest and the fastest of `DRIFT_PARTS` parts."""
         marks = np.linspace(0, self.time_s[-1], DRIFT_PARTS + 1)
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
 
     def turns_at(self, at_s: FloatArray) -> FloatArray:
-        """Turns at rising instants [n]; beyond the speed signal the shaft keeps the speed of its ends."""
+        """Turns at rising instants [n]; outside the speed signal, the speed at its nearer end is used."""
         return spline(*_extended(self.time_s, self.turns, at_s[0], at_s[-1]), at_s)
 
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
@@ -78,7 +78,7 @@ def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: flo
 
 
 def spline(knots: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Cubic spline through `values` over rising `knots` (both [n], four or more), without end knots, at points [m]."""
+    """Cubic spline through `values` over rising `knots` (both [n], n > 3), with not-a-knot ends, at places `at` [m]."""
     step = np.diff(knots)  # as scipy.interpolate.CubicSpline, which takes a quarter of a second to load
     rise, end = np.diff(values) / step, (knots[2] - knots[0], knots[-1] - knots[-3])
     bands, right = np.zeros((3, knots.size)), np.empty(knots.size)  # of the equations for the slopes at the knots

@@ -187,7 +187,7 @@ class Periodogram:
         return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
 
     def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
-        """Power over the local noise, a running median of unmasked bins; with `to_limit`, of bins up to `limit_hz`."""
+        """Power over the local noise, a running median of unmasked bins; `to_limit` omits bins far above `limit_hz`."""
         spacing = POINTS_PER_BIN * self.step_hz
         last = self.power.size // POINTS_PER_BIN
         bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS) if to_limit else last)

@@ -57,7 +57,7 @@ def shaft_by_lines(
 
 
 def _terms(line_hz: float, harmonics: int) -> list[tuple[int, int]]:
-    """Pairs (h, k): lines at h times the fault line plus k times the shaft; shaft harmonics, sidebands of the line."""
+    """Pairs (h, k) for lines at h times the fault line plus k times the shaft: shaft harmonics and sidebands."""
     orders = [k for k in range(-SIDEBANDS_PER_SIDE, SIDEBANDS_PER_SIDE + 1) if k]
     sides = itertools.product(range(1, harmonics + 1), orders) if line_hz else ()
     return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]

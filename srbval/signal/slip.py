@@ -57,7 +57,8 @@ def walk_share(log_spread: float) -> float:
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
     """95 % half width, in standard errors from noise, for a spread estimated from `blocks` phases of a line.
 
-    The table is valid for many blocks of a strong line; Student's t and a low `snr` widen the walk's share.
+    The table is valid for many blocks of a strong line. For few blocks (Student's t) or a low `snr` the half width is
+    multiplied by a factor, in proportion to the confidence that the phase is a random walk (`walk_share`).
     """
     table = slip_interval()
     wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table["log_spread"], table["factor"]))
@@ -67,7 +68,7 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor on a weak line's credible interval, by its width over noise's (`wide`) and the chance of no slip."""
+    """Factor on a weak line's credible interval: `steady` is the chance of no slip, `wide` its width over noise's."""
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
     return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))
@@ -145,7 +146,7 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Block sums [c, blocks] in units of their noise, and mean power over noise [c], by allowed number of blocks."""
+    """Block sums [c, blocks] in units of their noise, and mean power over noise [c], per allowed number of blocks."""
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
@@ -162,7 +163,7 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Refine the phase `path_rad`: log evidence over no line, phase advance per block, its 95 % half width [rad]."""
+    """Refine the phase `path_rad`; returns log evidence over no line, phase per block and its 95 % half width [rad]."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share
@@ -184,7 +185,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at the line over noise nearby, 1 unless larger residuals need more, and `weigh_walk_ratios` for it."""
+    """Noise at the line over noise nearby (1 unless residuals are larger), with the result of `weigh_walk_ratios`."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
@@ -209,7 +210,7 @@ class Modes:
 
 
 def weigh_walk_ratios(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
-    """Posterior weights of `WALK_RATIOS` and their log evidence for residuals `modes` of variance 1 + ratio `share`."""
+    """Posterior weights of `WALK_RATIOS`, and log evidence, for residuals `modes` of variance 1 + ratio x `share`."""
     spread = 1 + WALK_RATIOS[:, None] * share
     likelihood = -0.5 * (np.log(spread).sum(axis=1) + (modes**2 / spread).sum(axis=1))
     weight = WALK_RATIO_PRIOR * np.exp(likelihood - likelihood.max())

@@ -57,7 +57,7 @@ class Spectrum(NotebookObject):
 
 
 def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
-    """Spectrum of `samples` [n] less their mean, without a window; a sine of amplitude a on a bin has the height a."""
+    """Spectrum of `samples` [n] minus their mean, without a window; a sine of amplitude a on a bin has the height a."""
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = np.abs(scipy.fft.rfft(samples - samples.mean(), n=length)) * (2 / samples.size)
     return Spectrum(
@@ -161,9 +161,10 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scalogram:
-    """Scalogram: `amplitude` [rows, columns] in the unit of the signal; a sine of amplitude a has a in its row.
+    """Scalogram: `amplitude` [rows, columns] in the unit of the signal, with a row per frequency, a column per time.
 
-    `time_s`, [columns], are the middles of the columns; the ends affect a row up to `edge_s`, [rows].
+    A sine of amplitude a has a in its row. `time_s` [columns] are the middles of the columns; values of a row that are
+    within `edge_s` [rows] of an end of the record are affected by the end.
     """
 
     time_s: FloatArray
@@ -182,8 +183,9 @@ def morlet_scalogram(
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], as in the paper's Figure 14, with at most `rows` and `columns`.
 
-    ``pywt.cwt`` reads low by sin(x)/x, x = pi f / fs: rows are divided by it, at frequencies whose wavelet is sampled
-    symmetrically. Raises `ConfigurationError` if the record is too short or too coarsely sampled for `range_hz`.
+    The amplitudes of ``pywt.cwt`` are too low by the factor sin(x)/x, x = pi f / fs: rows are divided by it, at
+    frequencies whose wavelet is sampled symmetrically. Raises `ConfigurationError` if the record is too short or too
+    coarsely sampled for `range_hz`.
     """
     import pywt
 

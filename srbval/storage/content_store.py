@@ -38,7 +38,7 @@ _read_utc: list[str] = []  # dates of the results that this process has read, IS
 
 @contextlib.contextmanager
 def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
-    """Context that ignores stored results if `fresh`; yields a list to which the date of each result read is added."""
+    """Context that ignores stored results if `fresh`; yields a list that collects the dates of stored results read."""
     before, _read_utc[:] = os.environ.get(FRESH, ""), []
     os.environ[FRESH] = "1" if fresh else before
     try:
@@ -48,7 +48,7 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 
 
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
-    """Hash (32 digits) of `content` and all code that module `computed_by` imports, if `lazy` also at first use."""
+    """Hash (32 digits) of `content` and all code that module `computed_by` imports; if `lazy`, also during a run."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
 
 
@@ -74,7 +74,8 @@ def content_sha256(*values: Any) -> str:
 class ContentStore:
     """Store for results of one `kind`, computed by the module `computed_by`, in `folder` (default: the user's cache).
 
-    File names contain a hash of content and code; `run_content` adds the code of models that are imported when needed.
+    File names contain a hash of the content from which a result is computed and of the code; `run_content` adds the
+    code of models, which are imported only when they are needed.
     """
 
     kind: str

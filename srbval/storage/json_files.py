@@ -100,10 +100,10 @@ def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
 
 
 def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
-    """Move the files of folder `stage` to `folder`, with the file `listing`: `content` and the SHA-256 of each file.
+    """Move all files of folder `stage` to `folder`, and write the file `listing`: `content` and each file's SHA-256.
 
-    Files of the earlier listing in `folder` are removed if they are unchanged and not replaced. Without `content`
-    no listing is written.
+    Files of the earlier listing in `folder` are removed if they are unchanged and not replaced. Without `content` no
+    listing is written.
     """
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     if content is not None:

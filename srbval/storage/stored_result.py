@@ -40,7 +40,7 @@ MIN_DIFFERENCE = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
 
 
 def tolerance(name: str, value: float) -> float:
-    """Largest difference from the reference `value` at which the quantity `name` is unchanged; 0 if not finite."""
+    """Largest accepted difference of a fingerprint's number `name` from the reference `value`; 0 if not finite."""
     if not math.isfinite(value):
         return 0.0
     smallest = next((size for unit, size in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0)
@@ -49,7 +49,7 @@ def tolerance(name: str, value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckedQuantity:
-    """One number of the program's fingerprint: its current `value` and its accepted range, `low` to `high`.
+    """Number of the program's fingerprint: its current `value` and its accepted range, `low` to `high`.
 
     A word is compared as `words` (reference, current value); its `value` is 1 if both are equal, otherwise 0. `low` and
     `high` are NaN if the reference lacks the number, `value` is NaN if the number was not computed.
@@ -65,7 +65,7 @@ class CheckedQuantity:
 
 
 def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
-    """Compare one part of a fingerprint with the reference; a name that only one side has fails, NaN equals NaN."""
+    """Compare the fingerprint of one part of the program with the reference; a name in one of them alone fails."""
     found, both = [], [name for name in now if name in known]
     for name in dict.fromkeys([*both, *now, *known]):
         value, middle, words = now.get(name, math.nan), known.get(name, math.nan), None
@@ -79,7 +79,7 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
 
 
 def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
-    """Read a fingerprint (values by part of the program) from a JSON table, null as NaN; `ValueError` if it is none."""
+    """Read a fingerprint (values by part of the program) from JSON, null as NaN; `ValueError` for another table."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
         raise ValueError("not a fingerprint: not a table of tables")
     return {
@@ -109,7 +109,7 @@ class ResultKind(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResult:
-    """Result file: its path and its content."""
+    """Stored result of a study: the path and the content of its JSON file."""
 
     path: Path
     content: dict[str, Any]
@@ -128,7 +128,7 @@ class StoredResult:
 
     @property
     def origin(self) -> dict[str, Any]:
-        """Kind, date, revision, command, machine, duration and file name, for the report."""
+        """Origin of the result for the report: kind, date, revision, command, machine, duration and file name."""
         stated = self.content | self.content.get("machine", {}) | {"kind": self.kind.value, "file": self.path.name}
         names = ("kind", "made_utc", "git_revision", "command", "processor", "usable_cores", "minutes", "file")
         return {name: stated.get(name) for name in names}

@@ -87,7 +87,7 @@ def _example(units: dict[str, float]) -> str:
 def limited(
     *, above: float | None = None, least: float | None = None, most: float | None = None, **options: Any
 ) -> Any:
-    """Declare a field of a `Limited` class whose number, or each in its tuple, is > `above`, >= `least`, <= `most`."""
+    """Declare a field of a `Limited` class, for numbers > `above`, >= `least` and <= `most` (limits that are given)."""
     metadata = options.pop("metadata", {}) | {"limits": (above, least, most)}
     return dataclasses.field(metadata=metadata, **options)
 
@@ -187,7 +187,7 @@ def build(cls: type[T], table: object, where: str) -> T:
 
 @cache
 def _keys_of_fields(cls: type) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
-    """Types and fields of a dataclass by field name, and field names by table key."""
+    """Types and fields of a dataclass, by field name; and the field name for each key accepted in a table."""
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
     spelling = {name: name for name in fields} | {without_unit(field): name for name, field in fields.items()}
     return typing.get_type_hints(cls), fields, spelling
@@ -231,7 +231,7 @@ def _read_value(raw: object, hint: Any, where: str, number: NumberReader) -> Any
 
 
 def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberReader) -> Any:
-    """Read a value with a union type: as the type it already has if that is included, otherwise the first that fits."""
+    """Read a value with a union type: as the type it already has, if allowed, or else as the first type that fits."""
     if raw is None and types.NoneType in hints:
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
@@ -264,8 +264,8 @@ LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three l
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
 
-    `hints` gives the type, by (class, field name), of values that are converted before `build`, or None to omit the
-    field; by enum class, it gives further accepted words. No key is required.
+    A key of `hints` is a (class, field name), with the type of a value that is converted before `build`, or with None
+    to omit the field; or an enum class, with words that are accepted besides its members. No key of a file is required.
     """
     definitions: dict[str, Any] = {}
 
