@@ -54,8 +54,7 @@ class BaselineComparison:
     `ratios` contains, by line, the modulation in this record over the modulation in the healthy record, with its 95 %
     interval. A line has risen if its ratio is significant and at least `RISEN_RATIO`. `line` is the risen line with the
     greatest modulation, `risen` the part of the bearing to which it belongs, `baseline` the file of the healthy record.
-    `by_level` is true if modulations are compared in (m/s2)^2, false if they are compared as shares of the envelope's
-    mean.
+    `by_level` is true if they are compared in (m/s2)^2, false if as shares of the mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -182,8 +181,8 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
     ratio = float(np.quantile(np.sqrt(spectra[0] / np.maximum(spectra[1], np.finfo(float).tiny)), QUIET_QUANTILE))
     if ratio > 0 and abs(max(ratio, 1 / ratio) / STANDARD_GRAVITY_M_S2 - 1) < UNIT_TOLERANCE:
         raise ConfigurationError(
-            f"{healthy.name}: the background of the record is {ratio:.3g} times the healthy record's, about the ratio of "
-            "g to m/s2: probably one record is in g and the other in m/s2, while --unit applies to both. State the "
+            f"{healthy.name}: the background of the record is {ratio:.3g} times the healthy record's, about the ratio "
+            "of g to m/s2: probably one record is in g and the other in m/s2, while --unit applies to both. State the "
             f"healthy record's unit: `srbval data add FILE --unit U`, or --healthy-scale {ratio:.4g}."
         )
 

@@ -1,11 +1,11 @@
 """Analysis of long records in parts as short as the records on which the method was calibrated (1 to 13 s).
 
-The fifth harmonic of a line stays within one frequency bin only while the shaft turns evenly. If the speed changes by 1
-% in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in parts
-of 20 s, and are lost in parts of 60 s. In 10 s of a band of 2 kHz, a modulation of the depth
+The fifth harmonic of a line stays within one frequency bin only while the shaft turns evenly. If the speed changes by
+1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in
+parts of 20 s, and are lost in parts of 60 s. In 10 s of a band of 2 kHz, a modulation of the depth
 `fault_posterior.EVEN_ODDS_DEPTH` is still 80 times the noise.
 
-Fault probabilities follow from the mean likelihood of all parts; lines are read in one part. For this, the parts are
+Fault probabilities follow from the mean likelihood of all parts; lines are read in one part. To find it, the parts are
 ranked by their strongest fault comb. The part in the middle of the ranking is read first, then the part at its best
 quarter, its best eighth, and so on to the strongest part, until a fault line is detected; if none is, the first part
 read is used. The part at the best quarter is one of four, so false-alarm probabilities count four trials.

@@ -219,7 +219,10 @@ def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
 def separate_other_files(
     failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
 ) -> tuple[list[FailedFile], list[str]]:
-    """Separate failed recordings from other files: no recording, not `named` by the user, suffix of no `read` file."""
+    """Separate failed recordings from other files of a folder, such as a licence beside the recordings.
+
+    Other files are no recordings, were not `named` by the user, and have a suffix that no `read` file has.
+    """
     endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
         one.file

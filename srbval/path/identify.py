@@ -85,8 +85,8 @@ def identify(
 
     The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on
     the inner race. Power of a `healthy` record that repeats at the same shaft order is subtracted. Raises `DataError`
-    for unusable records, `ConfigurationError` for an unknown fault or a band (default: `DEFAULT_BAND_HZ`) that a record
-    lacks.
+    for unusable records, `ConfigurationError` for an unknown fault or a band beyond a record (default:
+    `DEFAULT_BAND_HZ`).
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
@@ -175,7 +175,7 @@ def record_behind_path(run: Run, path: SensorPath | None) -> Recording:
 
 
 def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join neighbouring third octaves, from the highest down, to bands of at least `least_hz`; a rest is dropped."""
+    """Join neighbouring third octaves, from the highest down, to bands at least `least_hz` wide; a rest is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -208,7 +208,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Level [dB re 1 m/s2] of the power of a run that repeats at shaft order `order`, in each band wide enough."""
+    """Level of a run's power that repeats at shaft order `order`, in each band wide enough for it [dB re 1 m/s2]."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "

@@ -55,11 +55,10 @@ class NotDetected(enum.StrEnum):
 class Line:
     """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
 
-    `deviation_pct` is the deviation from `kinematic_hz`; of all intervals only its interval includes the uncertainty of
-    the speed. The first harmonic comes from the joint fit of all harmonics and is ranked among combs of no bearing line
-    (placebos); harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio or
-    another explanation of the peak. `identity_probability` is the probability that a first harmonic's peak is this
-    line.
+    `deviation_pct` refers to `kinematic_hz`; no interval but its own includes the uncertainty of the speed. The first
+    harmonic comes from the joint fit of all harmonics and is ranked among combs of no bearing line (placebos);
+    harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio or another
+    explanation of the peak. `identity_probability` is the probability that a first harmonic's peak is this line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")

@@ -264,8 +264,7 @@ def whitened_bands(
 ) -> tuple[Periodogram, ...]:
     """Periodograms of the squared envelope in at most `most` equal parts of the whole band, wide enough for all lines.
 
-    The record is prewhitened by its cepstrum; squared envelopes are clipped so that a few knocks do not look like a
-    comb.
+    The record is prewhitened by its cepstrum; squared envelopes are clipped so that single knocks form no comb.
     """
     low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

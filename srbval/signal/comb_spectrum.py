@@ -37,9 +37,8 @@ class CombSpectrum:
     def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float, harmonics: int) -> CombSpectrum:
         """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`, equally many per record.
 
-        The mean of n records scatters less than one record, by the root of n. So its logarithms are stretched by the
-        root of n about their value for noise. For several records, the depths are computed from the mean power above
-        the noise.
+        The scatter of the mean of n records is smaller by the root of n, so the logarithms are scaled up by the root of
+        n about their value for noise. For several records, the depths are computed from the mean power above the noise.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)
@@ -66,7 +65,7 @@ class CombSpectrum:
         return int(first + np.argmax(self.score[first:end])) if end > first else None
 
     def typical(self, relative: float) -> float:
-        """Score of a typical comb: median over all fundamentals of the highest score within the share `relative`."""
+        """Score of a typical comb: median over all fundamentals of the highest score within `relative` of each."""
         if self.score.size == 0:
             return 0.0
         half = max(1, round(relative / self.step))

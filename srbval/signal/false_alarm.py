@@ -58,8 +58,8 @@ def false_alarm(
     """Probability that noise alone gives a comb the summed `neg_log_p` `total_neg_log_p` anywhere inside the window.
 
     `total_ratio` is the comb's sum of `true_noise_ratio`. `share` [h + 1] contains the share of the window in which 0,
-    1, ... h of the comb's lines are not masked. With N peaks on average (`upcrossings`) the probability is ``1 -
-    exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that begins above the level).
+    1, ... h of the comb's lines are not masked. With N peaks on average (`upcrossings`) the probability is
+    ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that begins above the level).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:
