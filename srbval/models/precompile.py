@@ -31,7 +31,7 @@ def scenes_of_all_kernels() -> list[Scene]:
 
 
 def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
-    """Compile one kernel by a short use; the arguments are the parts of the kernel's name, see `kernels_of`."""
+    """Compile one kernel by calling it briefly; the arguments are the parts of the kernel's name, see `kernels_of`."""
     in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if OIL_SUFFIX[1:] in more else {}
     scene = paper_scene(model=model, bodies={"cages": cages, "free_rollers": FREE_SUFFIX[1:] in more}, **in_oil)
     compile_in_this_process(scene)

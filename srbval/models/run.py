@@ -86,8 +86,8 @@ class RunSummary:
     `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration, `idle_share` the
     share of the time without any contact.
 
-    `step_error`: errors due to the step, None if not estimated; `step_limit_s`: `step_limits.elastic_limit_s` of the
-    solver, `default_limit_s` of the default solver; `check_wall_s`: wall time of estimating the error or choosing the
+    `step_error`: errors due to the step, None if not estimated; `step_limit_s`: longest stable step
+    (`step_limits.elastic_limit_s`), `default_limit_s`: of the default solver; `check_wall_s`: wall time of checking the
     step; `band_rms_m_s2`: RMS along the sensor's axis by band of `scene.BANDS_HZ`; `stored_utc`: time of the simulation
     if the run was read from the cache; `cpu_s` and `wall_s`: processor and wall time of the simulation, not compiling.
 

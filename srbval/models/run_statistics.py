@@ -43,7 +43,7 @@ class RingSupport(NamedTuple):
 
 @dataclass
 class RunningSums:
-    """Sum of a run's outputs over all intervals, outputs of the first and of the last interval, [COLUMN_COUNT] each."""
+    """Sum of a run's outputs over all intervals, and the first and last interval's outputs, [COLUMN_COUNT] each."""
 
     rows: int = 0
     total: FloatArray = field(default_factory=lambda: np.zeros(col.COLUMN_COUNT))

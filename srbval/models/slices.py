@@ -85,7 +85,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
 
 
 def sliced_contacts(scene: Scene, geometry: SphericalRollerGeometry) -> list[SlicedContact]:
-    """Contacts of a roller with the outer and the inner race, with the scene's osculations."""
+    """Contacts of a roller with the outer and the inner race; osculations in the scene replace the bearing's."""
     own = scene.line_contact
     geometry = replace(
         geometry,

@@ -126,7 +126,7 @@ def stability(
     quick: bool = False,
     **how: Any,
 ) -> StudyResult:
-    """Find the largest stable step of `model` by bisection, for each scene, solver and speed."""
+    """Find the largest stable step of `model` by bisection, by scene, solver and speed; `how`: `jobs`, `progress`."""
     check_names(scenes, ())
     axes = {"scene": list(scenes), "solver": _solver_names(model, solvers), "rpm": rpm or (RPM[1:2] if quick else RPM)}
     groups, steps = grid(**axes).assign(model=model), pd.Series(STEPS_PER_S, name="steps_per_s")
@@ -205,8 +205,8 @@ def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
     found = {**row, **off, "series": _series(row)}
     if works(row["status"]) and (beyond or not known):
         most = " and ".join(f"{limit} {ERROR_UNITS[name]}" for name, limit in STEP_ERROR_LIMITS.items())
-        why = f"its step is wrong by {beyond}" if beyond else "the step's error is unknown without a converged run"
-        found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are {most}"}
+        why = f"its step errors are {beyond}" if beyond else "the step's error is unknown without a converged run"
+        found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are at most {most}"}
     return found | {"ok": works(found["status"])}
 
 

@@ -94,7 +94,7 @@ def test_ok_never_stands_beside_an_error_beyond_its_limit():
     for factor, status in ((1.04, "ok"), (0.96, "ok"), (1.136, "inaccurate"), (1 / 1.205, "inaccurate")):
         found = judge_step_error(row | right | {"band_rms_m_s2": factor}, right)
         assert (found["status"], found["ok"]) == (status, status == "ok")
-    assert "its step is wrong by 1.62 dB of the level; accepted are 0.1 % of the line" in found["reason"]
+    assert "its step errors are 1.62 dB of the level; accepted are at most 0.1 % of the line" in found["reason"]
 
 
 def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(srbval_json):

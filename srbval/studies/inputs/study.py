@@ -149,7 +149,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
     """Effects of the inputs on every quantity of every fault, from the draws `at`, shape [draws, inputs].
 
     A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains a new
-    draw with a probability of 95 %), `grid_ci95` (points and step), and the `shares` of the variance by input.
+    draw with a probability of 95 %), `grid_ci95` (due to points and step), and the `shares` of the variance by input.
     """
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)

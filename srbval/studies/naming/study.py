@@ -65,7 +65,7 @@ def call_machines(rows: Sequence[Row]) -> None:
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
-    """Count faulty records named right, wrong or not at all, and healthy ones named faulty, by method and group."""
+    """Count records named right, wrong or not at all, and healthy ones named faulty, by method, data set and state."""
     outcomes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
     for row, (name, part) in ((one, call) for one in rows for call in one["called"].items()):
         for group in (("all", "all"), ("set", row["dataset"]), ("class", row["state"].label)):

@@ -1,8 +1,8 @@
 """Accuracy of line frequencies, and false findings on records without a fault.
 
 On combs (a line with harmonics) in noise: frequency error relative to the Cramer-Rao bound, and coverage of the stated
-95 % interval. On records without a fault: number of faults named, and the rank of each line at a meaningless order
-(placebo) among such lines, which must be uniform.
+95 % interval. On records without a fault: number of faults named, and the ranks of lines at meaningless orders
+(placebos) among each other, which must be uniformly distributed.
 """
 
 import dataclasses

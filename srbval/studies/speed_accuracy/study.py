@@ -31,7 +31,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """Steps and simulated seconds of the timed runs (each repeated `repeats` times) and of the runs compared.
+    """Steps and simulated seconds of the timed runs (each repeated `repeats` times) and of runs compared for errors.
 
     `steps_per_s`, and `converged` for the reference runs, are steps per second, multiples of the output rate.
     """
@@ -106,7 +106,7 @@ def seconds_planned(cases: pd.DataFrame, settings: Settings, jobs: int | None) -
 
 
 def cost(_: Case, *tries: Attempt) -> Row:
-    """Least wall and CPU time per simulated second after a warm-up run; None if the runs ended early."""
+    """Least wall and CPU time per simulated second of `tries` after the first, a warm-up; None if all ended early."""
     done = [tried.run for tried in tries[1:] if tried.run is not None]
     whole = [run for run in done if run.samples == run.scene.samples]
     return {
@@ -189,7 +189,7 @@ def answer_text(result: Mapping[str, Any]) -> str:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Benchmark the solvers; the result has no name if options select scenes or solvers, or a quick benchmark."""
+    """Benchmark the solvers; selected scenes or solvers, or a quick benchmark, give a partial result without a name."""
     given = {name: tuple(own) for name in ("scenes", "solvers") if (own := getattr(options, name))}
     small: Row = {"scenes": (SCENES[0], SCENES[-1]), "settings": QUICK} if options.quick else {}
     found = run_bench(**small | given, jobs=options.jobs, progress=progress)

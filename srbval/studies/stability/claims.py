@@ -62,7 +62,7 @@ def _above_limit(cells: Cells) -> dict[str, Any]:
 
 
 def count(cells: Cells) -> tuple[int, int]:
-    """Number of stable runs, and of all runs."""
+    """Number of stable runs, and of all runs, in `cells`."""
     return sum(bool(cell["stable"]) for cell in cells), len(cells)
 
 

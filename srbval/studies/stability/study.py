@@ -120,7 +120,7 @@ def answer_text(result: Mapping[str, Any]) -> str:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Find the stable steps; the result has no name if options select scenes, solvers or speeds, or a quick search."""
+    """Find the stable steps; selected scenes, solvers or speeds, or a quick search, give a result without name."""
     given = {name: tuple(own) for name in ("scenes", "solvers", "rpm") if (own := getattr(options, name))}
     small = {"scenes": SCENES[:1], "rpm": (710.0, 3000.0)} if options.quick else {}
     found = run_stability(**small | given, jobs=options.jobs, progress=progress)
