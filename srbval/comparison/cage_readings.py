@@ -63,7 +63,7 @@ def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[Ca
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Read the cage ratio of a record; None without detected line, measured speed, order tracking or enough turns."""
+    """Read the cage ratio of a record; None if detected line, measured speed, order tracking or duration is missing."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None

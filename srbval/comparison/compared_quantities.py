@@ -145,14 +145,14 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Effects of uncertain inputs and numerics by (defect, quantity), from the stored result ``inputs``."""
+    """Effects of uncertain inputs, step and mesh, by (defect, quantity), from the result of the study ``inputs``."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
-    """Read `quantities` from an analysed signal, by name; a line's `order` from the model replaces the order read."""
+    """Read `quantities` from an analysed signal, by name; `order`, if a model states it, replaces the line's."""
     found = {}
     for row in (row for row in quantities if fault in row.faults):
         read = row.read(analysis, fault)
@@ -165,7 +165,7 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the model's bias by kind of quantity, scene and use, from `comparison_row` rows with both values present.
+    """Compute the model's bias by kind of quantity, scene and use, from `comparison_row` rows with both values.
 
     If `used_for` is given, the uses (such as ``fit``) are combined under this name. `bias`, its 95 % half width `ci95`
     and the model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.

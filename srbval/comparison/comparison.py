@@ -46,7 +46,7 @@ class Verdict(enum.StrEnum):
 
 
 def verdict_on_error(error: float, uncertainty: float | None, margin: float | None = None) -> Verdict:
-    """Verdict on an error by its uncertainty and `margin`, in one unit; insufficient data without an uncertainty."""
+    """Verdict on an error from its `uncertainty` and the `margin` of agreement, all in the same unit."""
     if uncertainty is None:
         return Verdict.INSUFFICIENT
     if abs(error) > uncertainty:

@@ -24,7 +24,7 @@ PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # the 
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
-    """Fault line in a paper [Hz]: kinematic, of its model and rig; ``_printed_pct`` are the printed deviations [%]."""
+    """Published frequencies of a fault line [Hz], kinematic, model and rig; ``_printed_pct``: published deviations."""
 
     state: Fault
     rpm: float
@@ -38,7 +38,7 @@ class Published:
     source: str = ""
 
     def deviations_pct(self) -> dict[str, float]:
-        """Deviations of `model_hz` and `rig_hz` from the kinematic frequency [%], by name; without unknown ones."""
+        """Deviations of `model_hz` and `rig_hz` from the kinematic frequency [%], by name, if known."""
         known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
         kinematic_hz = self.kinematic_hz
         return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}

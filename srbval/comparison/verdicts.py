@@ -31,7 +31,7 @@ Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the
 
 
 class Endpoint(NamedTuple):
-    """Compared value: sum of the records' cage ratios times `weights`; `rig` samples its distribution for the rig."""
+    """Value to compare: sum of the records' cage ratios times `weights`; `rig` are random draws of the rig's value."""
 
     name: str
     weights: FloatArray
@@ -39,7 +39,7 @@ class Endpoint(NamedTuple):
 
 
 def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Endpoint]:
-    """Yield up to three endpoints: ratio at the fastest speed, slowest minus fastest speed, outer minus inner race."""
+    """Yield up to three compared values: ratio at the fastest speed, slowest minus fastest, outer minus inner race."""
     speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
     slowest, fastest = means.rpm[0], means.rpm[-1]
     mean = np.linalg.pinv(speeds).round(12)
@@ -54,7 +54,7 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
-    """Verdicts on the cage ratio by scene and endpoint, from the content `stored` of the study ``inputs``."""
+    """Verdicts on the model's cage ratio by scene and `Endpoint`; `stored` is the result of the study ``inputs``."""
     if not readings or not stored:
         return []
     means = cage_means(readings)
@@ -68,10 +68,10 @@ def none_missed(rows: Iterable[Row]) -> bool:
 
 
 def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
-    """Verdict on one endpoint of one model variant, in per cent of `scale`, the rig's cage ratio.
+    """Verdict on the value `of` for the runs of one scene (`variant`), with errors in per cent of `scale`.
 
-    `reversed_by` names inputs that alone, varied over their range, give both met and missed; `changed_by` names inputs
-    that change the verdict if they are fixed at their nominal value.
+    `scale` is the rig's cage ratio. `reversed_by` names inputs that alone, varied over their range, give both met and
+    missed; `changed_by` names inputs that change the verdict if they are fixed at their nominal value.
     """
     weights = of_model(variant, readings, of.weights)
 
@@ -109,7 +109,7 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Convert `weights` of records to weights of model runs; a state that was not simulated uses the healthy run."""
+    """Weights of the model's runs from `weights` of the records; the healthy run stands for a state not simulated."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -127,7 +127,7 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Interpolate an input's effect `curve`, known at `shares`, at the shares `at`; of two alternatives, select one."""
+    """Effect of an input at cumulative probabilities `at`, from `curve` at `shares`; stepped if it has two points."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)

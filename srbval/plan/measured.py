@@ -49,10 +49,11 @@ class Bound:
 
     @property
     def coverage(self) -> float:
-        """Least probability that the bound is kept on the next scene from the same ranges: n / (n + 1) for n scenes.
+        """Least probability that the error on another scene from the same ranges is within the bound.
 
-        Split conformal prediction: each of n + 1 exchangeable errors is the largest with the same probability, for any
-        distribution (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094).
+        It is n / (n + 1) for n measured scenes (split conformal prediction): each of n + 1 exchangeable errors is the
+        largest with the same probability, for any distribution (Vovk, Gammerman & Shafer 2005; Lei et al.
+        2018, J. Am. Stat. Assoc. 113, 1094).
         """
         return self.scenes / (self.scenes + 1)
 
@@ -76,13 +77,13 @@ class MeasuredErrors:
     bounds: Mapping[BoundKey, Bound]
 
     def bound(self, scene: Scene, model: str, question: Question) -> Bound | None:
-        """Error bound of a model, for the scene's roller fit and defect; None if too few scenes were measured."""
+        """Error bound of a model on scenes with the roller fit and defect of `scene`; None if too few were measured."""
         key = scene.contact.roller_fit.value, scene.defect.kind.scene_word, model, question
         found = self.bounds.get(key)
         return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
     def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
-        """List the settings, except the varied ones, in which a scene differs from the measured scene."""
+        """List the settings, except the varied ones, in which a scene, or `own`, differs from the measured scene."""
         own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."

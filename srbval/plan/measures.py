@@ -27,7 +27,7 @@ class RunMeasures:
 
 
 def measure(run: Run) -> RunMeasures:
-    """Compute cage ratio, noise floor and band RMS of a complete run; the noise floor as for a recording."""
+    """Compute cage ratio, noise floor and band RMS of a complete run; the envelope is computed as for a recording."""
     floor = None
     if run.seconds >= MIN_SECONDS_FOR_FLOOR:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)

@@ -23,7 +23,7 @@ IN_THE_PLANE = ("impulse", "planar")
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """Model with error bound [%] and wall time [s] for a scene, None if unknown; `ok` if within the tolerance."""
+    """Model considered for a scene: error bound [%], wall time [s] (None if unknown); `ok` if accurate enough."""
 
     model: str
     error_pct: float | None = None
@@ -35,7 +35,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Model chosen among `candidates`; `outside`: why errors are unknown; `met`: true if the tolerance is met."""
+    """Model chosen for a question; `met` is true within the tolerance, `outside` states why errors are unknown."""
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 
@@ -111,7 +111,7 @@ def make_plan(
 def _choose_model(
     candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]
 ) -> str:
-    """Name the cheapest accurate model; else the reference, or the highest model that runs the scene and answers."""
+    """Name of the cheapest model that is accurate enough, else the reference, else the most detailed usable model."""
     if enough := [one for one in candidates if one.ok]:
         return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
     able = [candidate.model for candidate in candidates if candidate.model not in refused]
@@ -124,7 +124,7 @@ def _choose_model(
 def _judge_model(
     level: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, table: MeasuredErrors, outside: bool
 ) -> Candidate:
-    """Compare the measured error of a model with the tolerance; `outside`: no measured error applies."""
+    """Compare a model's measured error with the tolerance; `outside` is true if it does not apply to the scene."""
     pace, asked, ok = table.pace.get(level.name), MEANING[question], False
     lacking, bound = level.lacks.get(question.value), table.bound(scene, level.name, question)
     error = bound.error_pct if bound is not None and lacking is None and not outside else None

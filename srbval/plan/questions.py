@@ -44,8 +44,8 @@ class Meaning:
     """Description of a question; see ``questions.toml``.
 
     `error` is the rule that compares two answers (see `error_pct`), `tolerance` the error usually accepted, in the
-    question's unit. `states` are the defects to which the question applies, all if empty. `read` names the amplitudes
-    of the answer.
+    question's unit. `states` are the defects to which the question applies, all if empty. `read` contains the names, in
+    `srbval.path.amplitudes`, of the amplitudes that answer the question.
     """
 
     title: str
@@ -67,7 +67,7 @@ class Meaning:
 
     @property
     def vacuous_pct(self) -> float:
-        """Error [%] from which on a bound is useless: as large as the quantity, or a factor of ten in a level."""
+        """Smallest useless error bound [%]: an error as large as the quantity, or a factor of ten for levels in dB."""
         return pct_of(20.0) if self.unit == "dB" else 100.0
 
     def shown(self, error_pct: float) -> float:
@@ -143,7 +143,7 @@ def _amplitudes(
 
 
 def error_pct(question: Question, own: AnswerValues | None, right: AnswerValues | None) -> float | None:
-    """Error [%] of the answer `own` against `right`; None if an answer or a quantity present in `right` is missing."""
+    """Error [%] of a model's answer `own` against the reference `right`; None if a quantity of `right` is missing."""
     if own is None or right is None:
         return None
     # Quantities that are present in the reference; the error is infinite if the quantity is missing in `own`.

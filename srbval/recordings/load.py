@@ -63,7 +63,7 @@ def recording_from_columns(
     """Create a recording from named arrays, interpreted like the columns of a file.
 
     Times are recognised by their name, units by titles such as ``acc [g]``. `bearing` is a name, a file or a `Bearing`;
-    `column_units` maps columns to units, `attributes` names to facts, as a file contains them. `stated` are fields of
+    `column_units` maps columns to units, `attributes` are facts by name, such as ``rpm``. `stated` are fields of
     `RecordingSettings`, such as `fs_hz`, `unit`, `rpm`, `channel`. Raises the errors of `load_recording`.
     """
     own = None if bearing is None else load_bearing(bearing)
@@ -149,7 +149,7 @@ def read_file(path: Path) -> Reading:
 
 
 def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recording:
-    """Create the recording from an interpreted file or arrays; `named` contains its name, file and hash."""
+    """Create the recording from an interpreted file or arrays; `named` contains the recording's name, file and hash."""
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
         remedy = " State them here, or store them with the file once, by `srbval data add`."

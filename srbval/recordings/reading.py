@@ -94,7 +94,7 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of channels that may be analysed: vibrations without a `problem`, or if none, all but rotations."""
+        """Names of channels that may be analysed: vibrations without a `problem`, else all except rotations."""
         sound = tuple(name for name, channel in self.channels.items() if channel.vibrates and not channel.problem)
         return sound or tuple(name for name, channel in self.channels.items() if not channel.rotates)
 
@@ -110,7 +110,7 @@ class Reading(SourceFacts):
         return self.times.get(self.main.samples.size)
 
     def check_main(self) -> None:
-        """Raise `DataError` if the channel to analyse, or without a choice every possible channel, has a problem."""
+        """Raise `DataError` if the channel to analyse, or every channel that may be chosen, has a problem."""
         names = self.axes or ((self.channel,) if self.channel is not None else self.vibrations)
         problems = [self.channels[name].problem for name in names]
         if problems and all(problems):

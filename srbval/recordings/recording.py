@@ -27,7 +27,7 @@ SPEED_VARIABLE, SPEED_TIME, SPEED_RATE = "shaft_speed_hz", "shaft_time_s", "shaf
 
 
 class Origin(enum.StrEnum):
-    """Origin of a signal (a stand-in is synthetic); only `MEASURED` signals are reported as measurements."""
+    """Origin of a signal: measured, simulated by a model, or a synthetic stand-in for a measurement."""
 
     MEASURED = "measured"
     SIMULATED = "simulated"
@@ -35,7 +35,7 @@ class Origin(enum.StrEnum):
 
 
 class SpeedSource(enum.StrEnum):
-    """Source of a shaft speed, the most reliable first."""
+    """Way in which a shaft speed is known; the most reliable is listed first."""
 
     PRESCRIBED = "prescribed"  # the simulation drove the shaft at this speed
     TACHOMETER = "tachometer"  # measured together with the vibration
@@ -69,7 +69,7 @@ class SpeedSignal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceFacts:
-    """Facts stated by the source of a record; None if the source does not state the fact.
+    """Facts that a file, run or data set states about a record; None if it does not state the fact.
 
     `own_bearing` is the bearing stored with a simulated run, `cage_hz` the mean cage speed of a simulation. With
     `interval_means` the samples are means over output intervals, as in this program's runs. `resampling_error` is the

@@ -126,7 +126,7 @@ def remove(name: str | Path) -> RegisterListing:
 
 
 def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
-    """Compare all registered files, and the files in SRBVAL_RECORDINGS, with their entries.
+    """Compare all registered files, and files in the folder of the variable SRBVAL_RECORDINGS, with their entries.
 
     Files are hashed if their size or modification time has changed, or always with `hash_all`. With `or_none` an
     unreadable register counts as empty, and the listing contains the reason in `unreadable`.
@@ -216,7 +216,7 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect_and_store(
     files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
-    """Inspect `files`; entries of new files are stored as not registered, so that no file is read twice."""
+    """Inspect `files`, unchanged ones only if `again`; store new ones as not registered, to avoid a second reading."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
     new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
     if new:
@@ -252,7 +252,7 @@ def _inspect(
 def rig_recordings(
     registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
 ) -> Registered:
-    """Usable Torino recordings, full ones first; a shipped excerpt only if no other has its operating point."""
+    """Usable recordings of the Torino rig; shipped excerpts only for operating points without another recording."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
     shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and r.operating_point not in points]

@@ -66,7 +66,7 @@ def _share(count: int, samples: FloatArray) -> str:
 
 
 def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
-    """Least length [samples] of a run of equal samples that is no coincidence in a record of `total` samples."""
+    """Length [samples] from which on a sequence of equal samples is no coincidence in a record of `total` samples."""
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf
@@ -75,7 +75,7 @@ def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int
 
 
 def _full_scale(samples: FloatArray, extreme: float) -> int | None:
-    """Bits of an A/D converter with the limit `extreme`, or None; its step is 1 or the smallest nonzero value."""
+    """Number of bits of the A/D converter that has its limit at the sample value `extreme`; None if none fits."""
     smallest = float(np.abs(samples[samples != 0]).min())
     for step in (1.0, smallest):
         code = extreme / step if step > np.abs(samples).max() / 2**32 else 0.0

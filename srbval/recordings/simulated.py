@@ -124,7 +124,7 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
 
 
 def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
-    """Resample to the rate `fs_hz` by a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
+    """Resample to the rate `fs_hz` by a spline on a fine grid, followed by a linear-phase low-pass filter.
 
     Samples closer in time than `SAME_TIME` times the new step, such as at both sides of an event, are averaged first.
     """

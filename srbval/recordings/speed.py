@@ -83,7 +83,7 @@ def prescribed_speed(value_hz: float) -> ShaftSpeed:
 
 
 def nominal_speed(rpm: float, ci95_pct: float) -> ShaftSpeed:
-    """Set point of the speed [rpm], with the half width of its 95 % interval in per cent."""
+    """Shaft speed from a set point [rpm], with the half width of the 95 % interval in per cent."""
     return stated_speed(rpm, rpm * ci95_pct / 100, SpeedSource.NOMINAL)
 
 

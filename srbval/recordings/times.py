@@ -39,7 +39,7 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimeColumn:
-    """Interpretation of a column of times; without a `problem`, the first of `rates_hz` is the sampling rate.
+    """Sampling rate and gaps found in a column of times; without a `problem`, the first of `rates_hz` is the rate.
 
     `times_s` [n] are uneven, never falling times in a known unit, from which the signal can be resampled. `places` [n]
     are the indices of the samples on an even grid if some samples are missing; a column that counts samples has
@@ -216,7 +216,7 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
 
 
 def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
-    """Unit of times by the file or the name, else guessed if the first time can be a date counted from 1970 or 1900."""
+    """Unit of times from the file or the name, else guessed if `first` can be a time counted from 1970 or 1900."""
     match = _TIME.fullmatch(name.lower().strip())
     stated = raw.units.get(name) or (match and (match[1] or match[2] or match[3])) or ""
     if stated or match is None:
@@ -229,7 +229,7 @@ def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
 
 
 def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
-    """Resolution of the times: last digit of the largest (if below `coarsest`) or its float32 spacing; 0 if unknown."""
+    """Step to which times are rounded: decimal (below `coarsest`) or of single precision; 0 if neither is found."""
     values = np.asarray(times, np.float64)
     sizes, largest = np.abs(values), float(np.abs(values).max())
     places = np.floor(np.log10(sizes, where=sizes > 0, out=np.zeros(sizes.shape)))

@@ -147,7 +147,7 @@ def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None
 
 
 def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any] | None = None) -> ValidationCase:
-    """Build a case from tables of pairs, as its file would contain them; `changes` as in `load_case`."""
+    """Build a case from pairs, given as tables `[[pair]]` of a case file; `changes` as in `load_case`."""
     return _build_case({"pair": [dict(pair) for pair in pairs]}, changes, None)
 
 

@@ -106,7 +106,7 @@ def compare_pair(
 def _effects(
     quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
 ) -> Mapping[str, Any] | None:
-    """Effects of uncertain inputs and numerics on a quantity; for a race line, computed from the cage ratio's."""
+    """Effects of uncertain inputs, step and mesh on a quantity; for a race line, from the effects on the cage ratio."""
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
         return found
@@ -151,10 +151,11 @@ def outside_parts(
     case: ValidationCase,
     pct: float,
 ) -> dict[str, float]:
-    """Uncertainty parts of a simulation from outside [% or dB]: from reading or repeats, and stated in the case.
+    """Uncertainty parts of an external simulation [% or dB]: from reading or repeats, and stated in the case.
 
-    `pct` converts the quantity to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c
-    / (1 - c) % of BPFI, and does not apply to a rolling element's spin.
+    `own` is the simulated value, `repeats` the half width from repeated files (None without repeats). `pct` converts
+    the quantity to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of
+    BPFI, and does not apply to a rolling element's spin.
     """
     scale = pct if quantity.value_of else 1.0
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
@@ -166,7 +167,7 @@ def outside_parts(
 
 
 def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:
-    """Tolerance stated for a quantity [% or dB]; None if none is stated, and for fault lines."""
+    """Tolerance of a quantity [% or dB]; None if the case states none, and for the frequency of a fault line."""
     if quantity.value_of:
         return tolerance.cage_pct if quantity is CAGE_RATIO else None
     return tolerance.level_db

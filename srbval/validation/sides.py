@@ -30,7 +30,7 @@ QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideReading:
-    """Analyses and compared quantities of a side's signals; `scene` and its run `model` are None for files."""
+    """Results from the signals of one side, simulated or measured; `scene` and its run `model` are None for files."""
 
     analyses: tuple[Analysis, ...]
     values: tuple[Mapping[str, QuantityValue], ...]
@@ -78,7 +78,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse recordings in the stated or the paper's band; simulations of another bearing in an automatic band."""
+    """Analyse recordings in the stated band, else the paper's; an automatic band for simulations of another bearing."""
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
@@ -94,7 +94,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
 def run_scene(
     source: Source, case: ValidationCase, against: SideReading, state: Fault, *, progress: Progress = silent
 ) -> SideReading:
-    """Simulate a scene at speed and load of the measured side `against`, with defect `state`; read the run."""
+    """Simulate a scene at speed and load of the measured side `against`, with defect `state`; analyse the run."""
     base, (file, colon, function) = source.scene or "", (source.model or "").rpartition(":")
     found = run_counterpart(
         against.analyses[0],

@@ -1,4 +1,4 @@
-"""Functions that interpret the variables of a file as a `Reading`; one for a new layout needs an entry in `READERS`."""
+"""Functions that interpret the variables of a file as a `Reading`, listed in `READERS` by the layout of the file."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -21,7 +21,7 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 
 
 def recognise(raw: RawFile) -> Reading:
-    """Interpret a file as written by srbval, else by the first matching data set description, else as named vectors."""
+    """Interpret a file of srbval, else of the first data set whose description matches, else one of unknown origin."""
     own = read_srbval_file(raw)
     known = (READERS[description.reader](raw, description) for description in known_datasets())
     reading = own or next((one for one in known if one is not None), None)

@@ -17,12 +17,13 @@ from srbval.storage.tables import build, read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class MatchRule:
-    """Conditions that a file of the data set fulfils, and facts about its record that its name states.
+    """Conditions by which a file of a data set is recognised, and facts that the name of the file states.
 
-    If `file_required`, the regular expression `file` must fit the file's name. Each pattern of `variables` must fit a
-    variable, `columns` are possible numbers of columns of a text table, `vectors` is the number of arrays. Groups of
-    `file` are facts: ``label`` (of the fault), ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end`` (of the
-    motor), ``record``, ``hp`` (motor load); `label_variable` and `nominal_rpm_variable` take precedence.
+    If `file_required`, the regular expression `file` must match the file's name. Each pattern of `variables` must match
+    the name of a variable. A text table must have one of the numbers of `columns`, any file the number `vectors` of
+    arrays. Named groups of `file` are facts: ``label`` (of the fault), ``rpm``, ``radial_kn``, ``axial_kn``,
+    ``rate_khz``, ``end`` (of the motor), ``record`` (number), ``hp`` (motor load). The variables `label_variable` and
+    `nominal_rpm_variable` of the file, if present, take precedence over label and speed in the name.
     """
 
     file: str | None = None
@@ -34,7 +35,7 @@ class MatchRule:
     nominal_rpm_variable: str | None = None
 
     def groups(self, raw: RawFile) -> dict[str, str] | None:
-        """Facts that a file's name and variables state (perhaps none); None if the file fails a condition."""
+        """Facts from a file's name and variables, by name of the fact; None if the file fails a condition."""
         found = re.search(self.file, raw.path.name, re.IGNORECASE) if self.file else None
         if found is None and self.file_required:
             return None
@@ -53,7 +54,7 @@ class MatchRule:
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelRule:
-    """Channel of a data set, its unit and the pattern of its variable's name; `analyse` marks the default channel."""
+    """Channel of a data set; `variable` is a pattern of the variable's name, `analyse` marks the default channel."""
 
     name: str
     variable: str
@@ -63,14 +64,17 @@ class ChannelRule:
     note: str | None = None
 
     def channel(self, raw: RawFile, variable: str, state: Fault | None) -> Channel:
-        """Create the channel from the samples of `variable`."""
+        """Create the channel from the samples of `variable`, with the bearing's `state`."""
         samples = raw.signal(variable)
         return Channel(samples=samples, unit=self.unit, bearing=self.bearing, state=state, variable=variable)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedRule:
-    """Sources of the shaft speed, best first; ``{record}`` in the variable name `stated_rpm` is the record number."""
+    """Sources of the shaft speed in a data set, the most reliable first.
+
+    `tachometer_rpm` and `stated_rpm` are names of variables; ``{record}`` in a name stands for the record's number.
+    """
 
     tachometer_rpm: str | None = None
     stated_rpm: str | None = None
@@ -81,7 +85,7 @@ class SpeedRule:
     nominal_ci95_pct: float = 1.5
 
     def speed(self, stated_rpm: float | None, nominal_rpm: float | None) -> ShaftSpeed | None:
-        """Measured speed if `stated_rpm` is given, else the set point `nominal_rpm`; None if neither is given."""
+        """Shaft speed from the mean `stated_rpm` in a file, else from the set point `nominal_rpm`, else None."""
         if stated_rpm is not None:
             return stated_speed(stated_rpm, self.stated_ci95_rpm)
         return None if nominal_rpm is None else nominal_speed(nominal_rpm, self.nominal_ci95_pct)
@@ -89,7 +93,7 @@ class SpeedRule:
 
 @dataclass(frozen=True, kw_only=True)
 class BandRule:
-    """Demodulation band [Hz] and its reason, for records of `channel` sampled at `fs_hz` (None stands for any)."""
+    """Demodulation band [Hz] with its reason, for records of one `channel` and sampling rate `fs_hz` (None: all)."""
 
     low_hz: float
     high_hz: float
@@ -118,7 +122,7 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRange:
-    """Facts about records `first` to `last` of a numbered data set; `end` is the motor end with the faulty bearing."""
+    """Facts about records number `first` to `last` of a data set; `end` is the motor end with the faulty bearing."""
 
     first: int
     last: int
@@ -155,10 +159,10 @@ class OperatingGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """Description of a data set; `reader` is the layout of its files, ``variables`` or ``signal-structs``.
+    """Description of a data set; `reader` is the layout of its files: ``variables`` (named) or ``signal-structs``.
 
-    The variable `rate_variable` of a file contains the sampling rate, otherwise it is `rate_hz`. `labels` maps patterns
-    of a file's label to states of the bearing; `orders` contains published fault orders of bearings. If
+    The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. `labels` maps patterns of the
+    fault label in a file to states of the bearing; `orders` contains published fault orders of bearings. If
     `one_rig_a_folder` is true, each folder of the data set contains the records of another machine.
     """
 
@@ -190,7 +194,7 @@ class DatasetDescription:
 
     @property
     def operating_points(self) -> tuple[tuple[Fault, float, float, float], ...]:
-        """Bearing state, radial and axial load [kN], nominal speed [rpm] at each point of `grid`; empty without it."""
+        """Bearing state, radial load [kN], axial load [kN], nominal speed [rpm] of each point in `grid`."""
         if (grid := self.grid) is None:
             return ()
         loads = tuple(zip(grid.radial_kn, grid.axial_kn, strict=True))
@@ -203,7 +207,7 @@ class DatasetDescription:
         return (fitting[0].low_hz, fitting[0].high_hz) if fitting else None
 
     def state_of(self, label: str | None) -> Fault | None:
-        """Bearing state that a file's label means; None if no pattern of `labels` fits."""
+        """Bearing state for the fault label of a file; None if no pattern of `labels` matches it."""
         rules = self.labels.items() if label is not None else ()
         return next((state for rule, state in rules if re.search(rule, label or "", re.IGNORECASE)), None)
 

@@ -28,7 +28,7 @@ _SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with 
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Create a channel from every numeric vector or matrix column of at least `MIN_SAMPLES` samples; guess no fact."""
+    """Create a channel from each numeric vector or column of `MIN_SAMPLES` or more; unknown facts remain None."""
     channels: dict[str, Channel] = {}
     for name, channel in _find_channels(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
@@ -149,7 +149,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """Unit of a variable as written in the file: of several texts the first that is a known unit, else the first."""
+    """Unit of a variable as written in the file: the first text that is a known unit, else the first one."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
@@ -172,7 +172,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Speed [rpm] if `name` means a shaft speed, and False because its unit is not certain; None for another name."""
+    """Speed [rpm] if `name` means a shaft speed, else None; the False beside it states that the unit is not certain."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -188,7 +188,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number that `meaning` finds, or the problem: numbers disagree, or one without unit is outside `likely`."""
+    """Number in the variables that `meaning` accepts, or the problem: they disagree or are outside `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

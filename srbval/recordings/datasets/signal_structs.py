@@ -119,7 +119,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
 def _sensors(
     raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
-    """Samples by channel name, and the channel to analyse: at the tested bearing or the only one, else None."""
+    """Samples by channel name, and the name of the channel to analyse: at the tested bearing, the only one, or None."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")

@@ -126,7 +126,7 @@ def _recording(raw: RawFile) -> Reading:
 
 
 def _own_bearing(raw: RawFile) -> Bearing | None:
-    """Bearing stored with a run (name, fault orders, number of rolling elements); None if an old srbval stored none."""
+    """Bearing stored with a run (name, fault orders, number of rolling elements); None if the file is too old."""
     numbers = [raw.number(f"bearing_{name}") for name in (*ORDERS, "rolling_elements")]
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers):
@@ -140,7 +140,7 @@ def _own_bearing(raw: RawFile) -> Bearing | None:
 
 
 def status_note(status: str, reason: str) -> tuple[str, ...]:
-    """Note that a usable run ended with another status than ``ok``; empty for ``ok``."""
+    """Note with status and reason of a run that is usable although its status is not ``ok``; empty for ``ok``."""
     return () if status == "ok" else (f"the run ended {status}: {printable(reason, LONGEST_NOTE)}",)
 
 

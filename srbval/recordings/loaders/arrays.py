@@ -35,7 +35,7 @@ def load_npy(path: Path) -> RawFile:
 
 
 def load_npz(path: Path) -> RawFile:
-    """Read every array of an .npz archive by name; an array of one text becomes a text, objects are left out."""
+    """Read every array of an .npz archive by name; one text in an array becomes a text, Python objects are left out."""
     with zipfile.ZipFile(path) as archive:
         check_claim(path, sum(member.file_size for member in archive.infolist()), "its contents")
         names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]

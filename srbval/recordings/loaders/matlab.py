@@ -74,7 +74,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add the contents of MATLAB objects to `variables` and return notes; `DataError` if none is a signal then."""
+    """Add the contents of MATLAB objects to `variables`; return notes. `DataError` if there is no signal."""
     why = ""
     try:
         from matio import load_from_mat

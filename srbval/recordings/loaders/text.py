@@ -46,7 +46,7 @@ OTHER_TEXTS = {
 
 @dataclass(frozen=True, kw_only=True)
 class TableLayout:
-    """Text table split into the fields of its `rows`; `lines` are indices of the rows, `separator` None means blanks.
+    """Text table: fields of its `rows`, index in the file of each row (`lines`), and `separator` (None for blanks).
 
     `kinds` contains a letter per column: ``n`` numbers, ``t`` clock times, ``d`` dates, ``x`` other texts, ``e`` empty.
     """
@@ -150,7 +150,7 @@ def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
 
 
 def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
-    """Raise `DataError` if there are `wrong` lines (indices); the message gives their number and the first one."""
+    """Raise `DataError` if `wrong`, the indices of lines with a fault, is not empty; `what` describes the fault."""
     if wrong:
         raise DataError(f"{path}: {len(wrong)} line(s) {what}, the first is line {wrong[0] + 1}. {remedy}.")
 
@@ -229,7 +229,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Correct empty fields at row ends; `DataError` for gaps, unequal rows, numbers in comments or above the table."""
+    """Equalise empty fields at row ends; `DataError` for gaps, unequal rows, numbers in comments or above the table."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -289,7 +289,7 @@ def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str]
 
 
 def _names_of(line: str, separator: str | None, columns: int) -> list[str] | None:
-    """Split a line into names, one per column, by the table's or another separator; None if this is impossible."""
+    """Split a line into names, one for each of the `columns`, by any usual separator; None if the number differs."""
     tried = [_fields(line, separator)]
     if separator is not None and line.endswith(separator):
         tried.append([*tried[0], ""])
@@ -302,14 +302,14 @@ def _names_of(line: str, separator: str | None, columns: int) -> list[str] | Non
 
 
 def _is_statement(fields: list[str]) -> bool:
-    """True if a line contains a setting and its value instead of names."""
+    """True if the `fields` of a line are a setting and its value, such as a sampling rate, instead of column names."""
     first, rest = fields[0].rstrip(": "), [field for field in fields[1:] if field]
     is_value = len(rest) == 1 and bool(_DECIMAL_NUMBER.match(rest[0])) and not _LIKE_A_NUMBER.match(first)
     return len(fields) > 1 and (is_value or is_unit_key(first) or any(stated_rate(first, value) for value in rest[:1]))
 
 
 def _check_names(where: str, names: list[str], table: TableLayout) -> None:
-    """Raise `DataError` if a name looks like a number or occurs twice; columns of an index or texts need no name."""
+    """Raise `DataError` if a name looks like a number or occurs twice; an index and columns of text need no name."""
     needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
     if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _counts_up(names)]:
         raise DataError(
