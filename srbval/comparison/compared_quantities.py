@@ -152,7 +152,7 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
-    """Read `quantities` from an analysed signal, by name; `order`, if a model states it, replaces the line's."""
+    """Read `quantities` of an analysed signal, by name; `order`, if not None, replaces the line's measured order."""
     found = {}
     for row in (row for row in quantities if fault in row.faults):
         read = row.read(analysis, fault)
@@ -165,7 +165,7 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the model's bias by kind of quantity, scene and use, from `comparison_row` rows with both values.
+    """Compute the model's bias by kind of quantity, scene and use, from `comparison_row` rows above noise.
 
     If `used_for` is given, the uses (such as ``fit``) are combined under this name. `bias`, its 95 % half width `ci95`
     and the model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.

@@ -81,7 +81,7 @@ def run_cases(
 
 
 def with_points(scene: Scene, points: int) -> Scene:
-    """Set the contact points per circle of a scene; the circle's stiffness, damping and defect length are kept."""
+    """Set the contact points per circle of a race; stiffness, damping and defect length of the circle are kept."""
     factor = points / scene.contact.points_per_circle
     contact = dataclasses.replace(
         scene.contact,
@@ -143,7 +143,7 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, in the paper's band unless `band_hz` is given; a roller fault is searched at its true order."""
+    """Analyse a run, in the paper's band unless `band_hz` is given; a roller fault is searched at the run's order."""
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))

@@ -52,8 +52,8 @@ class Bound:
         """Least probability that the error on another scene from the same ranges is within the bound.
 
         It is n / (n + 1) for n measured scenes (split conformal prediction): each of n + 1 exchangeable errors is the
-        largest with the same probability, for any distribution (Vovk, Gammerman & Shafer 2005; Lei et al.
-        2018, J. Am. Stat. Assoc. 113, 1094).
+        largest with the same probability, for any distribution (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am.
+        Stat. Assoc. 113, 1094).
         """
         return self.scenes / (self.scenes + 1)
 

@@ -102,7 +102,7 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 def inspect_file(
     path: Path, settings: RecordingSettings | None = None, old: RegisteredRecording | None = None
 ) -> RegisteredRecording:
-    """Create the register's entry for a file; a failure determines its `status`, open questions are in its `reason`.
+    """Create the register's entry for a file; `status` states a failure, `reason` explains it or lists open questions.
 
     If the content has changed since the `old` entry, the old entry is returned with the new status. An unchanged file
     is read again only if the settings differ.
@@ -182,7 +182,7 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
 
 
 def _own_output(path: Path) -> str | None:
-    """Name the report or campaign by srbval that the file is a part of; None for any other file."""
+    """Name the report or campaign, written by srbval, to which the file belongs; None for any other file."""
     for folder in path.parents[:2]:
         for what, shown_by, mark, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():

@@ -119,7 +119,7 @@ def remove(name: str | Path) -> RegisterListing:
     if not removed:
         raise DataError(
             f"{wanted}: no registered file, folder or data set, or the name of several files; nothing was removed. "
-            f"Give a path of `srbval data list`. Files of {RECORDINGS_VARIABLE} are listed while it is set."
+            f"Give a path of `srbval data list`. Files in {RECORDINGS_VARIABLE} are listed while it is set."
         )
     update_manifest(lambda entries: {file: entry for file, entry in entries.items() if entry not in removed})
     return RegisterListing(removed)

@@ -214,7 +214,7 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
     time, fs_hz = reading.time, reading.fs_hz
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
-            raise DataError(f"{path}: {time.problem}; --fs would treat them as even. Leave it out with --resample.")
+            raise DataError(f"{path}: {time.problem}; --fs would treat them as even. Give --resample without --fs.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))
@@ -318,7 +318,7 @@ def _speed_from_user(rpm: float, tolerance_pct: float | None, reading: Reading) 
         return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
     if MOST_TOLERANCE_PCT * rpm < 100 * USER_RPM_CI95:
         raise ConfigurationError(
-            f"--rpm {rpm:g} counts as rounded to {USER_RPM_CI95:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; "
+            f"--rpm {rpm:g} is taken as accurate to {USER_RPM_CI95:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; "
             "state how far the true speed may differ with --rpm-tolerance PCT."
         )
     return stated_speed(rpm, USER_RPM_CI95), ""

@@ -53,11 +53,11 @@ VALIDATION_COLUMNS += ["used_for", "simulated_hz", "measured_hz", "simulated_dev
 def compare_pair(
     number: int, state: Fault, sides: Mapping[str, SideReading], case: ValidationCase, effects: Effects, used_for: str
 ) -> Iterator[Row]:
-    """Compare a pair: one row (see `comparison_row`) for every quantity of its state found on at least one side.
+    """Compare the sides of a pair: one row (see `comparison_row`) for each quantity found on at least one side.
 
-    In a row, `model` is the simulated and `rig` the measured side. `effects` of inputs and numerics apply to the scene
-    `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at the side's own speed, `speeds_hz` the
-    shaft speeds.
+    In a row, `model` is the simulated and `rig` the measured side. `effects` of uncertain inputs, step and mesh apply
+    to the scene `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at the side's own speed,
+    `speeds_hz` the shaft speeds.
     """
     simulated, measured = sides.get("simulated"), sides.get("measured")
     base = simulated.scene if simulated is not None else None

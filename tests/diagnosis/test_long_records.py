@@ -91,7 +91,7 @@ def test_memory_does_not_grow_with_the_record():
 def test_a_text_too_long_to_be_read_as_a_whole_is_refused_with_the_remedy(tmp_path, monkeypatch):
     monkeypatch.setattr("srbval.recordings.loaders.text.LARGEST_TEXT", 1000)
     (tmp_path / "long.csv").write_text("acc [g]\n" + "0.125\n" * 300)
-    with pytest.raises(raw.DataError, match=r"text files are read as a whole.*Export the record as \.npy"):
+    with pytest.raises(raw.DataError, match=r"reading takes 40 times.*Export it as \.npy"):
         load_recording(tmp_path / "long.csv", fs_hz=1e4, rpm=600.0)
 
 

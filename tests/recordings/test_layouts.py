@@ -43,7 +43,7 @@ EPOCHS = {"epoch_s": (10**9, 6), "epoch_ms": (10**6, 3), "epoch_us": (10**3, 0),
 TIMES = ("none", "s", "ms", "us", "ns", "iso", "iso T", "hms", "german", "american", "two columns", "counter", *EPOCHS)
 # What an example may be refused for: the commas of two kinds cannot be told apart.
 OBSTACLES = re.compile(
-    "decimal commas that cannot be told|three digits after every comma|both decimal commas and points"
+    "decimal commas that cannot be distinguished|three digits after every comma|both decimal commas and points"
     "|if commas separate columns, decimals need a point"
 )
 SHAFT_HZ = 40.0

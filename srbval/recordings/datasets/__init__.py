@@ -21,7 +21,7 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 
 
 def recognise(raw: RawFile) -> Reading:
-    """Interpret a file of srbval, else of the first data set whose description matches, else one of unknown origin."""
+    """Interpret a file: one written by srbval, else one of a known data set, else named vectors of unknown origin."""
     own = read_srbval_file(raw)
     known = (READERS[description.reader](raw, description) for description in known_datasets())
     reading = own or next((one for one in known if one is not None), None)

@@ -40,7 +40,7 @@ def load_npz(path: Path) -> RawFile:
         check_claim(path, sum(member.file_size for member in archive.infolist()), "its contents")
         names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
     if not names:
-        raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export a workbook as CSV, unpack an archive.")
+        raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export Excel workbooks as CSV, unpack others.")
     variables: dict[str, ArrayOrText] = {}
     left = []
     with np.load(path, allow_pickle=False) as arrays:

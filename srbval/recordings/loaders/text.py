@@ -128,8 +128,8 @@ def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
     """Lines of the file without surrounding blanks, and a note if the last one does not end with a line break."""
     if (size := path.stat().st_size) > LARGEST_TEXT:
         raise DataError(
-            f"{path}: a text file of {size / 1e6:.0f} MB; text files are read as a whole, in 40 times their memory, "
-            f"up to {LARGEST_TEXT / 1e6:g} MB. Export the record as .npy, .wav, HDF5, TDMS or Parquet, or in parts."
+            f"{path}: a text file of {size / 1e6:.0f} MB; the limit is {LARGEST_TEXT / 1e6:g} MB, as reading "
+            "takes 40 times the size in memory. Export it as .npy, .wav, HDF5, TDMS or Parquet, or in parts."
         )
     content = path.read_bytes()
     try:
@@ -156,7 +156,7 @@ def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
 
 
 def _find_table(path: Path, lines: list[str]) -> TableLayout:
-    """Find the table: the lines from the first to the last whose fields are of the same kinds as in mid-file."""
+    """Find the table: the lines from the first to the last whose fields are of the kinds in the file's middle."""
     filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     stated = re.fullmatch(r'"?sep=(.)"?;*', lines[filled[0]]) if filled else None
     if stated:
@@ -242,9 +242,9 @@ def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
     blank = [i for i in between if not lines[i].strip()]
     _refuse(path, blank, "blank among the samples", "Samples may be missing there: export the record again")
     hidden = [i for i in between if lines[i].startswith("#") and has_numbers_only(lines[i].lstrip("#"))]
-    _refuse(path, hidden, "of numbers after a # among the samples", "Remove it, or delete the line")
+    _refuse(path, hidden, "of numbers after a # among the samples", "Remove the #, or delete the line")
     marked = [i for i in table.lines if "#" in lines[i] and "#N/A" not in lines[i]]
-    _refuse(path, marked, "with a # after its beginning", "Cut it off")
+    _refuse(path, marked, "with a # after the first value", "Delete the # and the text after it")
     for row in table.rows:
         while len(row) > columns and not row[-1]:
             row.pop()
@@ -254,7 +254,7 @@ def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
     remedy = f"Values are missing or in the wrong columns there: export the record again{_hint(separator)}"
     _refuse(path, others, f"do not have {columns} fields as line {first + 1} has", remedy)
     above = [i for i in range(first) if has_numbers_only(lines[i]) and not _counts_up(_fields(lines[i], separator))]
-    _refuse(path, above, "of numbers above the table and unlike it", "Correct them, or put a # before them")
+    _refuse(path, above, "of numbers above the table do not fit its columns", "Correct them, or put a # before them")
 
 
 def _hint(separator: str | None) -> str:
@@ -345,7 +345,7 @@ def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table:
     points = any("." in field for column in numeric for field in column)
     what, wrong = "", list[tuple[int, str]]()
     if table.separator == "," and not found:
-        what = "has decimal commas that cannot be told from those between columns"
+        what = "has decimal commas that cannot be distinguished from commas between columns"
         wrong = [(i, f) for i, f in places if _SPLIT_DECIMAL.fullmatch(f) or (f == "-0" and not points)]
     elif found and points:
         what, wrong = "is in a table of both decimal commas and points, or with thousands separators", found
