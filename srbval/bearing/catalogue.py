@@ -2,9 +2,9 @@
 
 The page "Your own bearing" of the guide describes the file. The bearings known by name are files in `known` and rows of
 `catalogue.csv`. Its columns are the keys of the tables `[elements]` and `[orders]`, a key of `catalogue_sources.csv`
-(source) and other designations of the bearing (also). If a row has both, the dimensions are used; its orders are the
-maker's, rounded. A name may also be a printed designation (`designations`), or numbers: ``elements Z,D,DP,ANGLE`` or
-``orders BPFO,BPFI,BSF,FTF``.
+(source) and other designations of the bearing (also). If a row has dimensions and orders, the dimensions are used; the
+orders are the maker's rounded values. A name may also be a printed designation (`designations`), or numbers:
+``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
 """
 
 import dataclasses
@@ -47,8 +47,8 @@ class Ratings(Limited):
     def minimum_load_n(self, shaft_rad_s: float) -> float:
         """Compute the minimum equivalent load that prevents skidding [N] (SKF Rolling bearings, 2018).
 
-        0.003 C_0 up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above; C_0: static
-        load rating. Valid up to 2 n_r, extrapolated beyond.
+        0.003 C_0 for speeds n up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above;
+        C_0: static load rating. Valid up to 2 n_r, extrapolated beyond.
         """
         beyond = max(0.0, shaft_rad_s / self.reference_rad_s - 0.3)
         return 0.003 * self.static_load_n * (1 + 2 * math.sqrt(beyond))
@@ -75,7 +75,7 @@ class Bearing(NotebookObject):
     ratings: Ratings | None = None
 
     def overload(self, radial_n: float | None, axial_n: float | None) -> str:
-        """Warning for a load [N] above the static load rating; empty below it, or if load or rating is unknown."""
+        """Return a warning for a load [N] above the static load rating; empty otherwise, or if a value is unknown."""
         static_n = self.ratings.static_load_n if self.ratings else static_load_n(self.title)
         load_n = max(radial_n or 0.0, axial_n or 0.0)
         if static_n is None or load_n <= static_n:
@@ -211,7 +211,7 @@ def _find_bearing(text: str) -> Bearing:
 
 @cache
 def _printed_names() -> tuple[tuple[str, Designation], ...]:
-    """List pairs of known name and printed designation, from titles and from the catalogue's column "also"."""
+    """List pairs of a known bearing's name and a printed designation of it, from titles and the column "also"."""
     files = ((path.stem, read_toml(path)["title"], "") for path in (FOLDER / "known").glob("*.toml"))
     rows = ((row["name"], row["title"], row["also"] or "") for row in read_table("catalogue.csv"))
     found = (
@@ -245,7 +245,7 @@ def _nearest_known(text: str) -> str:
 
 
 def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> Bearing:
-    """Build a bearing from a bearing file's table; `where`: its path, for errors. Raises `ConfigurationError`."""
+    """Build a bearing from a file's table; `where`: the file, for error messages. Raises `ConfigurationError`."""
     file = build(_BearingFile, table, where or name)
     given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
     if len(given) != 1:
@@ -297,7 +297,7 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 
 @cache
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
-    """Read the catalogue: bearing names, and for each the table of its bearing file."""
+    """Read the catalogue as a mapping from each bearing's name to its tables, as in a bearing file."""
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
     return {row["name"]: _read_catalogue_row(row, sources) for row in read_table("catalogue.csv")}
 

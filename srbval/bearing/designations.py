@@ -1,9 +1,8 @@
 """Designations as printed on a bearing and its box, and static load ratings by designation.
 
 A designation contains the maker, the type, the size and suffixes. Suffixes for cage, seals, clearance and grease do not
-change the kinematics and are ignored. The `mark` is a suffix that does: the contact angle of angular contact ball
-bearings (``B``), the reinforced design ``E`` of cylindrical roller bearings, and ``ETN9``, more balls in a deep groove
-ball bearing.
+change the kinematics and are ignored. The suffix `mark` changes them: contact angle ``B`` of angular contact ball
+bearings, reinforced design ``E`` of cylindrical roller bearings, ``ETN9`` for more balls in a deep groove ball bearing.
 """
 
 import csv
@@ -34,7 +33,7 @@ class Designation(NamedTuple):
 
     @property
     def size(self) -> str:
-        """Code of outer dimensions and bore, e.g. 206 for 6206, NU 206 and 7206 B, which are equal in both."""
+        """Code of outer dimensions and bore, e.g. 206 for 6206, NU 206 and 7206 B, which have the same dimensions."""
         return self.number if self.kind or len(self.number) < 4 else self.number[1:]
 
     @property
@@ -53,7 +52,7 @@ class Designation(NamedTuple):
 
 
 def read_designation(text: str) -> Designation | None:
-    """Parse a printed designation in capitals or not; None for a text without a size after maker and type."""
+    """Parse a printed designation in upper or lower case; None for a text without a size after maker and type."""
     plain = SEALS_WITHOUT_HYPHEN.sub(r"\1-2", text.casefold().replace("_", " "))
     found = SIZE.search(plain)
     if found is None:

@@ -22,9 +22,9 @@ class SphericalRollerGeometry(Limited):
     The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of an inner raceway
     is an arc of the same radius about the circle of centres (`inner_centre_radial_m`, `inner_centre_axial_m`).
     `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only as a radius does it give the printed fault
-    frequencies. The paper's rollers have the raceway's profile radius. Only the slices model uses a difference:
-    `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's; the outer raceway does
-    not change, the inner arc's centre moves along the contact normal. A comparison of geometries ignores both.
+    frequencies. `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's, 1 in the
+    paper; only the slices model uses other values. They change the rollers and the inner arc, whose centre moves along
+    the contact normal, not the outer raceway. A comparison of geometries ignores both.
     """
 
     raceway_radius_m: float = quantity("length", above=0)
@@ -102,7 +102,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def zero_play_diameter_m(self) -> float:
-        """Roller diameter without play [m]: sum of its centre's distances from both races on the contact normal."""
+        """Roller diameter without play [m]: sum of the centre's distances from both races on the contact normal."""
         distance = self.roller_centre_distance_m
         centre = math.hypot(
             self.inner_centre_radial_m - self.pitch_radius_m,
@@ -111,7 +111,7 @@ class SphericalRollerGeometry(Limited):
         return (self.raceway_radius_m - distance) + (self.raceway_radius_m - centre)
 
     def outer_ring_mass_kg(self, density_kg_m3: float) -> float:
-        """Compute the mass of the outer ring: a cylinder of the outer diameter less the sphere of the raceway [kg].
+        """Compute the mass of the outer ring [kg]: a cylinder of the outer diameter minus the sphere of the raceway.
 
         V = pi int (R_o^2 - (R_x^2 - z^2)) dz over the width; the lubrication groove is ignored.
         """

@@ -153,7 +153,7 @@ class Fault(enum.StrEnum):
 
     @classmethod
     def of_line(cls, line: str) -> Fault | None:
-        """Find the fault that a line indicates; None for lines of no fault (``FTF``)."""
+        """Find the fault that a line indicates; None for a line that indicates no fault (``FTF``)."""
         return next((fault for fault in DEFECTS if fault.line == line), None)
 
     @property
@@ -162,11 +162,11 @@ class Fault(enum.StrEnum):
         return _SCENE_NONE if self is Fault.HEALTHY else self.value
 
     def line_order(self, orders: FaultOrders) -> float:
-        """Look up the line's kinematic order, per shaft revolution; raises `KeyError` for a healthy bearing."""
+        """Look up the kinematic order of the fault's line per shaft revolution; `KeyError` for a healthy bearing."""
         return {Fault.OUTER: orders.bpfo, Fault.INNER: orders.bpfi, Fault.ROLLER: 2 * orders.bsf}[self]
 
     def sideband_order(self, orders: FaultOrders) -> float:
-        """Look up the sidebands' spacing as an order: passages of the load zone per shaft revolution; 0 for none."""
+        """Look up the sidebands' spacing: passages of the load zone by the defect per shaft revolution; 0 for none."""
         return {Fault.INNER: 1.0, Fault.ROLLER: orders.ftf}.get(self, 0.0)
 
     def passing_order(self, rolling_elements: int, cage_ratio: float) -> float | None:

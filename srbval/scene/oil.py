@@ -19,9 +19,10 @@ class Oil(Limited):
     """Table `[oil]` of a scene, for the slices model only; ``scene/oil.toml`` contains the defaults and their sources.
 
     Kinematic viscosity: from the class `iso_vg` of a mineral oil (ISO 3448; 32 to 460) with viscosity index 95, or from
-    `viscosity_40_mm2_s` and `viscosity_100_mm2_s`; at `temperature_c` by ASTM D341. `roughness_m`: RMS, of both
-    surfaces together. `fill`: share of oil in the bearing's free space, for the drag on rollers with
-    `drag_coefficient`. A loss is left out if `rolling_resistance` is false, or `fill` or `pocket_friction` is 0.
+    `viscosity_40_mm2_s` and `viscosity_100_mm2_s`; at `temperature_c` by ASTM D341. `roughness_m`: combined RMS
+    roughness of roller and race. `fill`: share of oil in the bearing's free space, for the drag on rollers with
+    `drag_coefficient`. The model leaves out rolling resistance if `rolling_resistance` is false, drag if `fill` is 0,
+    and friction in the cage's pockets if `pocket_friction` is 0.
     """
 
     iso_vg: int | None = None
@@ -70,7 +71,7 @@ class Oil(Limited):
 
     @property
     def walther_slope(self) -> float:
-        """Slope B in log log (nu + 0.7) = A - B log T (ASTM D341), decimal logarithms, T in K."""
+        """Slope B in log log (nu + 0.7) = A - B log T (ASTM D341): decimal logarithms, viscosity nu [mm2/s], T [K]."""
         at_40, at_100 = (math.log10(math.log10(point + WALTHER)) for point in self.points_mm2_s)
         return (at_40 - at_100) / math.log10((100 + KELVIN) / (40 + KELVIN))
 

@@ -51,7 +51,7 @@ class Bodies(Limited):
 
 
 class RollerFit(enum.StrEnum):
-    """Rule for the roller diameter: from the radial play, or as printed in Table 1 of the paper."""
+    """Rule for the roller diameter: computed from the radial play, or as printed in Table 1 of the paper."""
 
     PLAY = "play"
     PRINTED = "printed"
@@ -62,7 +62,7 @@ class Contact(Limited):
     """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
 
     `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` affects the stiffness. `radial_play_m` is
-    the gap between the raceways at a roller, less the roller's diameter.
+    the gap between the raceways at a roller, minus the roller's diameter.
     """
 
     stiffness_n_m: float = quantity("stiffness", above=0)
@@ -85,7 +85,7 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """Law of friction: over slip speed (dry, eq. 19), over slip / rolling speed (lubricated), or of the oil film."""
+    """Friction law: over slip speed (dry, eq. 19), over slip / rolling speed (lubricated), or of an oil film."""
 
     DRY = "dry"
     LUBRICATED = "lubricated"
@@ -157,10 +157,10 @@ class Defect(Limited):
     from the middle of the load zone, on a roller about its axis from its slot's outward direction. `row` is 1 (+z) or
     2, `circle` 1 to 3; `roller` counts from 1, for a roller's defect.
 
-    The slices model uses the true shape: a `hole` is `extent_m` across, any other shape is `width_m` wide along the
-    roller (if None, the share of a circle) with ramps of `ramp_m` at both ends along the race, `axial_m` outwards from
-    the roller's middle (if None, on the circle). Models with contact on circles treat a hole as a flat defect and
-    ignore width, ramps and `axial_m`.
+    The slices model uses the true shape. A `hole` is `extent_m` across; any other shape is `width_m` wide along the
+    roller (None: the distance of the circles) and may have ramps of `ramp_m` at both ends along the race. The defect's
+    middle is `axial_m` outwards from the roller's middle (None: on the circle). Models with contact on circles treat a
+    hole as a flat defect and ignore width, ramps and `axial_m`.
     """
 
     kind: Fault
@@ -194,7 +194,7 @@ class Defect(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class _Profile(Limited):
-    """Values at two or more increasing times `time_s`, interpolated linearly."""
+    """Time profile: values at two or more increasing times `time_s`, interpolated linearly."""
 
     time_s: tuple[float, ...] = quantity("time")
 

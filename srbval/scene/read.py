@@ -86,7 +86,7 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
 
 @cache
 def bundled_table(name: str) -> Mapping[str, Any]:
-    """Read the bundled file ``NAME.toml``, with other values from its base scene, if any; do not modify the result."""
+    """Read the bundled file ``NAME.toml``; missing keys come from its base scene, if any; do not modify the result."""
     table = read_toml(Path(__file__).with_name(f"{name}.toml"))
     return merge(bundled_table(BASE_SCENES[name]), table) if name in BASE_SCENES else table
 
@@ -125,7 +125,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
 
 
 def size_of(bearing: Bearing) -> float | None:
-    """Compute the pitch diameter over the default bearing's; None for a bearing without dimensions."""
+    """Divide a bearing's pitch diameter by the default bearing's; None for a bearing without dimensions."""
     own, usual = bearing.pitch_diameter_m, load_bearing(DEFAULT_BEARING).pitch_diameter_m
     return None if own is None or usual is None else own / usual
 
@@ -205,8 +205,8 @@ class RigInput:
     def __post_init__(self) -> None:
         if not (self.low <= self.nominal <= self.high and self.low < self.high and self.points >= 2):
             raise ConfigurationError(
-                f"{self.key}: low = {self.low:g}, nominal = {self.nominal:g}, high = {self.high:g} must rise, and "
-                f"points = {self.points} be two or more."
+                f"{self.key}: low = {self.low:g}, nominal = {self.nominal:g}, high = {self.high:g} must rise in this "
+                f"order, and points = {self.points} must be 2 or more."
             )
 
     @property
@@ -225,13 +225,13 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """List uncertain inputs: ``input`` (of the scene `rig`), ``oil`` (of `rig-oil`) or ``position`` (of its hole)."""
+    """List uncertain inputs of the scene `rig` (``input``), of `rig-oil` (``oil``), or the hole's ``position``."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that set each input to its share (0 to 1) of its range; with 2 points to the nearer end."""
+    """Build scene changes for shares (0 to 1) of inputs' ranges; an input with 2 points is set to the nearer end."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):
@@ -250,5 +250,5 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
 
 
 def draw_rig_changes(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
-    """Draw ``2**power`` values of all inputs together from a Sobol sequence, each as scene changes (`changes_at`)."""
+    """Draw ``2**power`` value sets of all inputs from a Sobol sequence, each as scene changes (see `changes_at`)."""
     return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]

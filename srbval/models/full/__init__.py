@@ -1,6 +1,7 @@
-"""The full model: 38 rollers, cage and outer ring, point clouds against barrel rollers (Giraudo et al. 2025, sect. 2).
+"""Full model: 38 barrel rollers, cage and outer ring; raceways are point clouds (Giraudo et al. 2025, sect. 2).
 
-82 free coordinates, and the prescribed shaft angle. State vector, for N rollers (row 1 first, then row 2):
+82 free coordinates, and the prescribed shaft angle. A slot is a roller's place in the cage, in which it slides in and
+out. State vector for N rollers (row 1 first, then row 2):
 
 ==================  ===================================================
 ``y[0:N]``          slide of each roller along its slot [m]

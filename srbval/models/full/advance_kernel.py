@@ -20,7 +20,7 @@ from srbval.models.solvers import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 @partial(kernel_part, fastmath=False)  # the same rounding in every caller
 def time_of_step(first_step, number, step):
-    """Compute the time [s] at which step number `first_step` + `number` begins; bit-identical for every method."""
+    """Compute the start time [s] of step `first_step` + `number` of length `step`; bit-identical for all methods."""
     return (first_step + number) * step
 
 
@@ -28,8 +28,9 @@ def time_of_step(first_step, number, step):
 def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, work, out):
     """Advance the state `y` in place with a Runge-Kutta method, from step number `first_step`, and fill `out`.
 
-    `out`: one row per output interval, columns see `models.outputs`; `method`: `Coefficients`; `work`: `WorkingSpace`.
-    Powers are averaged with the weights of the stages, so that the energy balance closes to the order of the method.
+    `out`: one row for every `steps_per_output` steps, columns see `models.outputs`; `method`: `Coefficients`; `work`:
+    `WorkingSpace`. Powers are averaged with the weights of the stages, so that the energy balance closes to the order
+    of the method.
     """
     interval = step * steps_per_output
     for i in range(out.shape[0]):
@@ -69,7 +70,7 @@ ADVANCE = {RUNGE_KUTTA: advance_runge_kutta, ROSENBROCK: advance_rosenbrock, LEA
 
 @inlined
 def begin_interval(y, model, mean, out, i):
-    """Clear the running mean, and write the energies at the start of output interval `i` into row `i` of `out`.
+    """Clear `mean`, the sums of an output interval, and write the energies at its start into row `i` of `out`.
 
     Returns the ring velocity x, y, z, the cage angle, and a second cage's angle relative to the first, 0 with one cage.
     """
@@ -88,7 +89,10 @@ def begin_interval(y, model, mean, out, i):
 
 @inlined
 def end_interval(y, start, interval, steps_per_output, mean, out, i):
-    """Write the means over output interval `i` and displacements at its end to `out`; `start`: of `begin_interval`."""
+    """Write means over an output interval of length `interval` [s] and displacements at its end to row `i` of `out`.
+
+    `start`: result of `begin_interval`; `mean`: sums of the totals over the interval's `steps_per_output` steps.
+    """
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)
     v0, v1, v2, turned, relative = start

@@ -155,7 +155,7 @@ class StateIndices(NamedTuple):
 
 
 def indices_of(rollers: int, half: int) -> StateIndices:
-    """Compute the `StateIndices` for `rollers` rollers (both rows together) and `half` coordinates."""
+    """Compute the `StateIndices`; `rollers`: number in both rows together, `half`: number of coordinates."""
     cage = 2 * rollers
     return StateIndices(
         0, rollers, cage, cage + 3, cage + 6, half, half + rollers, half + cage, half + cage + 3, half + cage + 6

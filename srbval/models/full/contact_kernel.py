@@ -144,7 +144,7 @@ def place_of_point(radial, tangential, axial, space, j):
 
 @inlined
 def approach_and_slip(place, normal, space, j):
-    """Compute the race's velocity relative to the roller in column `j` at a place [m/s]: normal, then slip x, y, z."""
+    """Compute the race's velocity relative to the roller in column `j` at `place` [m/s]: normal part, slip x, y, z."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
@@ -157,7 +157,7 @@ def approach_and_slip(place, normal, space, j):
 
 @inlined
 def add_contact(place, normal, pressure, friction, space, j):
-    """Add a normal force (`pressure`) and `friction` [N] at a place to force and torque on the roller in column `j`."""
+    """Add normal force `pressure` and `friction` [N] at `place` to force and torque on the roller in column `j`."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     g_x, g_y, g_z = friction
@@ -194,7 +194,7 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
     approaching point are therefore averaged at constant speed over ``law.onset_s``, but over at most `LONGEST_ONSET_M`.
     The average replaces the smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact
     when the damper's pull equals the spring's push, without a jump. The elastic force is not averaged: additional work
-    of the averaged spring counts as lost. `u_n`: speed of separation; `share` of stiffness and damping.
+    of the averaged spring counts as lost. `u_n`: speed of separation; `share` of a whole point's stiffness and damping.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -238,7 +238,7 @@ def point_friction(law, normal, q_x, q_y, q_z):
 
 @inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Compute the friction of a continuous contact (patch) from three parts of equal load, see `part_friction`."""
+    """Compute the friction of a continuous contact (patch) as three parts of equal load; see `part_friction`."""
     reach = e_x * e_x + e_y * e_y + e_z * e_z
     third = normal * (1.0 / 3.0)
     drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)

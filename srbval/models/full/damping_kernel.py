@@ -137,7 +137,7 @@ def factor(weight, model, totals, factors):
 
 @kernel_part
 def factor_relative(second, own, factors):
-    """Eliminate cage and ring from the equation of a second cage's relative speed; `own`: diagonal entry there."""
+    """Eliminate cage and ring from the equation of a second cage's relative speed; `own`: its diagonal entry."""
     if second is None:
         return
     b = col.RELATIVE_BORDER
@@ -153,7 +153,10 @@ def factor_relative(second, own, factors):
 
 @kernel_part
 def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
-    """Compute a second cage's relative acceleration; returns it, then `g0` to `g5` (first cage, ring) corrected."""
+    """Compute a second cage's relative acceleration; returns it, then `g0` to `g5` (first cage, ring) corrected.
+
+    `load`: right-hand side of the equation of the relative speed.
+    """
     if second is None:
         return 0.0, g0, g1, g2, g3, g4, g5
     b, f = col.RELATIVE_BORDER, col.RELATIVE_FOLLOWED

@@ -8,7 +8,7 @@ Schur complement of the slides, and its line search uses only the gradient. Forc
 every effect in the model is balanced.
 
 A run is settled from its first sample (`test_a_run_is_settled_from_its_first_sample`): RMS acceleration while the first
-roller passes is 0.95 to 1.01 times the later RMS. To settle, a run needs two roller passages, 0.02 s at 710 rpm.
+roller passes is 0.95 to 1.01 times the later RMS. Settling for two roller passages, 0.02 s at 710 rpm, is enough.
 
 The cage's tilt is not balanced: with the paper's roller diameter it grows to 20 microradians in 0.1 s, without effect
 on the ring. If the rollers alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need
@@ -74,7 +74,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     if left_n > allowed:
         raise ConfigurationError(
             f"no static balance: the rollers do not carry {left_n:.4g} N of the load; the limit is {allowed:.4g} N. "
-            "They meet the races too late or too far from their middle: reduce the play or the load."
+            "The play is too large, or the rollers touch the races too far from their middle: reduce play or load."
         )
     y = statics.y.copy()
     y[statics.layout.slide], y[statics.layout.ring] = slide, ring
@@ -144,7 +144,10 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten the ring's `step` until the force along it reverses by at most `OVERSHOOT`; returns the new balance."""
+    """Shorten the ring's `step` until the force along it reverses by at most `OVERSHOOT`.
+
+    Returns ring position and balanced slides [m], and the force on the ring [N].
+    """
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
         trial = ring + share * step

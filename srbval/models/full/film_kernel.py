@@ -64,10 +64,11 @@ def law_in_film(law, slices, cage, shaft):
 
 @kernel_part
 def film_at_speed(law, slices, film, cage, shaft):
-    """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s]; unchanged if `film` is None.
+    """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s].
 
     Eyring's slip speed replaces the critical velocity, the film's share of the load, 1 - s, the static coefficient, and
-    the friction of the asperities, s mu_b, the dynamic coefficient. Unchanged, too, if the critical ratio is 0.
+    the friction of the asperities, s mu_b, the dynamic coefficient. The law is unchanged if `film` is None or the
+    critical slide-to-roll ratio of `slices` is 0.
     """
     if film is None:
         return law

@@ -25,13 +25,14 @@ FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's single columns are s
 def evaluate_contacts(
     law, rotation, model, groups, single, first_circle, end_circle, damping, patch, slices, first_time
 ):
-    """Add the forces of the race's circles of points `first_circle` to `end_circle` - 1 to the workspace's columns.
+    """Add the contact forces of the circles of race points `first_circle` to `end_circle` - 1 to the workspace.
 
-    A column is the contact of one roller with one race. With a `patch`, each circle makes one continuous contact,
-    except in single columns (near a defect, or of a damaged roller); with `slices`, a circle means a third of the
-    contact. Damaged rollers have their own points, which depend on their `rotation` in their slots [rad]. If
-    `first_time` is `FIRST_TIME`, these points, or the openings (defects) under slices, are found first, and the
-    defects' flanks push along the race.
+    A column of the workspace is the contact of one roller with one race; `groups` and `single`: numbers of lane groups
+    and of single columns (near a defect, or of a damaged roller), see `plan_contacts`. With a `patch`, each circle
+    makes one continuous contact, except in single columns; with `slices`, a circle means a third of the contact.
+    Damaged rollers have their own points, which depend on their `rotation` in their slots [rad]. If `first_time` is
+    `FIRST_TIME`, these points, or the openings (defects) under slices, are found first, and the defects' flanks push
+    along the race.
     """
     points = model.races.points
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)

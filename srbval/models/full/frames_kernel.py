@@ -73,7 +73,7 @@ def slot_axes(axes, c, s, along, across):
 
 
 class RaceLimits(NamedTuple):
-    """Limits of `parameters.RaceSearch` as inverse lengths [1/m], and the sense of rolling on the race (1 or -1)."""
+    """Limits of `RaceSearch` for finding race points, as inverse lengths [1/m]; sense of rolling (1 or -1)."""
 
     per_spacing: float
     per_clearance: float
@@ -85,8 +85,8 @@ class RaceLimits(NamedTuple):
 class SearchConstants(NamedTuple):
     """Constants for finding the race points near a roller.
 
-    `points` of a circle; `most`: most candidates of a circle; `lead_s`, `most_lead`: time and largest distance before
-    contact at which a point begins to act [s, m].
+    `points`: number of points on a circle; `most`: largest number of them that one roller may touch; `lead_s`,
+    `most_lead`: time and largest distance before contact at which a point begins to act [s, m].
     """
 
     points: float
@@ -147,7 +147,7 @@ def face_defects(defects, radius, rotation, space):
 
 @kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
-    """Compute slot axes, race motion and number of race points in reach of all rollers; `count`: points of a circle."""
+    """Compute slot axes, race motion and number of race points in reach of all rollers; `count`: points on a circle."""
     space = model.scratch.space
     turn = y[at.cage + 2]
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
@@ -253,8 +253,8 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
     """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
 
     `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: additional depth
-    within the averaging time of an onset [m]; `aside`: largest distance of the roller from its meridian [m]; `angle` of
-    the roller from the race's first point [rad]; `here`: True if the slot contains a roller; `column` of the workspace.
+    within the averaging time of an onset [m]; `aside`: largest distance of roller and slot meridian [m]; `angle` of the
+    roller from the race's first point [rad]; `here`: True if the slot contains a roller; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
@@ -281,9 +281,10 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: in units of the clearance of a point one spacing aside, with all margins; `depth_ahead`: the same for
-    points ahead, which act before they touch; `aside`: largest distance of the roller from its meridian, and `position`
-    in the direction of rolling, both in spacings. A `patch`, or slices (None), count as one point.
+    `depth`: penetration with all margins, over the gap at a point one spacing aside of a touching roller;
+    `depth_ahead`: the same for points ahead, which act before they touch; `aside`: largest distance of the roller from
+    its slot's meridian, and `position` in the direction of rolling, both in spacings of points. A `patch`, or slices
+    (None), count as one point.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -304,7 +305,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 
 @kernel_part
 def candidate_code(candidates):
-    """Encode a number of points: the sum of many codes counts the contacts with at least one, two and three points."""
+    """Encode a contact's number of points; a sum of codes counts the contacts with at least 1, 2 and 3 points."""
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
         + (NEEDS_TWO if candidates > 1.0 else 0.0)

@@ -203,7 +203,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
 @kernel_part
 def couples_on_cages(law, row, model, slots, relative, on_cages):
-    """Add the rollers' couples [N m] in a `row` of the workspace to the torques on the cages; no effect without `law`.
+    """Add the rollers' couples [N m], a `row` of the workspace, to the torques on the cages; no effect without `law`.
 
     The couples act about the rollers' axes. `relative`: torque on a second cage's relative angle; `on_cages`: x, y, z.
     """

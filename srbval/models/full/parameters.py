@@ -218,8 +218,8 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
     if not 0.9 < diameter / geometry.zero_play_diameter_m < 1.01:
         raise ConfigurationError(
-            f"radial_play_m = {scene.contact.radial_play_m} leaves a roller of {diameter:.6g} m in a gap of "
-            f"{geometry.zero_play_diameter_m:.6g} m; the roller must have 90 % to 101 % of the gap."
+            f"radial_play_m = {scene.contact.radial_play_m} leaves a roller diameter of {diameter:.6g} m in a gap of "
+            f"{geometry.zero_play_diameter_m:.6g} m; the diameter must be 90 % to 101 % of the gap: change the play."
         )
     return diameter
 
@@ -264,7 +264,10 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 
 
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
-    """Find the stretch of a race with all points near defects, whose window is at least `plain`: middle, half width."""
+    """Find the stretch of a race with all points near defects: its middle and half width, counted in points.
+
+    `window_of`: number of each point's window, at least `plain` for points near defects.
+    """
     count = window_of.shape[1]
     points = np.flatnonzero((window_of >= plain).any(axis=0))
     if len(points) == 0:
@@ -309,7 +312,7 @@ def _drive(scene: Scene) -> Drive:
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Convert the rollers' defects to an array for the kernels, one per line, shape [D, col.DEFECT_COLUMNS]."""
+    """Convert the rollers' defects to an array for the kernels, one row per defect, shape [D, col.DEFECT_COLUMNS]."""
     rows, count = [], geometry.rollers_per_row
     for d in scene.defects:
         if d.kind is Fault.ROLLER:

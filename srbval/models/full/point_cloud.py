@@ -58,7 +58,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """Place `count` even points on a circle (the paper's eq. 16), displaced by defects at angles after `zone_rad`."""
+    """Place `count` even points on a circle (eq. 16), displaced by `defects` whose angles begin at `zone_rad`."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -75,7 +75,7 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
 
 
 def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
-    """Compute a defect's height relative to its full height, at `across` extents from its middle; 0 outside."""
+    """Compute a defect's height over its full height; `across`: distance from its middle over its extent; 0 outside."""
     inside = np.abs(across) <= 0.5
     return np.where(inside, 0.5 + 0.5 * np.cos(2 * np.pi * across) if shape is DefectShape.COSINE else 1.0, 0.0)
 
@@ -91,7 +91,7 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
     near = np.abs(wrapped(points.angle - middle)) <= extent_rad / 2 + spacing
     if np.count_nonzero(near) * times + len(near) > MOST_POINTS:
         raise ConfigurationError(
-            f"defects with a refinement of {times} leave more than {MOST_POINTS} points in a circle; refine less."
+            f"defects with a refinement of {times} need more than {MOST_POINTS} points on a circle; refine less."
         )
     offsets = (np.arange(times) - (times - 1) / 2) * spacing / times
     repeated = (np.repeat(column[near], times) for column in (points.lift, points.share / times, points.cell))
@@ -143,8 +143,8 @@ def candidate_windows(
     needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
     if needed > MAX_CANDIDATE_BYTES or 2 * half >= count:
         raise ConfigurationError(
-            f"{count} points per circle: {2 * half + 1} are within a roller's reach, {finest:.4g} times as many in "
-            f"defects: {needed / 1e6:.4g} MB of candidates; the limits are half a circle and "
+            f"{count} points per circle: a roller reaches {2 * half + 1} of them, and {finest:.4g} times as many in "
+            f"defects, which need {needed / 1e6:.4g} MB of memory; the limits are all points of a circle and "
             f"{MAX_CANDIDATE_BYTES / 1e6:g} MB. Use fewer points, smaller defects or larger rollers."
         )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]

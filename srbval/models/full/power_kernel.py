@@ -48,11 +48,11 @@ def shaft_row(model, factors):
 
 @kernel_part
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
-    """Correct torque and powers in `totals` for the change x of the speeds by an implicit step; see `power_kernel`.
+    """Correct torque and powers in `totals` for the change x of the speeds v by an implicit step; see `power_kernel`.
 
-    `speeds`: v; `beyond`: x; `braked`: a - k, all of the state's shape. `shaft`: speed [rad/s]; `inertia`: totals from
-    which `factors` were computed. The power of friction keeps its value at v; the other changed losses, except the
-    housing's, are counted as contact damping.
+    `speeds`: v; `beyond`: x; `braked`: accelerations a - k that friction and damping take away; all in the shape of the
+    state. `shaft`: speed [rad/s]; `inertia`: totals from which `factors` were computed. The power of friction keeps its
+    value at v; the other changed losses, except the housing's, are counted as contact damping.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, speeds.shape[0] // 2)

@@ -1,6 +1,6 @@
 """Kernels: find the points of a race that each roller may touch.
 
-Candidates follow from the roller's angle, without a search among points. A column is the contact of one roller with one
+The points follow from the roller's angle, without a search among all. A column is the contact of one roller with one
 race; a lane group is `LANES` columns that are computed together, with one window of race points. Its window has enough
 points (`frames_kernel.candidate_count`) for most of its columns. Columns that need more, or that alone of their group
 need any, are copied to common groups ("compacted"). Columns with their own points, near a defect of a race or of a
@@ -82,7 +82,7 @@ def plan_copy(plan, row, column, points):
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Enter in `plan` groups of a race's contacts that are to be copied; a group gets the points its neediest needs."""
+    """Enter in `plan` the groups of a race's copied contacts, each with the most points that one of them needs."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -101,7 +101,7 @@ def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
 
 @kernel_part
 def code_of_group(begin, space):
-    """Sum the codes of `LANES` contacts from column `begin` on: counts of needed points, see `candidate_code`."""
+    """Sum the codes (`candidate_code`) of the numbers of points that `LANES` contacts from column `begin` on need."""
     code = 0.0
     for lane in range(np.uint64(col.LANES)):
         code += space[col.CANDIDATE_CODE + begin + lane]
@@ -110,7 +110,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Enter in `plan` the contacts of a lane group that need race points of their own; returns their new number."""
+    """Enter in `plan` a lane group's contacts that need their own points; returns `single` plus their number."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -177,7 +177,11 @@ def deepest_of(slots, space):
 
 @kernel_part
 def angle_to_window(position, shift, spacing):
-    """Compute cosine and sine of the angle from a roller to the middle of its window of points; exact up to 0.1 rad."""
+    """Compute cosine and sine of the angle from a roller to the middle of its window of points; exact up to 0.1 rad.
+
+    `position` of the roller in numbers of points; `shift`: 0.5 for a window about the nearest point, 0 for a window
+    about the point before the roller; `spacing` of the points [rad].
+    """
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
     cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40320.0))))
@@ -187,7 +191,7 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Turn the race axes of a contact's column, or of its copy, to the middle of its window of race points."""
+    """Turn the race axes of contact column `original` to the middle of its window of points, into column `copy`."""
     m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
     n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
@@ -222,7 +226,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a contact (not the rows A and B of its column), clear the copy's sums, move the original out of reach."""
+    """Copy a contact without its race axes, clear the copy's sums, and move the original out of the race's reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]

@@ -56,7 +56,7 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Compute the torques on the cages' relative angle and on both cages [N m], less its rate's gyroscopic terms.
+    """Compute torques on the second cage's relative angle and both cages [N m], minus the rate's gyroscopic terms.
 
     Also fills the relative rate's inertia in `totals`. `torque_on_cages` and the cages' `axis`: x, y, z, world axes.
     """
@@ -139,9 +139,9 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 @kernel_part
 def relative_border(second, weight, model, totals, factors):
-    """Compute a second cage's row of the matrix M / `weight` + D (masses, damping) of an implicit step, in `factors`.
+    """Compute the row of a second cage's relative rate in the matrix M / `weight` + D, in `factors`, see `factor`.
 
-    Returns its diagonal entry. Row 2's rollers turn about their own axes at `tilt_cosine` times the relative rate.
+    Returns the diagonal entry. Row 2's rollers turn about their own axes at `tilt_cosine` times the relative rate.
     """
     if second is None:
         return 0.0
@@ -215,7 +215,7 @@ def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
 
 @kernel_part
 def relative_energy(second, turned, along):
-    """Compute twice the energy added by a second cage's relative rate [J]; `along`: rate about their axis [rad/s]."""
+    """Compute twice the energy added by a second cage's relative rate [J]; `along`: axial speed of cage 1 [rad/s]."""
     if second is None:
         return 0.0
     return second.axial * turned[3] * (2.0 * along + turned[3])

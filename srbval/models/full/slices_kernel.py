@@ -122,7 +122,7 @@ def slice_spring(stiffness, depth, spread, bend, least):
 def friction_of_slice(law, slip, more):
     """Compute the friction coefficient over slip [s/m], averaged from `slip` - `more` to `slip` + `more`; both above 0.
 
-    The paper's eq. (19) is a ramp to the static coefficient, less a ramp half as wide by which it falls to the dynamic
+    The paper's eq. (19) is a ramp to the static coefficient, minus a ramp half as wide by which it falls to the dynamic
     coefficient; the average is the difference of the integral over the range.
     """
     critical = law.critical_velocity
@@ -138,7 +138,7 @@ def friction_of_slice(law, slip, more):
 
 @kernel_part
 def law_at_speed(law, slices, cage, shaft):
-    """Set the critical velocity of lubricated traction at these speeds [rad/s]; no change without `slices`.
+    """Set the critical velocity of lubricated traction from cage and shaft speed [rad/s]; no change without `slices`.
 
     The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed u, to its limit at the
     critical ratio. u is the speed of the contacts over the roller's surface, the mean of both races; both rows of

@@ -145,7 +145,7 @@ def leapfrog_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a leapfrog `method`; add forces and powers to `work.mean`.
 
     `ahead` of `work`: predicted change of the velocities, at which forces are linearised; it is updated for the next
-    step. With x the velocities less the predicted velocities, a their accelerations and J the damping, the equation is
+    step. With x the velocities minus the predicted velocities, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles move in the middle of the step, with the mean of both velocities;
     if no roller is damaged or wavy, no force depends on these angles, and the predicted velocities suffice. The mean
     force of the step acts at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead for two solutions k1 and k2 of the linear

@@ -4,8 +4,8 @@
 direction. A roller slides in its slot of the cage until both races press equally. Spherical rollers touch a race on
 three circles. If a circle's normal leans by b from the slot and by a from the radial direction, the penetration is
 approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the inner race; e_o and e_i are the
-roller's radius less the gap to the race. Forces follow `line.Patch`. They are tabulated once per run over the approach;
-the force that a defect adds, over approach and position of the defect.
+roller's radius minus the gap to the race. Forces follow `line.Patch`. They are tabulated once per run, over the
+approach; the force that a defect adds, over approach and position of the defect.
 
 Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
 model hierarchy" of the theory, section "planar". The contact angle is constant.
@@ -48,7 +48,7 @@ POSITIONS = 64  # tabulated positions of a defect, from under the roller to the 
 
 
 class DefectHeight(NamedTuple):
-    """Defect `part` on a `circle` (0 to 2) of a race (0 outer, 1 inner), `middle_m` from the roller along the race."""
+    """Heights `part` of a defect on a `circle` (0 to 2) of a race (0 outer, 1 inner), `middle_m` from the roller."""
 
     race: int
     circle: int
@@ -58,13 +58,16 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius less gap at rest."""
+    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius minus gap to each race."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Returns the defect as a function of its distance from the roller, its reach and the race radius [m]."""
+        """Returns a defect as a function of its distance from the roller, its reach and the race radius [m].
+
+        Reach: largest distance at which the defect is felt; `deepest_m`: largest approach.
+        """
         circle = defect.circle - 1
         patch = self.patches[race][circle]
         part = raised_piece(defect, patch.spacing_m)
@@ -76,7 +79,7 @@ class Slot:
         """Balance the roller between both races at each `approach_m`, any shape, by bisection of its slide.
 
         Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
-        [m] as one array, [3, ...]. `raised`: a defect.
+        [m] as one array, [3, ...]. `raised`: a defect under the roller, None for undamaged races.
         """
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         slide = bisect_range(
@@ -141,7 +144,7 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 
 @dataclass(frozen=True)
 class Race:
-    """Contact of an element with one race, in strips: force per length = `stiffness` * penetration^`exponent`.
+    """Contact of a ball or roller with one race, in strips: force per length = `stiffness` * penetration^`exponent`.
 
     A ball's penetration is smaller by `fall_1_m` x^2 / 2 at x across the race; a roller's is constant over its
     `length_m`. `along_1_m`: curvature of the gap along the race; `radius_m`: of the race.
@@ -168,7 +171,7 @@ class Race:
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
     def added_n(self, depth_m: FloatArray, opening: Opening) -> FloatArray:
-        """Compute the force that a defect adds, negative for a pit; shapes of penetration and position broadcast."""
+        """Compute the force that a defect adds, negative for a pit; arrays of penetration and position broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, opening.middle_m.shape))
         for x, half in zip(opening.across_m, opening.half_m, strict=True):
             level = depth_m - self.fall_1_m * x**2 / 2
@@ -180,7 +183,7 @@ class Race:
 class Opening(NamedTuple):
     """Pit or bump of a race (0 outer, 1 inner): strips of half length `half_m` at `across_m`, each `strip_m` wide.
 
-    `middle_m`: distance of the defect's middle from the element along the race, any shape.
+    `middle_m`: distance of the defect's middle from the ball or roller along the race, any shape.
     """
 
     race: int
@@ -191,7 +194,7 @@ class Opening(NamedTuple):
     middle_m: FloatArray
 
     def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """Compute how much the defect raises the race's surface under the element [m]."""
+        """Compute how much a strip of half length `half_m` raises the race; `along_1_m`: curvature of the gap [m]."""
         if self.height_m > 0:
             beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
             return np.maximum(0.0, self.height_m - along_1_m * beside**2 / 2)
@@ -201,7 +204,7 @@ class Opening(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSlot:
-    """Rolling element between two races, outer first; `cosine` of the contact angle; `damping_s`: see `LineContact`."""
+    """Ball or roller between two races, outer first; `cosine` of the contact angle; `damping_s`: see `LineContact`."""
 
     races: tuple[Race, Race]
     cosine: float
@@ -210,7 +213,7 @@ class ElementSlot:
 
     @property
     def excess_m(self) -> tuple[float, float]:
-        """Element radius less the gap to each race at rest, outer first."""
+        """Element radius minus the gap to each race with the rings concentric, outer first."""
         return (-self.play_m / 2, -self.play_m / 2)
 
     def press(self, approach_m: FloatArray, raised: Opening | None = None) -> FloatArray:
@@ -244,7 +247,7 @@ class ElementSlot:
         return raised, float(half.max()) + bump, self.races[race].radius_m
 
     def deepest_m(self, load_n: float) -> float:
-        """Find an approach [m] at which one element carries at least `load_n`, in steps of 20 % from the play."""
+        """Find an approach [m] at which one element carries at least `load_n`, from the play on in steps of 20 %."""
         approach = LEAST_DEPTH_M + max(0.0, self.play_m)
         while self.press(np.array([approach]))[0, 0] < load_n:
             approach *= 1.2
@@ -252,10 +255,10 @@ class ElementSlot:
 
 
 def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Divide a defect within the widest contact into strips: places across the race, half lengths, width of a strip."""
+    """Divide a defect into strips, to the edge of the widest contact: places across the race, half lengths, width."""
     if defect.extent_m is None:
         raise ConfigurationError(
-            f"a defect of {defect.points} points: the races of this bearing have no points; give the defect an "
+            f"a defect of {defect.points} points: the model of this bearing has no race points; give the defect an "
             "extent, for example extent = '0.5 mm'."
         )
     if defect.shape is DefectShape.COSINE:
@@ -272,7 +275,7 @@ def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
     """Build the contacts of a ball or cylindrical roller of the scene with both races.
 
     Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): of the gap along the outer race 2 / (d (1 +
-    gamma)), along the inner 2 / (d (1 - gamma)), gamma = d cos(alpha) / D; across 2 / d less the groove's curvature.
+    gamma)), along the inner 2 / (d (1 - gamma)), gamma = d cos(alpha) / D; across 2 / d minus the groove's curvature.
     """
     d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
     races = []

@@ -46,9 +46,10 @@ RING_BALANCE_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """Planar ring of a scene; `kernel`: parameters of the compiled integration, `plain`: table of an undamaged roller.
+    """Planar ring model of a scene; `kernel`: parameters of the integration, `plain`: table of an undamaged roller.
 
-    `defect_of`: index in `scene.defects` of each row of `kernel.defects`. `own_step`: True if the step is computed.
+    `defect_of`: index in `scene.defects` of each row of `kernel.defects`. `own_step`: True if the longest step is
+    computed from the model, False if it is `LONGEST_STEP_S`.
     """
 
     scene: Scene
@@ -59,7 +60,7 @@ class PlanarRing:
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
-        """Compute the speed at which a contact passes the defect in the row `table` of `kernel.defects`."""
+        """Compute at each `time_s` the speed at which a contact passes a defect, row `table` of `kernel.defects`."""
         step = 1e-4
         kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
         after, before = time_s + step, time_s - step
@@ -165,7 +166,7 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
-    """Compute the longest time step: 0.2 rad of the ring's highest mode, and a 40th of the shortest defect passage."""
+    """Compute the longest time step: 0.2 rad of the ring's highest mode, at most 1/40 of any defect passage."""
     if not ring.own_step:
         return LONGEST_STEP_S
     softest = np.finfo(float).tiny

@@ -56,8 +56,8 @@ class Motion(NamedTuple):
 def push_ring(y, cage, shaft, spun, ring):
     """Compute the force of all rollers on the ring, x and y [N], and the deepest penetration [m].
 
-    `y`: state of the ring; `cage`, `shaft`, `spun`: one value each of `Motion`. All rows have the same angles and
-    forces, but a defect acts in one row only.
+    `y`: state of the ring; `cage`, `shaft`, `spun`: one value each of `Motion`. All rows of rollers have the same
+    angles and forces, except that a defect acts in one row only.
     """
     plain, defects, bumps = ring.plain, ring.defects, ring.bumps
     force_x, force_y, deepest = 0.0, 0.0, -1.0
