@@ -44,7 +44,7 @@ class Designation(NamedTuple):
 
     @property
     def alike(self) -> tuple[tuple[str, str, str], ...]:
-        """Type, number and mark of bearings with the same orders, this one first: an NUP has the rollers of an NU."""
+        """Type, number and mark of bearings with the same orders, this one first; NU and NUP are alike."""
         if self.kind not in CYLINDRICAL:
             return (self[1:],)
         kinds, marks = dict.fromkeys((self.kind, *CYLINDRICAL)), dict.fromkeys((self.mark, "e"))

@@ -178,7 +178,7 @@ def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Set the extent of a roller's defect to the diameter of the rig's drill, unless the defect states one."""
+    """Set the extent of a roller's defect to that of the rig's drilled holes, unless the defect states an extent."""
     without = defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect)
     return {**defect, "extent": DRILL} if without else defect
 

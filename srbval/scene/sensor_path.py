@@ -70,7 +70,7 @@ class SensorPath(Limited):
         return np.where(inside, gains, 1.0)
 
     def drawn(self, random: np.random.Generator) -> "SensorPath":
-        """Copy the path with gains drawn at random from their uncertainty, `u_db` and `cross_u_db`."""
+        """Copy the sensor path with gains drawn at random from their uncertainty, `u_db` and `cross_u_db`."""
         off = 10 ** (np.array(self.u_db or (0.0,) * len(self.load)) * random.standard_normal(len(self.load)) / 20)
         ratio = 10 ** (self.cross_u_db * random.standard_normal() / 20)
         load, cross = np.array([self.load, self.cross]) * off

@@ -208,7 +208,7 @@ def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatAr
 
 
 def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Find the zero of each component of the falling function `f` by bisection between `low` and `high`.
+    """Find the zero of each component of the decreasing function `f` by bisection between `low` and `high`.
 
     A component without a zero gets the median of the others' zeros, or the middle of the range if none has a zero.
     """

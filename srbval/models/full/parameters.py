@@ -212,7 +212,7 @@ def state_layout(model: Parameters) -> StateLayout:
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
-    """Compute the scene's roller diameter [m]: gap between the races less radial play, or the paper's (Table 1)."""
+    """Compute the scene's roller diameter [m]: gap between the races minus radial play, or the paper's (Table 1)."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m

@@ -31,13 +31,13 @@ class Circle(NamedTuple):
 
 
 def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute the circle of the outer raceway at p times the tilt angle, the paper's eq. (17), on a sphere."""
+    """Compute a circle of points of the outer raceway, a sphere, at p times the tilt angle (the paper's eq. 17)."""
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(radius * c, radius * s, -c, -s)
 
 
 def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute the circle of the inner raceway at p times the tilt angle alpha, the paper's eq. (17), corrected.
+    """Compute a circle of points of the inner raceway at p times the tilt angle alpha (the paper's eq. 17, corrected).
 
     The radius is C_x **minus** R_x cos(p alpha); with the printed plus, the inner raceway would be outside the outer.
     """

@@ -239,7 +239,7 @@ def copy_column(original, copy, space, damping):
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
     """Copy the compacted and single contacts (see `plan_contacts`), and turn each copy to its window of race points.
 
-    `spacing`: of compacted ones, see `spacing_of_windows`; single contacts have `count` points per circle, or `slices`.
+    `spacing` for compacted ones: see `spacing_of_windows`; single ones have `count` points per circle, or `slices`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):

@@ -90,7 +90,7 @@ def ninth_root(x, inverse):
 def slice_spring(stiffness, depth, spread, bend, least):
     """Compute a slice's force [N], stiffness [N/m], twice its energy [J], touching share, and offset of its load.
 
-    `stiffness`: k w [N/m^(10/9)]; `depth`: mean penetration; `spread`: its difference between the ends; `bend`:
+    `stiffness`: k w [N/m^(10/9)]; `depth`: mean penetration; `spread`: difference of it between the ends; `bend`:
     curvature of the gap along the roller times w^2; `least`: smallest spread, above 0; all lengths in m. The offset is
     the distance of the load's middle from the slice's middle towards the deeper end, over the slice's width w.
 

@@ -50,8 +50,9 @@ def tilt_rollers(free, model, slots):
 
 @inlined
 def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
-    """Transform a column's velocities to the roller's frame: V at its shifted centre, the spin about its own axis.
+    """Transform a column's velocities to the tilted roller's frame, with its centre displaced by `shift` [m].
 
+    `c`, `s`: cosine and sine of the tilt; `w_x`, `w_z`: of the cage, `spin`: of the roller about its axis [rad/s].
     A rocking cage neither turns a free roller about the tangent nor moves a shifted roller along its slot.
     """
     v_x, v_z = space[col.V_X + j], space[col.V_Z + j]

@@ -255,7 +255,7 @@ class ElementSlot:
 
 
 def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Divide a defect into strips, to the edge of the widest contact: places across the race, half lengths, width."""
+    """Divide a defect into strips, to the edge of the widest contact: places across, half lengths, width of one."""
     if defect.extent_m is None:
         raise ConfigurationError(
             f"a defect of {defect.points} points: the model of this bearing has no race points; give the defect an "
@@ -309,7 +309,7 @@ def max_element_load_n(scene: Scene, elements: RollingElements) -> float:
 class Ellipse(NamedTuple):
     """Contact ellipse under 1 N: approach of the bodies [m], half axes across and along the race [m].
 
-    The approach grows with the load to the 2/3, the axes with its cube root.
+    The approach is proportional to the load^(2/3), the axes to the load^(1/3).
     """
 
     approach_m: float
@@ -368,7 +368,7 @@ class ForceTable:
 
 
 def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
-    """Tabulate an undamaged contact up to the approach `deepest_m`; `highest_m`: total height of all defects."""
+    """Tabulate forces of an undamaged contact up to the approach `deepest_m`; `highest_m`: height of all defects."""
     scale = deepest_m / MAX_APPROACH_M
     start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
     values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
