@@ -1,4 +1,4 @@
-"""Command ``srbval identify``: transfer path from outer ring to sensor, identified from records of a known fault."""
+"""Command ``srbval identify``: identify the transfer path of vibration from outer ring to sensor, from a known fault."""
 
 import argparse
 import dataclasses

@@ -31,7 +31,7 @@ OPTION_GROUPS = {"speed_accuracy": ["study", "outside_model", "bench"], "stabili
 
 
 def run_check_command(options: argparse.Namespace) -> int:
-    """Compare computed numbers with the stored reference or update it; exit code 1 for differences or stale results."""
+    """Compare computed numbers with the stored reference, or update it; exit code 1 if any differs or is outdated."""
     old = reference_fingerprint()
     with ProgressDisplay() as progress:
         result = run_check(progress=prefix_tasks(progress, "Check"))
@@ -70,7 +70,7 @@ def _show_check(result: CheckResult) -> None:
 
 
 def run_evidence_command(options: argparse.Namespace) -> int:
-    """List or recompute the stored results of studies; exit code 1 if one stays stale or a study fails its own test."""
+    """List or recompute the stored results of studies; exit code 1 if one is outdated or a study fails its own test."""
     with ProgressDisplay() as progress:
         if options.list:
             known = result_states(fingerprint(progress=progress))

@@ -1,1 +1,1 @@
-"""The report: a tree of sections, tables and figures, and one thin renderer for each format."""
+"""Reports: sections, tables and figures as data, made from results, and renderers to HTML and PDF."""

@@ -72,7 +72,7 @@ class Cell:
     note: str = ""
 
     def text(self, column: TableColumn) -> str:
-        """Format the value and its interval by the format of `column`."""
+        """Return the value and its 95 % interval as text, in the number format of `column`."""
         spec, ci95 = column.format, self.ci95
         fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
         if fixed and ci95 and math.isfinite(ci95):
@@ -166,7 +166,7 @@ class Command:
 
 @dataclass(frozen=True)
 class KeyValues:
-    """Keys and their values as plain text, printed in the given order."""
+    """List of names with their values, printed as plain text in the given order."""
 
     pairs: Mapping[str, CellValue]
 

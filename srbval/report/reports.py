@@ -1,4 +1,4 @@
-"""Reports in one call each: gather the findings, make texts and figures, write the files."""
+"""Functions that make a complete report: gather the data, make texts and figures, write the files."""
 
 import tempfile
 import warnings
@@ -57,7 +57,7 @@ def make_report(
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[Findings, dict[str, Path]]:
-    """Write the main report, the paper's model against the rig, into `folder`; return findings, and files by format.
+    """Write the main report, which compares the paper's model with the rig; return findings, and files by format.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the number of parallel runs (default: one per
     core). `pages` are sections of studies. `command` is printed as the command that repeats the report. Raises
@@ -198,7 +198,7 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
-    """Draw an analysed record to `path`: by its suffix as PNG, SVG, or an HTML page with a table of the lines."""
+    """Draw an analysed record to `path`: as PNG, SVG, or HTML page with a table of the fault lines, by its suffix."""
     path = Path(path)
     check_plot(path)
     analysis, baseline = reading.analysis, reading.baseline
@@ -212,7 +212,7 @@ def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbv
 
 
 def write_trend(trend: Trend, path: str | Path, *, command: str = "srbval trend") -> None:
-    """Write a trend as one HTML page with its pictures."""
+    """Write the trend of a machine's records to `path`, as one HTML page that contains its pictures."""
     _write_page(assemble_trend(trend, command=command, provenance=provenance((), ())), Path(path))
 
 

@@ -55,7 +55,7 @@ def sweep(
     """Simulate and measure the scene or scenes of every row; returns `cases` with the measures as further columns.
 
     `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` computes measures of their runs, failed runs
-    included. A stored row is reused only if the sources behind `measure` are unchanged. The columns `status` and
+    included. A stored row is reused only if the source code behind `measure` is unchanged. The columns `status` and
     `reason` (of the first run of a row) are added unless `measure` returns them. With ``stored=False`` nothing is read
     or stored, as for timings. `jobs` rows are computed at a time (default: one per core).
     """
@@ -98,7 +98,7 @@ def bisect(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Find, for every row of `groups`, the last value of `along` at which the measured run `passes`, by bisection.
+    """Find by bisection, for every row of `groups`, the last value of `along` at which `passes` accepts the run.
 
     The name of `along` is the column that varies; its values run from the safest to the most demanding. If a value
     passes, all safer values are assumed to pass. Returns two tables: `groups` with the value found (NaN if even the

@@ -1,4 +1,4 @@
-"""Figures of fault probabilities and of cage ratios, model against rig."""
+"""Figures of the probabilities of bearing states, and of the cage ratios of model and test rig."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

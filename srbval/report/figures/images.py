@@ -58,8 +58,8 @@ def scalogram_panel(
     """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
     The fault frequency of the bearing state `state` is marked. If the shaft modulates its amplitude, ticks along the
-    top mark the shaft's period.
-    At both ends, the region that the ends of the record distort (cone of influence) is hatched.
+    top mark the shaft's period. At both ends, the region that the ends of the record distort (cone of influence) is
+    hatched.
     """
     from matplotlib import colormaps
 
@@ -99,7 +99,7 @@ def scalogram_panel(
 
 
 def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Resample a scalogram for drawing: frequencies at equal ratios, neighbouring times averaged."""
+    """Resample a scalogram for drawing: frequencies with equal ratios, and averages over neighbouring times."""
     order = np.argsort(frequency)
     logs = np.log(frequency[order])
     wanted = np.linspace(logs[0], logs[-1], min(IMAGE_ROWS, max(len(logs), 2)))

@@ -112,8 +112,8 @@ def figure_style() -> Iterator[None]:
 def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
     """Decorate a drawing function: it then returns a `Drawing`, which writes ``name.svg`` and ``name.csv`` to a folder.
 
-    The function itself must return the figure and the columns of the CSV file. Both files are cached, and
-    drawn again only if the arguments, the sources or the libraries have changed.
+    The function itself must return the figure and the columns of the CSV file. Both files are cached, and drawn again
+    only if the arguments, the source code or the libraries have changed.
     """
     store = ContentStore(kind="figure", computed_by=draw.__module__)
 

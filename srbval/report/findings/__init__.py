@@ -1,1 +1,1 @@
-"""Findings behind a report, gathered before anything is drawn."""
+"""Data on which reports are based, gathered before anything is drawn."""

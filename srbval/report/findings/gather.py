@@ -120,7 +120,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load, limited to the speeds of the stored simulations if there are any."""
+    """Select recordings at the paper's load; if simulation results are stored, only at the speeds of these."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]

@@ -82,7 +82,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Compute mean and 95 % half width [Hz] of a fault line from stored simulations of the bundled scene ``rig``."""
+    """Compute mean and 95 % half width [Hz] of a fault frequency from stored simulations of the bundled scene `rig`."""
     fault, variants = Fault(row["defect"]), stored.get("variants", ())
     analysis = rig[fault]
     found = [
@@ -141,7 +141,7 @@ def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) ->
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
-    """List the model's errors [dB] in harmonic levels relative to the first harmonic, in scenes `paper` and `rig`."""
+    """List the model's errors [dB] in levels of harmonics and sidebands, in the scene `paper` and, if stored, `rig`."""
     own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
     for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
         if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):

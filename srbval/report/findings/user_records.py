@@ -1,4 +1,4 @@
-"""Findings on a user's recordings: lines, reasons for undetected lines, a healthy record, the model for comparison."""
+"""Gather data on a user's recordings: fault lines, why some are not detected, comparison with the model."""
 
 import dataclasses
 import math
@@ -80,7 +80,7 @@ class UserRecord(RecordReading):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Row of the recording in the table of all recordings."""
+        """Return the row of this recording in the report's table of all recordings."""
         return summary_of(to_json(self))
 
     def to_dict(self) -> dict[str, Any]:

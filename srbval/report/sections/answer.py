@@ -67,7 +67,7 @@ def worst_tone(answers: Iterable[str]) -> Tone:
 
 
 def finding_sentence(stated: Sequence[ReportRow]) -> str:
-    """State the main finding: in which scenes, at which speeds the simulated cage speed is out of tolerance."""
+    """State the main finding: in which scenes and at which speeds the simulated cage speed is out of tolerance."""
     missed = []
     for scene, name in SCENE_NAMES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
@@ -148,7 +148,7 @@ def speed_tile(runs: Iterable[ReportRow]) -> Callout:
 
 
 def _strip(findings: Findings) -> Any:
-    """Draw thumbnails of Figures 11 to 14, model beside rig, each with its verdict."""
+    """Arrange thumbnails of the paper's Figures 11 to 14, model beside rig, each with a verdict on likeness."""
     shown: list[Figure] = []
     for name, state in STRIP_STATES.items():
         kind, (sides, images) = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)

@@ -1,7 +1,7 @@
 """Figures of one comparison: waveform, envelope spectrum and scalogram, simulated left, measured right, same axes.
 
-They are drawn as soon as both recordings are read, and only their files are kept. For each kind of figure, numbers
-decide whether both sides are alike.
+Figures are drawn as soon as both recordings are read, and only the files of the figures are kept. For each kind of
+figure, computed quantities decide whether model and rig are alike.
 """
 
 import shutil

@@ -1,4 +1,4 @@
-"""Report on a user's recordings: the answer, spectra, lines, undetected lines, a healthy record, the model."""
+"""Report on a user's recordings: verdict, spectra, fault lines, comparison with a healthy record and the model."""
 
 import dataclasses
 import math
