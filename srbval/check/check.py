@@ -110,7 +110,7 @@ def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
 
 
 def _probe_full() -> ProbeOutputs:
-    """Compute numbers for the check of the point-cloud model: both roller fits, all solvers, time-step error."""
+    """Compute regression-check numbers of the point-cloud model: both roller fits, all solvers, time-step error."""
     found = _probe_model("full", "paper", fits=("play", "printed"))
     own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
     for solver in PROBED_SOLVERS:
@@ -121,7 +121,7 @@ def _probe_full() -> ProbeOutputs:
 
 
 def _probe_slices() -> ProbeOutputs:
-    """Compute numbers for the check of the slices model, in the scene `rig` at its own speed and at 340 rpm."""
+    """Compute regression-check numbers of the slices model, in the scene `rig` at its own speed and at 340 rpm."""
     slow = {"shaft_speed_rad_s": 340 * math.pi / 30}
     values = _probe_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
     return _probe_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
@@ -135,7 +135,7 @@ def _analyse_shipped() -> tuple[Analysis, ...]:
 
 
 def _probe_reading() -> ProbeOutputs:
-    """Compute numbers for the check of line detection: lines of the shipped recordings, fits only if detected."""
+    """Compute regression-check numbers of line detection: lines of the shipped recordings, fits only if detected."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         record = analysis.recording.name
@@ -150,7 +150,7 @@ def _probe_reading() -> ProbeOutputs:
 
 
 def _probe_diagnosis() -> ProbeOutputs:
-    """Compute numbers for the check of the diagnosis: state and probabilities for every shipped recording."""
+    """Compute regression-check numbers of the diagnosis: state and probabilities for every shipped recording."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         made = diagnose(analysis)
@@ -160,7 +160,7 @@ def _probe_diagnosis() -> ProbeOutputs:
 
 
 def _probe_path() -> ProbeOutputs:
-    """Compute numbers for the check of amplitudes and of the transmission path, from shipped recordings."""
+    """Compute regression-check numbers of amplitudes and of the transmission path, from shipped recordings."""
     bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
     for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state
@@ -178,7 +178,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute numbers for the check of comparisons: cage ratios of shipped recordings, ranges of uncertain inputs."""
+    """Compute regression-check numbers of comparisons: cage ratios of shipped recordings, ranges of uncertain inputs."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:

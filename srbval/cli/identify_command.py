@@ -1,4 +1,4 @@
-"""Command ``srbval identify``: identify the transfer path of vibration from outer ring to sensor, from a known fault."""
+"""Command ``srbval identify``: identify the vibration path from outer ring to sensor from records of a known fault."""
 
 import argparse
 import dataclasses

@@ -1,4 +1,4 @@
-"""Simulation of one scene or many in parallel; a failed run is a result, an exception ends all runs."""
+"""Simulate one scene, or many in parallel; a failed run becomes a result, an unexpected exception ends all runs."""
 
 import threading
 from collections.abc import Callable, Hashable, Mapping
@@ -41,7 +41,7 @@ class Attempt:
 
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
-    """Simulate `scene` once; if it fails, return an `Attempt` with status and reason instead of raising an error."""
+    """Simulate `scene` once; return the outcome as an `Attempt`, even if the simulation fails or raises an error."""
     try:
         run = simulate(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:

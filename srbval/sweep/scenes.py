@@ -31,8 +31,8 @@ def bench_scene(
 ) -> Scene:
     """Create the scene `name` with a solver and a time step, at its own speed or at `rpm`.
 
-    `name` is ``play0``, ``interference`` (roller fits of the paper's scene) or ``rig``, a hyphen and the bearing state,
-    as in ``interference-outer``. Raises `ConfigurationError` for an unknown name.
+    `name` consists of ``play0`` or ``interference`` (roller fits of the paper's scene) or ``rig``, a hyphen and the
+    bearing state, as in ``interference-outer``. Raises `ConfigurationError` for an unknown name.
     """
     check_names([name], [solver])
     fit, state = name.split("-")
@@ -43,7 +43,7 @@ def bench_scene(
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
-    """Copy a scene; set settling and recorded time to `settle` and `passages` times 1 / BPFO, at least `least_s`."""
+    """Copy a scene; it settles for `settle` times 1 / BPFO, and records `passages` times 1 / BPFO or `least_s` if longer."""
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
         math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ

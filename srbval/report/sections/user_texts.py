@@ -1,4 +1,4 @@
-"""Sentences of the report on a user's recordings that depend on what was found."""
+"""Sentences that state the findings in the report on a user's recordings."""
 
 from collections.abc import Iterator, Sequence
 
