@@ -178,7 +178,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute regression-check numbers of comparisons: cage ratios of shipped recordings, ranges of uncertain inputs."""
+    """Compute regression-check numbers of comparisons: cage ratios of shipped recordings, uncertain inputs."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:

@@ -41,7 +41,7 @@ class Attempt:
 
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
-    """Simulate `scene` once; return the outcome as an `Attempt`, even if the simulation fails or raises an error."""
+    """Simulate `scene` once; return the outcome as an `Attempt`, even if the scene is refused or the run fails."""
     try:
         run = simulate(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
