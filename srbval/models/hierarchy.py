@@ -73,7 +73,7 @@ class FidelityLevel:
 
     @property
     def make_parameters(self) -> Callable[..., Any]:
-        """Function that makes the parameters from scene and geometry; `ConfigurationError` if the model has none."""
+        """Function that makes the model's parameters from scene and geometry; `ConfigurationError` if there is none."""
         if self.parameters is None:
             raise ConfigurationError(f"the model {self.name} has no equations of the full model: use --model full.")
         return import_function(self.parameters)

@@ -1,6 +1,6 @@
 """Outputs of a model: the column of each quantity, and the division of a run into chunks of output intervals.
 
-`srbval.models.run.Run` offers the columns under names for users.
+`srbval.models.run.Run` has a named property for each quantity of interest to users.
 """
 
 from collections.abc import Iterator

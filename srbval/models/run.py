@@ -154,12 +154,12 @@ class RunSummary:
 
     @property
     def bpfo_hz(self) -> float:
-        """Outer-race line frequency from the mean cage speed, Z f_cage [Hz]."""
+        """Outer-race line frequency [Hz]: number of rolling elements times mean cage frequency."""
         return self.rolling_elements * self.cage_ratio * self.scene.shaft_hz
 
     @property
     def bpfi_hz(self) -> float:
-        """Inner-race line frequency from the mean cage speed, Z (f_shaft - f_cage) [Hz]."""
+        """Inner-race line frequency [Hz]: number of rolling elements times mean of shaft minus cage frequency."""
         return self.rolling_elements * (1 - self.cage_ratio) * self.scene.shaft_hz
 
     @property

@@ -142,7 +142,7 @@ def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
 
 
 def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix of one `step_kernel.leapfrog_step` on q, v and the predicted change of v; `damp`: (1 - gamma h J)^-1."""
+    """Matrix of one `step_kernel.leapfrog_step` on q, v and predicted change of v; `damp` as in `_rosenbrock`."""
     coordinates, speeds = system.motion.shape
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping
@@ -159,7 +159,7 @@ def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatA
 
 
 def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix of one `step_kernel.rosenbrock_step` on q and v, with v implicit; `damp`: (1 - gamma h J)^-1."""
+    """Matrix of one `step_kernel.rosenbrock_step` of `system` on q and v; `damp`: (1 - gamma h J)^-1, J: damping."""
     coordinates = len(system.motion)
     start = np.eye(sum(system.motion.shape))
     solve = np.eye(len(start))

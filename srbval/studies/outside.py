@@ -258,7 +258,7 @@ def _scene(case: Case, seconds: float) -> Scene:
 
 
 def _bench_table(rows: Sequence[Row], model: str | None) -> str:
-    """Table of the runs as text; with differences from the bundled model if another `model` is given."""
+    """Table of the benchmark's runs as text, with differences from the bundled model if another `model` is given."""
     columns = {title: key for title, key in BENCH_COLUMNS.items() if model or not key.startswith("bundled_")}
     return text_rows([dict.fromkeys(BENCH_COLUMNS.values()) | row for row in rows], columns)
 

@@ -153,7 +153,7 @@ def _worked_s() -> float:
 
 
 def import_server() -> Callable[[Any], Any]:
-    """Import this module under its full name and return the function that serves requests."""
+    """Import this module under its full name, not as ``__main__``, and return the function that serves requests."""
     from srbval.models.outside import process  # not as __main__, because results are pickled
 
     return process.run_requested_model

@@ -98,7 +98,7 @@ def _load(state: Fault, rpm: float) -> Recording:
 
 
 def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
-    """Scenes of a case of the sweep, one for each record, with its speed and defect angle and the case's inputs."""
+    """Scenes of a case of the sweep, one for each record: speed and defect angle of the record, inputs of the case."""
     found, inputs = [], case["inputs"]
     for place, one in enumerate(rig_records()):
         changes = CHANGES.get(inputs) or {}
@@ -145,7 +145,7 @@ def half_widths(drawn: pd.DataFrame) -> pd.Series:
 
 
 def rig_rows(mounting_db: float) -> pd.DataFrame:
-    """Quantities of all records, and half widths [dB] due to reading and to the mounting scatter `mounting_db`."""
+    """Compared quantities of all rig records; uncertainties [dB] of reading and of sensor mounting (`mounting_db`)."""
     rows = []
     for place, one in enumerate(rig_records()):
         alone = read.totals(one.healthy)
@@ -161,7 +161,7 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
 
 
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
-    """Add model value, error and validation uncertainty U [dB] to the rows `rig`; `found`: simulated levels by case.
+    """Add model value, error and validation uncertainty U [dB] to the table `rig`; `found`: simulated levels by case.
 
     If a level is not present in the record, the error is the model's excess over the least level that would be present.
     """

@@ -64,7 +64,7 @@ def records(states: Sequence[Fault]) -> list[Row]:
 
 
 def drawn_scene(case: Case) -> Drawn:
-    """Scene of a case at its speed, with its inputs at `shares` (cumulative probabilities), and envelope band [Hz]."""
+    """Scene of a case, with its speed and inputs (`shares`: cumulative probabilities), and its envelope band [Hz]."""
     rpm, state, shares = case["shaft_rpm"], Fault(case["state"]), case["shares"]
     if case["scene"] == "rig":
         listed, own = rig_inputs(), {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm"}
@@ -210,7 +210,7 @@ def read_again(readings: Sequence[CageReading], ratios: FloatArray, rng: np.rand
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the effects of the inputs, the cage ratios at random draws, and the power of the verdicts."""
+    """Compute the effects of the inputs, the cage ratios at random draws, and the verdicts' power on simulated rigs."""
     of_band = sum(of_reading(one) for one in open_inputs())  # these come last
     cage_at = sobol(len(open_inputs()) - of_band, STUDY.paper_power)
     at = [[*one, *band] for one, band in zip(cage_at, sobol(of_band, STUDY.paper_power, seed=SEED), strict=True)]

@@ -42,7 +42,7 @@ def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def cheapest_model(rows: Sequence[Mapping[str, Any]]) -> str | None:
-    """Cheapest model that is accurate enough, from the rows of one question; None if no model is."""
+    """Cheapest model that is accurate enough for a question, None if no model is; `rows`: errors by model."""
     enough = [row for row in rows if row["enough"]]
     return str(min(enough, key=lambda row: row["wall_per_simulated_s"])["model"]) if enough else None
 

@@ -83,7 +83,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
-    """Answers to the questions by defect, and wall time per simulated second [s/s]; failed runs have no answers."""
+    """Answers to the planner's questions by defect, and wall time per simulated second; none for failed runs."""
     runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}
@@ -112,7 +112,7 @@ def errors(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
-    """Summarise the errors in groups by the columns `by`, with the numbers of `srbval.plan.measured.Bound`.
+    """Summarise errors by the columns `by`: scenes, missing answers, largest error, median error with 95 % interval.
 
     The interval of the median is between order statistics (Conover, Practical Nonparametric Statistics, 1999).
     """

@@ -70,7 +70,7 @@ def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord
 
 
 def otherwise(recording: Recording, bearing: Bearing) -> Iterator[tuple[Recording, Bearing]]:
-    """Yield the record at wrong speeds without its tachometer, and as a record of another bearing."""
+    """Yield the record with wrong speeds and without tachometer signal, and with the data of another bearing."""
     speed = recording.speed
     assert speed is not None, "every data set states a speed"
     for factor in WRONG_SPEEDS:

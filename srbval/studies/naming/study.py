@@ -36,7 +36,7 @@ ALONE, MACHINE, OTHERWISE = "record alone", "one machine", "another speed or bea
 
 
 def see(record: KnownRecord) -> Row:
-    """Diagnose a record: probabilities, the faulty part named, and the parts named with a wrong speed or bearing."""
+    """Diagnose a record: probability, faulty part named, and parts named if read with a wrong speed or bearing."""
     recording, bearing = record.load()
     analysis = analyse(recording, bearing=bearing)
     verdict = fault_verdict(analysis, all_channels=True)
@@ -115,7 +115,7 @@ def public_outcome(state: Fault, line: str) -> str:
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
-    """Diagnose the benchmark's records; counts by its grade of difficulty and part; `DataError` without records."""
+    """Diagnose the benchmark's records in `folders`; counts by grade of difficulty and part; `DataError` if none."""
     with GRADED.open(encoding="utf-8") as file:
         listed = list(csv.DictReader(line for line in file if not line.startswith("#")))
     stated = {row["sha256"]: row for row in listed}

@@ -132,7 +132,7 @@ def reference(case: Case, fine: Attempt, coarse: Attempt) -> Row:
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Relative errors of cage speed and band RMS of `own` from the run `right`, and RMS error [dB]; None if unknown."""
+    """Errors of cage speed and band RMS (also in dB) of the run `own` relative to the run `right`; None if unknown."""
     cage, band = (
         own[name] / right[name] if own[name] and right[name] else None for name in ("cage_ratio", "band_rms_m_s2")
     )
