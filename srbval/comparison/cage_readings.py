@@ -40,7 +40,7 @@ class CageReading:
 
     `reading_u` refers to the long-run ratio, about which the ratio varies during the record. `per_speed` is the change
     of the ratio c per relative error of the shaft speed: -c if read from BPFO, 1 - c if from BPFI. `read_from` names
-    the line and the signal, `band_hz` its band. `check` is the reading from the other line, None if undetected.
+    the comb and the signal, `band_hz` the frequency band. `check` is the reading from the other comb, if detected.
     """
 
     record: str

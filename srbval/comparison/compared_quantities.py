@@ -145,7 +145,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Effects of uncertain inputs, step and mesh, by (defect, quantity), from the result of the study ``inputs``."""
+    """Effects of uncertain inputs, time step and contact points by (defect, quantity), from the study ``inputs``."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
@@ -165,7 +165,7 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the model's bias by kind of quantity, scene and use, from `comparison_row` rows above noise.
+    """Compute the model's bias by kind of quantity, scene and use, from rows (`comparison_row`) above the noise.
 
     If `used_for` is given, the uses (such as ``fit``) are combined under this name. `bias`, its 95 % half width `ci95`
     and the model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.

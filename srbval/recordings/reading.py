@@ -110,7 +110,7 @@ class Reading(SourceFacts):
         return self.times.get(self.main.samples.size)
 
     def check_main(self) -> None:
-        """Raise `DataError` if the channel to analyse, or every channel that may be chosen, has a problem."""
+        """Raise `DataError` if the channel to analyse has a problem, or if every channel that may be chosen has one."""
         names = self.axes or ((self.channel,) if self.channel is not None else self.vibrations)
         problems = [self.channels[name].problem for name in names]
         if problems and all(problems):

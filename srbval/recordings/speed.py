@@ -71,7 +71,7 @@ def _white_error(times_s: FloatArray) -> float:
 
 
 def profile_signal(time_s: FloatArray, speed_rad_s: FloatArray, seconds: float) -> SpeedSignal:
-    """Sample a prescribed speed, linear between `time_s`, about every `PROFILE_STEP_S` for a duration of `seconds`."""
+    """Sample a prescribed speed, linear between the instants `time_s`, every `PROFILE_STEP_S` or so for `seconds`."""
     count = math.ceil(seconds / PROFILE_STEP_S) + 1
     values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
     return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)

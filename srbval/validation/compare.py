@@ -55,9 +55,9 @@ def compare_pair(
 ) -> Iterator[Row]:
     """Compare the sides of a pair: one row (see `comparison_row`) for each quantity found on at least one side.
 
-    In a row, `model` is the simulated and `rig` the measured side. `effects` of uncertain inputs, step and mesh apply
-    to the scene `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at the side's own speed,
-    `speeds_hz` the shaft speeds.
+    In a row, `model` is the simulated and `rig` the measured side. `effects` of uncertain inputs, time step and
+    contact points apply to the scene `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at
+    the side's own speed, `speeds_hz` the shaft speeds.
     """
     simulated, measured = sides.get("simulated"), sides.get("measured")
     base = simulated.scene if simulated is not None else None
@@ -106,7 +106,7 @@ def compare_pair(
 def _effects(
     quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
 ) -> Mapping[str, Any] | None:
-    """Effects of uncertain inputs, step and mesh on a quantity; for a race line, from the effects on the cage ratio."""
+    """Effects of uncertain inputs and numerics on a quantity; for a race line, from the effects on the cage ratio."""
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
         return found

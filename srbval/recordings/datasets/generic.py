@@ -188,7 +188,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number in the variables that `meaning` accepts, or the problem: a conflict, or none in the range `likely`."""
+    """Number in the variables that `meaning` accepts, or the problem: numbers conflict or one is outside `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

@@ -102,7 +102,7 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
 def _rate_hz(
     raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None
 ) -> float | None:
-    """Sampling rate [Hz] from the file's name, the list of records, a variable or the description, in this order."""
+    """Sampling rate [Hz] from the file's name (`said`), the list of records (`listed`), a variable, the description."""
     named_hz, variable = scaled(said.get("rate_khz"), HZ_PER_KHZ), description.rate_variable
     if named_hz and listed and named_hz != listed.fs_hz:
         raise DataError(
@@ -129,7 +129,7 @@ def _nominal_rpm(
 def _speed(
     raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Shaft speed (tachometer, else stated, else nominal) and tachometer signal; the record lasts `seconds`."""
+    """Shaft speed (by tachometer, else stated, else nominal) and tachometer signal of a record of `seconds`."""
     rule, signal = description.speed, None
     if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
         values_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
