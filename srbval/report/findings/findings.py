@@ -29,7 +29,8 @@ class Findings:
 
     `validation` covers every recording of the rig, `analyses` one recording for each bearing state. The keys of
     `analyses` are ``paper`` (model at 710 rpm), ``model`` (model at the recording's speed) and ``rig`` (recording);
-    `views` and `scalograms` have only ``model`` and ``rig``. The keys of `runs` are ids of simulation cases.
+    `views` (arrays for figures) and `scalograms` have only ``model`` and ``rig``. The keys of `runs` are ids of
+    simulation cases.
     """
 
     data: Mapping[str, Any]

@@ -101,7 +101,7 @@ def middle_window(*analyses: Analysis) -> tuple[float, float]:
 
 
 def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
-    """Prepare views of the middle of a record and of a healthy record, in a common unit and at the same frequencies."""
+    """Prepare a record and a healthy record for figures (middle part), in one unit and at the same frequencies."""
     sides = [analysis] if healthy is None else [analysis, healthy]
     own_unit = analysis.recording.unit in OWN_UNITS and len({side.recording.unit for side in sides}) == 1
     window_s = middle_window(*sides)
@@ -130,7 +130,7 @@ class Cursor(NamedTuple):
 class SpectrumView:
     """Envelope spectrum of `record` up to `end_hz`, drawn over the spectrum of `healthy` if given.
 
-    `cursors` are the expected lines, `peaks` the frequencies [Hz] and amplitudes of the detected lines.
+    `cursors` are the expected frequencies to mark, `peaks` the frequencies [Hz] and amplitudes of the detected lines.
     """
 
     record: RecordView
@@ -208,7 +208,7 @@ def fault_cursors(
 
 
 def envelope_scalogram(shown: RecordView) -> Scalogram:
-    """Compute the wavelet transform of a record's envelope in the view's time window."""
+    """Compute the wavelet transform of a record's envelope in the time window that its figures show."""
     envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
 

@@ -51,7 +51,7 @@ class ModelSide:
 
     @property
     def lines(self) -> dict[str, tuple[float, float]]:
-        """Frequencies of the model's lines [Hz] at its mean cage speed, with 95 % half widths [%]."""
+        """Fault frequencies [Hz] of the model at its mean cage speed, with 95 % half widths [%]."""
         elements, shaft_hz = self.view.analysis.bearing.rolling_elements, self.view.shaft_hz
         cage, ci95 = self.run.cage_ratio, self.open_cage
         return {

@@ -163,7 +163,7 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
 
 
 def _spectrum(record: UserRecord, suffix: str) -> Figure:
-    """Draw the envelope spectrum with every expected line, and dashed the spectrum of the healthy record."""
+    """Draw the envelope spectrum with all expected fault frequencies; the healthy record's spectrum is dashed."""
     view = record.view
     sides = [side for side in (view.record, view.healthy) if side is not None]
     top = SPECTRUM_LABEL_ROOM * max(peak_amplitude(side, view.end_hz) for side in sides)
@@ -250,7 +250,7 @@ def _times(record: UserRecord, suffix: str) -> Block:
 
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
-    """Compare the frequencies of the model's lines with the record's in a table, and draw the model's spectrum."""
+    """Compare the model's fault frequencies with the record's in a table, and draw the model's spectrum."""
     lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
     rows = [_model_row(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
     of_dimensions, opened, scene = "", "", f", inputs of scene `{model.base}`"
@@ -271,7 +271,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
 
 
 def _model_row(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:
-    """Compare a line of the record with the model's line [Hz], whose 95 % half width is given in per cent."""
+    """Compare a fault frequency of the record with the model's [Hz], whose 95 % half width is given in per cent."""
     found_hz = line.found_hz if line.detected else None
     return vars(line) | {
         "model_hz": model_hz,
