@@ -43,7 +43,7 @@ def __getattr__(name: str) -> object:
 
 
 class _Package(type(sys)):  # type: ignore[misc]  # class of modules
-    """Module class of `srbval`: `plan` and `report` stay functions although two sub-packages have the same names."""
+    """Class of the module `srbval`: `plan` and `report` stay functions although two sub-packages have these names."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name not in ("plan", "report"):

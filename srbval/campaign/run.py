@@ -97,7 +97,7 @@ def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
 
 
 def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
-    """Load signals of cases with `accepted` keys along ``case`` and ``time_s``, and state, speed, loads and defect."""
+    """Load the signals of cases with `accepted` keys along ``case`` and ``time_s``, and state, speed, loads, defect."""
     engine, found, rates, labels = require_xarray(), {}, set[float](), dict[str, Any]()
     for case in table.cases:
         if case.key not in accepted:

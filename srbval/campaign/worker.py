@@ -82,7 +82,7 @@ def case_process() -> WorkerProcess:
 
 
 def run_isolated(task: CaseTask) -> CaseResult:
-    """Compile the kernels of a case and run it in this thread's worker process; up to `ATTEMPTS` times if that dies.
+    """Compile the kernels of a case and run it in this thread's worker process, which may die up to `ATTEMPTS` times.
 
     Raises `ConfigurationError` if the version of the process's code differs from the task's, `NumericsError` if
     processes die or hang while they compile, and `DataError` if no process can be started, or the campaign folder does

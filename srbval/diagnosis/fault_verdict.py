@@ -198,10 +198,10 @@ class Finding(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class FaultVerdict:
-    """Verdict on a record: the faulty `parts` named, a `headline` and `reasons`.
+    """Verdict on a record: the faulty `parts` that are named, a `headline` and `reasons`.
 
-    `finding` and `diagnosis` are None if the record is not measured. `advice` explains why no part is named and what
-    would decide; it is also the first reason, and is empty if a part is named.
+    `finding` and `diagnosis` are None for a record that is not measured. `advice` explains why no part is named and
+    what would decide it; it is also the first reason, and is empty if a part is named.
     """
 
     finding: Finding | None
@@ -223,7 +223,7 @@ class FaultVerdict:
 
     @property
     def part(self) -> Fault | None:
-        """Named part with the stronger comb; None if no part is named."""
+        """Named part, or that with the stronger comb if two parts are named; None if no part is named."""
         return self.parts[0] if self.parts else None
 
     @property
@@ -239,7 +239,7 @@ class FaultVerdict:
         return f"Declared: {declared.label}{', which is not what was found: check the label' if other else ''}."
 
     def to_dict(self) -> dict[str, Any]:
-        """Entry ``fault`` of JSON documents."""
+        """Verdict in the form of the entry ``fault`` of a JSON document."""
         named, compared = self.diagnosis, self.comparison
         return {
             "verdict": self.finding,

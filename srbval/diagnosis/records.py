@@ -97,7 +97,7 @@ class FailedFile:
     error: SrbvalError
 
     def to_dict(self) -> dict[str, str]:
-        """Entry of the file in JSON documents."""
+        """Entry for the failed file in JSON documents."""
         return {"file": self.file, "reason": str(self.error)}
 
 

@@ -68,7 +68,7 @@ class ChannelTrend:
 
     @staticmethod
     def time_text(point: Mapping[str, Any]) -> str:
-        """Format the time of a point."""
+        """Format the time of one of the `points` as a date or a number."""
         time = point["time"]
         return time.isoformat(" ", "minutes") if isinstance(time, datetime) else f"{time:g}"
 
@@ -183,8 +183,8 @@ def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[
             return {file: stated[name] for file, name in names.items()}, f"the column time of {table.name}"
         except (KeyError, ValueError, TypeError) as error:
             raise ConfigurationError(
-                f"{table}: {error}: the table needs the columns file and time, a row for each file, and times that are "
-                "dates (2026-11-24 13:55) or numbers."
+                f"{table}: cannot be used ({error}): it needs the columns file and time, a row for each file, and "
+                "times that are dates (2026-11-24 13:55) or numbers."
             ) from None
     dates = {file: match for file, name in names.items() if (match := DATE.search(name))}
     if len(dates) == len(files):
@@ -235,7 +235,7 @@ def trend_of(
     share = round(BASELINE_SHARE * max(map(len, by_channel.values())))
     count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))
     if count < LEAST_BASELINE:
-        raise ConfigurationError(f"a baseline of {count} records is too short: at least {LEAST_BASELINE} are needed.")
+        raise ConfigurationError(f"--baseline {count}: the baseline needs at least {LEAST_BASELINE} records.")
     boundaries = zones_mm_s or zone_boundaries(machine_class)
 
     def point_of(one: Mapping[str, Any], usual_hz: float) -> dict[str, Any]:

@@ -91,7 +91,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Level of power locked to a fault line, per third octave [dB re 1 m/s2]; never below half its `ci95`."""
+    """Level of power locked to a fault line, per third octave [dB re 1 m/s2], limited below by half its uncertainty."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)
@@ -107,7 +107,7 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 def pattern(
     recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands of a fault line over its first [dB], its modulation depth [%], kurtosis in two bands."""
+    """Harmonics and sidebands of a fault line over its first harmonic [dB], its depth [%], kurtosis in two bands."""
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz

@@ -84,8 +84,8 @@ class WorkerProcess:
 
     `environment` is added to the environment of this process. With `own_group`, child processes of the worker end with
     it. With `may_fork`, the worker is a forked copy of this process and need not repeat its imports, unless other
-    threads make that unsafe; `prepare_worker` in `module` is then the `load` of `serve_calls`. Requests and answers are
-    pickled, so the worker must run trusted code.
+    threads make that unsafe; it then passes the function `prepare_worker` of `module` to `serve_calls`. Requests and
+    answers are pickled, so the worker must run trusted code.
     """
 
     def __init__(

@@ -65,7 +65,7 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
 def velocity_rms(
     samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION_UNIT
 ) -> float:
-    """RMS of the velocity in a band [m/s], under a Hann window, from samples [n] in a `unit` of `VELOCITIES`."""
+    """RMS of the velocity in a band [m/s], under a Hann window, from samples [n] in a unit of `VELOCITIES`."""
     window, (exponent, factor) = np.hanning(samples.size), VELOCITIES[unit]
     spectrum = np.fft.rfft(window * (samples - samples.mean()))
     frequency = np.fft.rfftfreq(samples.size, 1 / fs_hz)

@@ -283,7 +283,7 @@ def _lines_of(
         return [first]
 
     def read_one(name: str, number: int, offset_hz: float = 0.0) -> Line:
-        """Read one harmonic or sideband relative to the found first harmonic, otherwise at its kinematic frequency."""
+        """Read one harmonic or sideband, near its place by the first harmonic if found, else by kinematics."""
         line, slip_hz = Line(name=name, harmonic=number, kinematic_hz=number * family.kinematic_hz + offset_hz), 0.0
         if shows:
             slip_hz, centre = number * reading.ci95_hz, number * reading.found_hz + offset_hz
@@ -325,7 +325,7 @@ def _with_reading(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
 
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
-    """Values that rank bands: -log of the false-alarm probability and S/N of the clearest race or roller line."""
+    """Values to rank a band by its clearest race or roller line: -log of the false-alarm probability, and S/N."""
     firsts = (
         x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, NotDetected.HIDDEN)
     )

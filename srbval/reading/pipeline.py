@@ -117,12 +117,12 @@ class Processed:
 
     @property
     def seconds(self) -> float:
-        """Duration without the ends [s]."""
+        """Duration of the record without its ends [s]."""
         return self.squared.size / self.squared_fs_hz
 
     @property
     def chain(self) -> str:
-        """Band and filter in words."""
+        """Band and filter by which the record was processed, in words."""
         low, high = self.band_hz
         return f"{low:g} to {high:g} Hz, {FILTER_IN_WORDS}; {self.end_s:.3g} s dropped at each end"
 

@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb outside the search windows, `off_pct` [%] from the line `name`: this line at a shaft speed `shaft_hz`."""
+    """Comb outside the search windows, `off_pct` [%] from line `name`, with which it agrees at the speed `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -77,9 +77,9 @@ class OutsideSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SpeedSearch:
-    """Lines of a record and its shaft speed; false-alarm probabilities are for one speed, although `tried` were used.
+    """Lines of a record and its shaft speed; false-alarm probabilities are not corrected for the number `tried`.
 
-    `span` contains the lowest and the highest speed at which lines were read, as shares of `speed`.
+    `tried` is the number of speeds at which lines were read, `span` the lowest and the highest, as shares of `speed`.
     """
 
     processed: Processed

@@ -26,7 +26,7 @@ SIDEBAND_HARMONICS = 3  # sidebands of higher harmonics overlap with other lines
 
 @dataclass(frozen=True, kw_only=True)
 class LineReading:
-    """Highest peak of a line, or of a line with its harmonics (comb), in a window; `detected` is true if it is a line.
+    """Highest peak in the search window of a line, or of a comb (a line with its harmonics); see `detected`.
 
     `ci95_hz` excludes the uncertainty of the shaft speed. `snr` is the power of each harmonic over the mean noise power
     in a bin, `depth` the first harmonic's amplitude over the record's mean, `noise_false_alarm` the probability that
@@ -135,7 +135,7 @@ def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> 
 
 
 def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
-    """Sums over all harmonics of `neg_log_p` and of the ratio to the true noise (`true_noise_ratio`)."""
+    """Sums over all harmonics of `neg_log_p`, and of the ratio to the true noise (`true_noise_ratio`)."""
     return float(neg_log_p(snr, bins).sum()), float(true_noise_ratio(snr, bins).sum())
 
 

@@ -55,7 +55,7 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def false_alarm(
     total_neg_log_p: float, total_ratio: float, share: FloatArray, half_window_hz: float, seconds: float
 ) -> float:
-    """Probability that noise alone gives a comb the summed `neg_log_p` `total_neg_log_p` anywhere inside the window.
+    """Probability that noise alone gives a comb a sum of `neg_log_p` of `total_neg_log_p` or more within the window.
 
     `total_ratio` is the comb's sum of `true_noise_ratio`. `share` [h + 1] contains the share of the window in which 0,
     1, ... h of the comb's lines are not masked. With N peaks on average (`upcrossings`) the probability is

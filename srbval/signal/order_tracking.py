@@ -34,7 +34,7 @@ class ShaftAngle:
         turns = np.interp(index, np.arange(speed.size), turned)
         if knots < 4 or not np.all(np.diff(turns) > 0):
             raise DataError(
-                f"the speed signal covers {turned[-1]:.3g} turns and has a least speed of {speed.min():.3g} Hz: order "
+                f"the speed signal covers {turned[-1]:.3g} turns, and its lowest speed is {speed.min():.3g} Hz: order "
                 "tracking needs three turns and a shaft that never stops; cut the record or give a mean --rpm."
             )
         return cls(time_s=index / rate_hz, turns=turns)
@@ -52,9 +52,9 @@ class ShaftAngle:
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
         """Resample `samples` [n], the first at `start_s`, at even shaft angles, ``fs_hz / mean_hz`` per turn.
 
-        In the result, as a record at `fs_hz`, the shaft turns at exactly `mean_hz`. The error of the cubic splines is
-        1e-3 for lines below a fifth of `fs_hz`, 1e-4 below a tenth. Demodulate first: resonances do not move with the
-        shaft.
+        If the result is treated as a record at `fs_hz`, the shaft turns at exactly `mean_hz`. The error of the cubic
+        splines is 1e-3 for lines below a fifth of `fs_hz`, 1e-4 below a tenth. Resample an envelope rather than a
+        vibration signal: the frequencies of resonances do not follow the shaft speed.
         """
         at_s = start_s + np.arange(samples.size) / fs_hz
         knots_s, turns = _extended(self.time_s, self.turns, at_s[0], at_s[-1])

@@ -27,7 +27,7 @@ _FLAT_SHARE = 0.4  # share of the reduced rate below which that filter does not 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Phasors:
-    """Sums over blocks of the record demodulated at frequencies [c], for a local fit: `sums`, [c, blocks].
+    """Block sums `sums` [c, blocks] of a record demodulated at c frequencies, for a fit of lines near these.
 
     `time_s` [blocks] are the middles of the blocks, from the record's middle, so frequency and phase do not correlate;
     `moments` [c, blocks] are sums of samples times their distance from a block's middle.

@@ -111,14 +111,14 @@ def _rotations(number: FloatArray, circle: int) -> ComplexArray:
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood ratio of a line to none, by block and phase, [blocks, w, CIRCLE]; `amplitude` is [w, c]."""
+    """Log likelihood ratio of a line to none, [blocks, w, CIRCLE], by block, `amplitude` [w, c] and phase."""
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for `steps` [b, orders] and the block likelihoods of amplitudes `which[b]`."""
+    """Log likelihood [b] of the record for `steps` [b, orders]; `which` [b] selects the row of amplitudes for each."""
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
     density = likelihood[0][which] / CIRCLE
@@ -132,7 +132,7 @@ def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[n
 
 
 def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Probability of each phase in each block given all blocks (forward-backward recursion), [blocks, w, CIRCLE]."""
+    """Probability of each phase in each block given all blocks, [blocks, w, CIRCLE], by forward-backward recursion."""
     likelihood = np.exp(block_likelihood - block_likelihood.max(axis=2, keepdims=True))
     forward = np.empty_like(likelihood)
     density = np.ones(likelihood.shape[1:])

@@ -74,7 +74,7 @@ def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, f
 
 
 def power_density(samples: FloatArray, fs_hz: float, segment_s: float) -> tuple[FloatArray, FloatArray]:
-    """Compute frequencies [Hz] and power density [1/Hz] of `samples` [n] by Welch's method, segments of `segment_s`.
+    """Compute frequencies [Hz] and power density [1/Hz] of `samples` [n] by Welch's method, in segments of `segment_s`.
 
     Segments overlap by half, without their means and with Hann's window, as in `scipy.signal.welch`.
     """
@@ -128,7 +128,7 @@ class Kurtogram:
 
     @property
     def best_hz(self) -> tuple[float, float]:
-        """Most impulsive band [Hz]; `DataError` if no band fits the record."""
+        """Most impulsive band [Hz]; `DataError` if the kurtogram of the record contains no band."""
         if self.kurtosis.size == 0:
             raise DataError("kurtogram: no band fits; use a longer record, a higher sampling rate or narrower bands.")
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]

@@ -82,7 +82,7 @@ def new_hdf5(path: Path) -> Iterator[Any]:
 
 
 def append_checksum(path: Path, summary: bytes = b"") -> None:
-    """Append `summary` to an unfinished file, and the checksum of everything before it."""
+    """Append `summary` to an unfinished file, then the checksum of the whole content."""
     with path.open("r+b") as stream:
         digest = hashlib.file_digest(stream, "sha256")
         last = summary + SUMMARY_FOOTER % len(summary)

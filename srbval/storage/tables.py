@@ -87,7 +87,7 @@ def _example(units: dict[str, float]) -> str:
 def limited(
     *, above: float | None = None, least: float | None = None, most: float | None = None, **options: Any
 ) -> Any:
-    """Declare a field of a `Limited` class, for numbers > `above`, >= `least` and <= `most` (limits that are given)."""
+    """Declare a field of a `Limited` class: its number (or each, in a tuple) is > `above`, >= `least`, <= `most`."""
     metadata = options.pop("metadata", {}) | {"limits": (above, least, most)}
     return dataclasses.field(metadata=metadata, **options)
 

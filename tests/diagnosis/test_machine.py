@@ -116,7 +116,7 @@ def test_levels_of_files_of_unlike_full_scale(kind, tmp_path, srbval_json, srbva
     assert ratio(healthy, *stated, "--healthy-scale", str(quiet_scale)) == pytest.approx(true, rel=DIGITS)
     for wrong, code, said in (
         (stated, 2, "--healthy-scale F"),
-        (["--unit", "g"], 3, "without a scale: levels cannot be compared"),
+        (["--unit", "g"], 3, "without a scale, so levels cannot be compared"),
     ):
         assert said in srbval_text("analyse", faulty, "--healthy", healthy, *GIVEN, *wrong, code=code).err
     assert ratio(healthy, "--unit", "unknown") < true / 1000  # shares of the mean do not depend on the gain
