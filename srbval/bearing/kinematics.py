@@ -79,7 +79,7 @@ class ElementShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RollingElements(Limited):
-    """Rolling elements: number in one row, diameters and contact angle; other values are needed only for contacts.
+    """Rolling elements: number in one row, diameters and contact angle; other values serve only contact forces.
 
     `outer_groove`, `inner_groove`: radius of the groove in which a ball runs, over the ball's diameter (0.515 to 0.53
     are usual; quoted from memory, not checked). `length_m`: contact length of a roller; None for its diameter. All

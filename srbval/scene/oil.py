@@ -21,8 +21,8 @@ class Oil(Limited):
     Kinematic viscosity: from the class `iso_vg` of a mineral oil (ISO 3448; 32 to 460) with viscosity index 95, or from
     `viscosity_40_mm2_s` and `viscosity_100_mm2_s`; at `temperature_c` by ASTM D341. `roughness_m`: combined RMS
     roughness of roller and race. `fill`: share of oil in the bearing's free space, for the drag on rollers with
-    `drag_coefficient`. The model leaves out rolling resistance if `rolling_resistance` is false, drag if `fill` is 0,
-    and friction in the cage's pockets if `pocket_friction` is 0.
+    `drag_coefficient`. Left out are rolling resistance if `rolling_resistance` is false, drag if `fill` is 0, friction
+    in cage pockets if `pocket_friction` is 0.
     """
 
     iso_vg: int | None = None

@@ -41,7 +41,7 @@ class Scene(Limited):
 
     `settle_s` is simulated first and not recorded. `output_rate_hz`: rate of the recorded signals; an output interval
     must be a whole number of solver steps. `detail_rate_hz`: rate of the detailed outputs (spins, contact loads), 0 for
-    none. A profile replaces the constant speed or load and must cover the recorded time; before it, its first value
+    none. A profile replaces the constant speed or load and must cover the recorded time; before, its first value
     applies. `slip_jitter`: relative standard deviation of the spacing of a defect's passages, in the impulse model;
     `cage_slip`: relative lag of the cage behind pure rolling, in models that prescribe its speed. `sensor_path`:
     structure between ring and sensor, None for none; it does not affect the motion. `surface`: waves of races and

@@ -134,7 +134,7 @@ def law_of_point(law):
 
 @inlined
 def place_of_point(radial, tangential, axial, space, j):
-    """Convert a race point's position to slot axes [m], origin at the centre of the roller in workspace column `j`."""
+    """Convert a race point's position to slot axes [m]; the origin is the centre of the roller of contact `j`."""
     return (
         space[col.O_X + j] + radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
         space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
@@ -144,7 +144,7 @@ def place_of_point(radial, tangential, axial, space, j):
 
 @inlined
 def approach_and_slip(place, normal, space, j):
-    """Compute the race's velocity relative to the roller in column `j` at `place` [m/s]: normal part, slip x, y, z."""
+    """Compute the race's velocity relative to the roller of contact `j` at `place` [m/s]: normal part, slip x, y, z."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
@@ -157,7 +157,7 @@ def approach_and_slip(place, normal, space, j):
 
 @inlined
 def add_contact(place, normal, pressure, friction, space, j):
-    """Add normal force `pressure` and `friction` [N] at `place` to force and torque on the roller in column `j`."""
+    """Add normal force `pressure` and `friction` [N] at `place` to force and torque on the roller of contact `j`."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     g_x, g_y, g_z = friction
@@ -278,7 +278,7 @@ def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, n
 
 @inlined
 def add_damping(viscous, drag, place, normal, space, j):
-    """Add a point's damping [N s/m], `viscous` along the normal, `drag` across, to the matrix of contact column `j`."""
+    """Add a point's damping [N s/m], `viscous` along the normal, `drag` across it, to the matrix of contact `j`."""
     p_x, p_y, p_z = place
     n_x, n_y, n_z = normal
     along_normal = viscous - drag
@@ -302,7 +302,7 @@ def add_damping(viscous, drag, place, normal, space, j):
 
 @kernel_part
 def elastic(law, damping):
-    """Returns the contact law without friction, and with another `damping` [N s/m]."""
+    """Returns the contact law without friction, and with the `damping` given [N s/m]."""
     return with_friction(law, damping, 0.0, 0.0, law.critical_velocity)
 
 

@@ -109,7 +109,7 @@ class Statics:
 
 
 def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Find the slides that balance the rollers at a given ring position; also returns the force on the ring [N]."""
+    """Find each roller's position along its slot in balance at a ring position; also returns the ring's force [N]."""
     model = statics.rest
     clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
     far = clearance + float(np.linalg.norm(ring)) + SLIDE_RANGE_M

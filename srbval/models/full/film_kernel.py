@@ -66,9 +66,9 @@ def law_in_film(law, slices, cage, shaft):
 def film_at_speed(law, slices, film, cage, shaft):
     """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s].
 
-    Eyring's slip speed replaces the critical velocity, the film's share of the load, 1 - s, the static coefficient, and
-    the friction of the asperities, s mu_b, the dynamic coefficient. The law is unchanged if `film` is None or the
-    critical slide-to-roll ratio of `slices` is 0.
+    Eyring's slip speed replaces the critical velocity; the film's share of the load, 1 - s, replaces the static
+    coefficient; the friction of the asperities, s mu_b, replaces the dynamic coefficient. The law is unchanged if
+    `film` is None or the critical slide-to-roll ratio of `slices` is 0.
     """
     if film is None:
         return law

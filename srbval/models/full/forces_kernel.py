@@ -144,7 +144,7 @@ def lift_at(model, roller, rotation, x, y, z):
 
 @kernel_part
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
-    """Add the forces with which the flanks of a roller's defects push along the race to the sums of `column`.
+    """Add the forces with which the flanks of a roller's defects push along the race to the sums of contact `column`.
 
     `spare`: window of race points filled by `raised_points`. The next column, free in its lane group, stores the sums
     meanwhile. Only the spring pushes: force and energy balance both leave out the damper's work on the angle.

@@ -98,9 +98,9 @@ class SearchConstants(NamedTuple):
 
 
 class SurfaceHeights(NamedTuple):
-    """Surface heights [m] at even angles: `races`, [2 races, 2 rows, H], `rollers`, [rollers, K]; H = K = 0 if smooth.
+    """Surface heights [m] in equal steps of angle: `races`, [2 races, 2 rows, H], `rollers`, [rollers, K].
 
-    A race's angle begins at its first point, a roller's angle at the slot's outward direction at time zero.
+    Angles begin at a race's first point, or at a roller's slot direction outwards at time zero; H = K = 0 if smooth.
     """
 
     races: Any

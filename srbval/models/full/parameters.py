@@ -183,7 +183,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
 
 def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Compute the angle of each roller in the cage, [rollers] [rad], row 1 first: evenly spaced, plus offsets."""
+    """Compute the angle of each roller in the cage, [rollers] [rad], row 1 first: even spacing plus pocket offsets."""
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
@@ -386,7 +386,7 @@ def contact_half_m(load_n_m: float, curvature_1_m: float) -> float:
 
 
 def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
-    """Compute the share J_0(k b) of a wave's height by which it moves the bodies in a contact of half length b.
+    """Compute the share J_0(k b) of a wave's height that displaces the bodies in a contact of half length b.
 
     k [rad/m]: `per_length_1_m`. A small height h under a line contact moves its bodies by the mean of h, weighted with
     the pressure of one additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's
@@ -399,7 +399,7 @@ def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
 
 
 def sum_waves(orders: FloatArray, amplitudes_m: FloatArray, phases_rad: FloatArray, size: int) -> FloatArray:
-    """Sum each body's surface waves at `size` even angles [m], [bodies, size]; `phases_rad`: [bodies, orders]."""
+    """Sum each body's surface waves at `size` evenly spaced angles [m], [bodies, size]; phases: [bodies, orders]."""
     lines = np.zeros((len(phases_rad), size // 2 + 1), dtype=np.complex128)
     lines[:, orders.astype(int)] = amplitudes_m * np.exp(1j * phases_rad) * (size / 2)
     return np.fft.irfft(lines, n=size)

@@ -58,7 +58,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """Place `count` even points on a circle (eq. 16), displaced by `defects` whose angles begin at `zone_rad`."""
+    """Place `count` evenly spaced points on a circle (eq. 16), displaced by `defects`; angles begin at `zone_rad`."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -101,7 +101,7 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 
 
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """Compute how many points on either side of the nearest point a roller can touch, `DEPTH_LIMIT_M` deep in the race.
+    """Compute how many points on either side of the nearest one a roller touches if it is `DEPTH_LIMIT_M` deep.
 
     A point at distance x along the race is x^2/2 (1/r + 1/R) clear of a roller that just touches the race (circles with
     parallel axes; R is negative for the concave outer race). Points may be up to `highest_m` above the race.
@@ -122,9 +122,9 @@ class Windows(NamedTuple):
 
     `points`, W arrays [col.POINT_ROWS, candidates]: see `columns`, in the frame of the given point's meridian.
     `starts`, [W, 4]: first candidate of each circle, and the end. The first windows contain undisplaced points: window
-    ``c - 1`` has the c nearest of each circle, around the nearest point for odd c, around the point before the roller
-    for even c. `window_of`, [2 rows, points]: window of each nearest point, the last undisplaced one or, near a defect,
-    a window of its own. `highest`, [W]: highest displacement in the window [m].
+    ``c - 1`` contains the c nearest points of each circle, around the nearest for odd c, around the point before the
+    roller for even c. `window_of`, [2 rows, points]: number of each nearest point's window: the last undisplaced one
+    or, near a defect, a separate window. `highest`, [W]: highest displacement in the window [m].
     """
 
     points: list[FloatArray]
@@ -136,7 +136,7 @@ class Windows(NamedTuple):
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
-    """Build the `Windows` of a race with `count` points per circle, `half` of them to either side of the nearest."""
+    """Build a race's `Windows`; `count`: points per circle, `half`: points on either side of that nearest a roller."""
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))

@@ -212,10 +212,10 @@ def find_openings(slices, single, plan, space, rotation, model):
 
 @kernel_part
 def face_roller(space, start, stop):
-    """Turn the columns' axes from the slot's meridian to the meridian of the displaced ring at the roller's centre.
+    """Turn the contacts' axes from the slot's meridian to the meridian of the displaced ring at the roller's centre.
 
     There the ring is nearest to the roller, so that rolling alone does not change the depth. The angle [rad] is stored
-    in the row `SHIFT`, which slices do not use otherwise.
+    in the row `SHIFT`, which slices do not use otherwise. Contacts: columns `start` to `stop` - 1 of `space`.
     """
     for j in range(np.uint64(start), np.uint64(stop)):
         a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]
@@ -240,7 +240,7 @@ def face_roller(space, start, stop):
 
 @kernel_part
 def touches(law, slices, race, i, space, start, stop):
-    """True if slice `i` of a race without defect touches the roller in any of the columns `start` to `stop` - 1."""
+    """True if slice `i` of a race without defect touches a roller in any contact, columns `start` to `stop` - 1."""
     point_law = law_of_point(law)
     radial, axial = slices.rows[race, 0, col.SLICE_RADIAL, i], slices.rows[race, 0, col.SLICE_AXIAL, i]
     normal_radial = slices.rows[race, 0, col.SLICE_NORMAL_RADIAL, i]
@@ -326,7 +326,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
 
 @inlined
 def normal_of_race(radial, tangential, axial, space, j):
-    """Convert the race's outward normal from the frame of column `j` to slot axes, and reverse it (into the race)."""
+    """Convert the race's outward normal from the frame of contact `j` to slot axes, and reverse it (into the race)."""
     return (
         -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
         -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],

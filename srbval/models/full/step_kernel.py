@@ -64,8 +64,8 @@ def clear_mean(mean):
 def add_to_mean(totals, weight, mean, first):
     """Add `weight` times the `totals` (forces, powers, energies) to the running mean of an output interval.
 
-    Two totals differ: the deepest penetration becomes the deepest so far, and the contact energy keeps its value at the
-    start of the interval (`first`: True at the start of a step).
+    Two totals are no means: the deepest penetration becomes the deepest so far, and the contact energy keeps its value
+    at the start of the interval (`first`: True at the start of a step).
     """
     for m in range(col.TOTALS):
         if m == col.DEEPEST:
@@ -225,7 +225,7 @@ def drift(y, step):
 
 @kernel_part
 def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
-    """Compute the rates of the cage's three gimbal angles [rad/s] from two angles and its velocity in world axes."""
+    """Compute the rates of the cage's three gimbal angles [rad/s] from two angles and the cage's world velocity `w`."""
     tilt = cage_tilt(tilt_x, tilt_y)
     w_z, rate_y = tilted_about_x(tilt, w_y, w_z)
     about = w_z / tilt.cos_y

@@ -50,7 +50,7 @@ def tilt_rollers(free, model, slots):
 
 @inlined
 def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
-    """Transform a column's velocities to the tilted roller's frame, with its centre displaced by `shift` [m].
+    """Transform velocities of contact `j` to the tilted roller's frame, its centre displaced by `shift` [m].
 
     `c`, `s`: cosine and sine of the tilt; `w_x`, `w_z`: of the cage, `spin`: of the roller about its axis [rad/s].
     A rocking cage neither turns a free roller about the tangent nor moves a shifted roller along its slot.
@@ -87,7 +87,7 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Transform the force in column `j` to slot axes; returns its torque [N m] about x', through the slot's centre."""
+    """Transform the force of contact `j` to slot axes; returns its torque [N m] about x', through the slot's centre."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y
