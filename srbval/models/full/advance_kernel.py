@@ -89,7 +89,7 @@ def begin_interval(y, model, mean, out, i):
 
 @inlined
 def end_interval(y, start, interval, steps_per_output, mean, out, i):
-    """Write means over an output interval of length `interval` [s] and displacements at its end to row `i` of `out`.
+    """Write means over an output interval of length `interval` [s] and its final displacements to row `i` of `out`.
 
     `start`: result of `begin_interval`; `mean`: sums of the totals over the interval's `steps_per_output` steps.
     """

@@ -281,10 +281,9 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: penetration with all margins, over the gap at a point one spacing aside of a touching roller;
-    `depth_ahead`: the same for points ahead, which act before they touch; `aside`: largest distance of the roller from
-    its slot's meridian, and `position` in the direction of rolling, both in spacings of points. A `patch`, or slices
-    (None), count as one point.
+    `depth`: penetration with all margins, over the gap at a point one spacing beside a touching roller; `depth_ahead`:
+    the same for points ahead, which act before they touch; `aside`: largest distance of roller and slot meridian, and
+    `position` in the direction of rolling, both in spacings. A `patch`, or slices (None), count as one point.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
