@@ -85,7 +85,7 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """Friction law: over slip speed (dry, eq. 19), over slip / rolling speed (lubricated), or of an oil film."""
+    """Friction law: function of slip speed (dry, eq. 19), of slip over rolling speed (lubricated), or an oil film's."""
 
     DRY = "dry"
     LUBRICATED = "lubricated"
@@ -214,7 +214,7 @@ class _Profile(Limited):
         return type(self).__name__.removesuffix("Profile").lower()
 
     def check_covers(self, duration_s: float) -> None:
-        """Raise `ConfigurationError` if the times do not cover the recorded time, 0 to `duration_s`."""
+        """Raise `ConfigurationError` if `time_s` does not cover the recorded time, 0 to `duration_s`."""
         first, last = self.time_s[0], self.time_s[-1]
         if first > 0 or last < duration_s * (1 - 1e-9):
             raise ConfigurationError(

@@ -55,7 +55,7 @@ def _spelled_out(changes: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Read a scene: a name in `BUNDLED`, or a file, recognised by a suffix such as ``.toml`` or a folder before it.
+    """Read a scene: `path` is a name in `BUNDLED` or a file, which has a suffix such as ``.toml`` or names a folder.
 
     Missing keys keep the paper's value; `changes` override the file. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
