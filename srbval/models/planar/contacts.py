@@ -237,7 +237,7 @@ class ElementSlot:
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Returns as `Slot.place_on_race`; raises `ConfigurationError` for a cosine shape or if the extent is missing."""
+        """See `Slot.place_on_race`; raises `ConfigurationError` for a cosine shape or a defect without extent."""
         across, half, strip = _strips(defect, self.races[race], deepest_m)
         bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
 
