@@ -102,7 +102,7 @@ class RandomEffects(NamedTuple):
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
-    """Draw the effects on `values` [n] from their posterior, for error `covariance` [n, n], `design` [n, effects]."""
+    """Sample the posterior of the effects in `values` [n], with error `covariance` [n, n], `design` [n, effects]."""
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))

@@ -85,7 +85,7 @@ def line_value(value_of: ValueOfOrder) -> QuantityReader:
 
 
 def harmonic_level(number: int) -> QuantityReader:
-    """Return a function that reads the level of harmonic `number` of the fault's line relative to the first [dB]."""
+    """Return a function that reads the level of a line's harmonic `number` relative to the first harmonic [dB]."""
     return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
 
 

@@ -35,7 +35,7 @@ Row = dict[str, Any]  # one row of a table, by the names of its columns
 
 
 class Verdict(enum.StrEnum):
-    """Conclusion that an error and its uncertainty allow."""
+    """Conclusion about an error, from its uncertainty and a margin, or from a stated tolerance."""
 
     AGREES = "agrees"
     DIFFERS = "differs"

@@ -143,7 +143,7 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, in the paper's band unless `band_hz` is given; a roller fault is searched at the run's order."""
+    """Analyse a run, in the paper's band unless `band_hz` is given; search a roller's line at the order of the run."""
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))

@@ -201,7 +201,7 @@ def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis
 
 
 def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
-    """First harmonic of a fault, its frequency and 95 % half width [Hz]; `DataError` if the record is too short."""
+    """First harmonic of a fault line, its frequency and half width [Hz]; `DataError` if the record is too short."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")

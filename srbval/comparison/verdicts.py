@@ -119,7 +119,7 @@ def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatAr
 
 
 def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
-    """Share of all pairs of model and rig values [%] that differ by more than the tolerance."""
+    """Share (0 to 1) of pairs of a model and a rig value [%] that differ by more than the tolerance."""
     ordered = np.sort(rig)
     above = np.searchsorted(ordered, model + TOLERANCE.limit_pct, "right")
     below = np.searchsorted(ordered, model - TOLERANCE.limit_pct, "left")

@@ -64,7 +64,7 @@ class MeasuredErrors:
 
     Each run lasts `seconds`. `ranges` contains the least and greatest value of each axis (varied setting), `values` the
     settings of the measured scene by dotted key, `pace` the wall time of each model per simulated second [s/s].
-    `models` are in the order of the hierarchy.
+    `models` are sorted from the simplest to the most detailed.
     """
 
     base: str
@@ -127,7 +127,7 @@ class MeasuredErrors:
 
 
 def scene_values(scene: Scene) -> dict[str, Any]:
-    """Settings of a scene by dotted key, with a digest of its bearing's data."""
+    """Settings of a scene by dotted key; a hash of the data represents the bearing."""
     bearing = load_bearing(scene.bearing)
     digest = hashlib.sha256(repr(bearing).encode()).hexdigest()[:8]
     values = walk_leaves(scene_dict(scene) | {"bearing": f"{bearing.name} (data {digest})"})

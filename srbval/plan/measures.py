@@ -39,7 +39,7 @@ def measure(run: Run) -> RunMeasures:
 def smooth_mean(values: FloatArray) -> float:
     """Mean of `values`, shape [n], weighted by a Hann window.
 
-    The window reduces the effect of roller passages on the mean over n periods from 1/n to 1/n^3.
+    With the window, the error due to roller passages falls with their number k as 1/k^3 instead of 1/k.
     """
     return float(np.average(values, weights=hann(values.size)))
 
@@ -47,8 +47,8 @@ def smooth_mean(values: FloatArray) -> float:
 def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     """Median amplitude of an envelope's spectrum between 60 and 90 Hz, divided by the envelope's mean.
 
-    A Hann window limits the leakage of strong lines. The scale gives white noise the same level as in a plain amplitude
-    spectrum. Compare records of equal length only: the level of broadband noise falls with the root of the length.
+    A Hann window limits the leakage of strong lines. The scale keeps the level of white noise that a
+    plain amplitude spectrum has. Compare records of equal length only: broadband noise falls with the root of length.
     """
     window, mean = hann(envelope.size), float(envelope.mean())
     lines = np.abs(np.asarray(scipy.fft.rfft((envelope - mean) * window)))

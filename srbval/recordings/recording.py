@@ -69,7 +69,7 @@ class SpeedSignal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceFacts:
-    """Facts that a file, run or data set states about a record; None if it does not state the fact.
+    """Facts that a file, run or data set states about a record; a fact that is not stated is None.
 
     `own_bearing` is the bearing stored with a simulated run, `cage_hz` the mean cage speed of a simulation. With
     `interval_means` the samples are means over output intervals, as in this program's runs. `resampling_error` is the

@@ -336,7 +336,7 @@ def recording_of(source: RecordSource, settings: RecordingSettings = NO_SETTINGS
 
 
 def find_shipped(name: str | Path) -> str | Path:
-    """Return `name` if this file exists or no shipped recording has this name, otherwise the shipped file."""
+    """Path of the shipped recording called `name`; `name` itself if there is none, or if a file of this name exists."""
     shipped = shipped_folder(RIG_EXCERPTS) / name
     return shipped if not Path(name).exists() and Path(name).name == str(name) and shipped.is_file() else name
 

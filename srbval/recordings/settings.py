@@ -142,7 +142,7 @@ OPTION = re.compile(
 
 
 def with_keywords(text: str) -> str:
-    """Replace options in an error message by Python's keywords (``--rpm R`` by ``rpm=R``), except in commands."""
+    """Replace options in an error message by keyword arguments (``--rpm R`` by ``rpm=R``), except in commands."""
 
     def keyword(found: re.Match[str]) -> str:
         if found["command"] or found["folder"]:
@@ -210,7 +210,7 @@ def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading
 
 
 def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Any]:
-    """Sampling rate from the user, the file, its times or the channel, else the problem; as fields of `Reading`."""
+    """Fields of `Reading` that state the sampling rate (from user, file, times or channel) or why it is unknown."""
     time, fs_hz = reading.time, reading.fs_hz
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
@@ -289,7 +289,7 @@ def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings
 
 
 def _unit_changes(path: Path, name: str, channel: Channel, settings: RecordingSettings) -> dict[str, Any]:
-    """Fields of a channel that the user's unit changes; a caution or a problem if the file states another unit."""
+    """Fields of a channel that the user's unit changes, with a caution or problem if the file states another unit."""
     unit, own = settings.unit, channel.unit
     if unit is None and own is None and settings.derivative is not None:
         unit = DERIVATIVE_UNITS[settings.derivative]

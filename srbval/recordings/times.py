@@ -88,7 +88,7 @@ def is_time(name: str, unit: str | None = None, values: NDArray[np.generic] | No
 
 
 def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Sampling rate [Hz] if `name` means a rate or a time step, and True if its unit is stated; otherwise None."""
+    """Sampling rate [Hz] and whether its unit is stated, if `name` means a rate or a time step; otherwise None."""
     bare = re.sub(r"\s*[\[({].*", "", name)
     unit = name[len(bare) :].strip(" []{}()").lower() or None
     plain = re.sub(r"[\W_]+", "", bare.rpartition(".")[2].lower())

@@ -125,7 +125,7 @@ def _read_values(side: SideReading | None, name: str) -> list[QuantityValue]:
 
 
 def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | None]:
-    """Mean of repeated values, and the 95 % half width of the mean from their scatter; None for a single value.
+    """Mean of repeated values, and its 95 % half width from their scatter (None for a single value).
 
     The scatter includes the reading errors of the repeats; the error of the shaft speed is common to all.
     """

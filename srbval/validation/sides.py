@@ -145,7 +145,7 @@ def state_in_name(name: str) -> Fault | None:
 
 
 def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, Any]:
-    """Describe a file: bearing state and what states it, speed [rpm] and radial load [N] (NaN if unknown).
+    """Describe a file: bearing state with its source, speed [rpm] and radial load [N] (NaN if unknown).
 
     `state` applies if neither file nor file name states one; without any state raises `ConfigurationError`.
     """

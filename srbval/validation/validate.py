@@ -48,7 +48,7 @@ class PairReading:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Validation(NotebookObject):
-    """Result of a case: `table` has a row for each pair and quantity, `pairs` a row for each pair.
+    """Result of a validation case: `table` has a row for each pair and quantity, `pairs` a row for each pair.
 
     `comparisons` are rows with the parts of the uncertainty, `sums` the sum rules of race lines (see `check_race_sum`),
     and `failed` the pairs that could not be compared.

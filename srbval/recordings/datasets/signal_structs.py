@@ -27,7 +27,7 @@ ROTATION_TO_SI = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
 
 
 class StructSignal(NamedTuple):
-    """Contents of a struct: samples [n] of each column in SI units, and their sampling rate `fs_hz`."""
+    """Signal in a struct of a MATLAB file: samples [n] of each column in SI units, and sampling rate `fs_hz`."""
 
     name: str
     columns: list[FloatArray]

@@ -102,7 +102,7 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
 def _rate_hz(
     raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None
 ) -> float | None:
-    """Sampling rate [Hz] from the file's name (`said`), the list of records (`listed`), a variable, the description."""
+    """Sampling rate [Hz] from the file's name (`said`), the list of records (`listed`), a variable or `description`."""
     named_hz, variable = scaled(said.get("rate_khz"), HZ_PER_KHZ), description.rate_variable
     if named_hz and listed and named_hz != listed.fs_hz:
         raise DataError(
