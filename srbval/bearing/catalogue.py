@@ -60,7 +60,7 @@ class Bearing(NotebookObject):
 
     `rolling_elements` counts one row. `geometry`: only for spherical roller bearings that the full model can simulate,
     `elements`: for other bearings with known dimensions; if both are None, `orders` come from the published table in
-    `source`. `ratings`: load and speed from the catalogue, if known. `largest_slip`: largest mean slip of the cage,
+    `source`. `ratings`: of load and speed (catalogue), if known. `largest_slip`: largest mean slip of the cage,
     as a share of its speed, for which the search for fault lines allows.
     """
 
@@ -86,7 +86,7 @@ class Bearing(NotebookObject):
         )
 
     def summary_table(self) -> tuple[str, dict[str, Any]]:
-        """Return title and table of orders and source, for display in a notebook."""
+        """Return a title and a table of the orders and their source, for display in a notebook."""
         about = {"rolling elements of a row": self.rolling_elements, "source": self.source}
         return f"{self.name}: {self.title}", {key.upper(): value for key, value in vars(self.orders).items()} | about
 

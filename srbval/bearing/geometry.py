@@ -70,7 +70,7 @@ class SphericalRollerGeometry(Limited):
         outer = raceway * math.cos(CIRCLES[-1] * self.tilt_rad)
         if not (lower < MIN_ROLLER_SHARE * roller < MIN_ROLLER_SHARE**2 * outer and inner > 0):
             raise ConfigurationError(
-                f"rollers of {roller:.6g} m radius ({lower:.6g} m less at the ends) do not fit raceways of "
+                f"rollers of {roller:.6g} m radius ({lower:.6g} m smaller at the ends) do not fit raceways of "
                 f"{inner:.6g} m and {outer:.6g} m: all radii must be positive, the rollers' below the outer raceway's."
             )
 

@@ -64,7 +64,7 @@ class Oil(Limited):
 
     @property
     def points_mm2_s(self) -> tuple[float, float]:
-        """Kinematic viscosity at 40 and 100 degrees C."""
+        """Kinematic viscosity at 40 and 100 degrees C [mm2/s]."""
         if self.viscosity_40_mm2_s is not None and self.viscosity_100_mm2_s is not None:
             return self.viscosity_40_mm2_s, self.viscosity_100_mm2_s
         return float(self.iso_vg or 0), viscosities_100_mm2_s().get(self.iso_vg or 0, math.nan)
@@ -76,7 +76,7 @@ class Oil(Limited):
         return (at_40 - at_100) / math.log10((100 + KELVIN) / (40 + KELVIN))
 
     def kinematic_mm2_s(self) -> float:
-        """Compute the kinematic viscosity at the scene's temperature."""
+        """Compute the kinematic viscosity at the scene's temperature [mm2/s]."""
         ratio = math.log10((40 + KELVIN) / (self.temperature_c + KELVIN))
         double = math.log10(math.log10(self.points_mm2_s[0] + WALTHER)) + self.walther_slope * ratio
         return float(10**10**double - WALTHER)

@@ -225,7 +225,7 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """List uncertain inputs of the scene `rig` (``input``), of `rig-oil` (``oil``), or the hole's ``position``."""
+    """List uncertain inputs: `kind` ``input`` (scene `rig`), ``oil`` (scene `rig-oil`), ``position`` (of the hole)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
@@ -242,7 +242,7 @@ def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str,
 
 
 def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float]]:
-    """Draw ``2**power`` points of a scrambled Sobol sequence: a share (0 to 1) of each input's range."""
+    """Draw ``2**power`` points of a scrambled Sobol sequence; each has a share (0 to 1) of the range of each input."""
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))

@@ -24,7 +24,7 @@ MAX_DEFECTS = 20  # each needs a table, which takes seconds to compute
 
 @dataclass(frozen=True, kw_only=True)
 class SolverSettings(Limited):
-    """Time integration: the method's name and its fixed step."""
+    """Time integration of a scene: name of the method and its fixed step."""
 
     name: str
     step_s: float = quantity("time", above=0)

@@ -52,12 +52,12 @@ class SensorPath(Limited):
 
     @property
     def low_hz(self) -> float:
-        """Lower edge of the lowest band."""
+        """Lower edge of the lowest band of the gains [Hz]."""
         return self.frequency_hz[0] / HALF_THIRD_OCTAVE
 
     @property
     def high_hz(self) -> float:
-        """Upper edge of the highest band."""
+        """Upper edge of the highest band of the gains [Hz]."""
         return self.frequency_hz[-1] * HALF_THIRD_OCTAVE
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:

@@ -64,7 +64,7 @@ class Surface(Limited):
         return np.arange(math.ceil(round_m / self.longest_m), math.floor(round_m / self.shortest_m) + 1.0)
 
     def amplitudes(self, round_m: float, height_m: float | None) -> FloatArray:
-        """Compute all orders' amplitudes [m] from the total RMS `height_m`, or from the roughness class if None."""
+        """Compute the amplitude [m] of each order from the total RMS `height_m`, or the roughness class if None."""
         shares: FloatArray = self.orders(round_m) ** -self.exponent
         if height_m is None:
             return math.sqrt(2 * self.density_m() * round_m ** (2 * self.exponent - 1)) * shares
@@ -89,5 +89,5 @@ class Surface(Limited):
 
 
 def _filter_gain(cutoff_m: float, length_m: FloatArray) -> FloatArray:
-    """Compute the gain of a profile filter for waves of these lengths (ISO 16610-21)."""
+    """Compute a profile filter's gain at wavelengths `length_m`; `cutoff_m`: cutoff wavelength (ISO 16610-21)."""
     return np.asarray(np.exp(-math.pi * (FILTER_CONSTANT * cutoff_m / length_m) ** 2))
