@@ -102,8 +102,7 @@ class DaskEngine:
 
     `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object, or a function
     that returns a context manager of a cluster. If there is no worker for `wait_s` [s], `run` raises `DataError`. If
-    the workers declare a resource ``memory`` [bytes], a worker runs only as many cases at a time as fit into its
-    memory.
+    the workers declare a resource ``memory`` [bytes], a worker runs as many cases at a time as fit into it.
     """
 
     cluster: Any

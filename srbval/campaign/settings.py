@@ -34,7 +34,7 @@ Point = dict[str, Any]
 
 
 class Sampling(enum.StrEnum):
-    """Method by which `Axes` generate the inputs of cases: from lists of values, complete sets, or sampled ranges."""
+    """Method by which `Axes` vary inputs: by lists of values, by complete sets of inputs, or by samples from ranges."""
 
     GRID = "grid"  # every combination of `values`
     ZIP = "zip"  # first elements of all `values`, then second elements, ...
@@ -48,9 +48,10 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 
 @dataclass(frozen=True, kw_only=True)
 class Axes(Limited):
-    """Inputs varied by one method, `kind`. Keys are those of a scene file, as ``"load.radial"`` or as nested tables.
+    """Inputs that one method, `kind`, varies from case to case. Keys are dotted keys or nested tables of a scene file.
 
-    `values`: choices by key; `cases`: complete sets; `ranges`: lowest and highest value by key, in one unit.
+    `values` are lists of choices by key, `cases` complete sets of inputs by key, `ranges` the lowest and highest value
+    by key, in one unit.
     """
 
     kind: Sampling

@@ -80,9 +80,8 @@ class Comb:
 class FaultScores:
     """Strongest combs of a record by cause: one for each fault, and `OTHER_CAUSE` for a comb without a known cause.
 
-    `first` contains the combs of the whole spectrum, `second` the combs that are found after the lines of the
-    `strongest` comb are removed (empty if no comb indicates a fault). `cage` is the comb at the cage frequency, which
-    identifies no fault.
+    `first` are the combs of the whole spectrum, `second` the combs found after the lines of the `strongest` comb are
+    removed (empty if no comb indicates a fault). `cage` is the comb at the cage frequency, which identifies no fault.
     """
 
     first: Mapping[str, Comb]
@@ -172,8 +171,8 @@ def log_likelihood(
     `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
     visible in only one of them. `lines` is 0 for a part whose line has no peak, 1 for an unexplained peak, 2 for a line
     that has risen over a healthy record's. `stands` is true if any line is unexplained. `elsewhere` are the scores at a
-    shaft speed outside the stated tolerance that fits the record: a fault of an unknown part is more likely if another
-    comb is strongest there.
+    shaft speed outside the stated tolerance that fits the record: another strongest comb there makes a fault of an
+    unknown part more likely.
     """
     found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))

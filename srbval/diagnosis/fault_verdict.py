@@ -1,9 +1,8 @@
 """Verdict on a record: a fault is named, nothing is found, or the state is undecided.
 
-`diagnose` computes the probability of each state from the combs (lines with their harmonics), the single lines and the
-comparison with a healthy record. A fault is named if its probability is at least two thirds. Nothing is found if the
-probability of healthy is at least one half and a fault of either race would have been detected. The declared state is
-not used.
+`diagnose` computes the probability of each state from combs (lines with their harmonics), single lines and the
+comparison with a healthy record. A fault is named if its probability is at least two thirds. Nothing is found if
+healthy has at least one half and a fault of either race would have been detected. The declared state is not used.
 """
 
 import enum

@@ -84,9 +84,8 @@ def identify(
     """Identify the path to the sensor behind which the run of `pair` has the power of its record in all third octaves.
 
     The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on
-    the inner race. Power of a `healthy` record that repeats at the same shaft order is subtracted. Raises `DataError`
-    for unusable records, `ConfigurationError` for an unknown fault or a band beyond a record (default:
-    `DEFAULT_BAND_HZ`).
+    the inner race. Power of a `healthy` record at the same shaft order is subtracted. Raises `DataError` for unusable
+    records, `ConfigurationError` for an unknown fault or a band beyond a record (default: `DEFAULT_BAND_HZ`).
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:

@@ -1,11 +1,10 @@
 """False-alarm probability of a line: from noise alone, and by its rank among placebos of the same record.
 
-`neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives the number of
-times that its sum over harmonics rises above a level in the window. Real noise contains lines of other machines, so a
-comb (line with harmonics) is also ranked among placebos, which are combs of no bearing line. The harmonics of a whole
-placebo belong to one fundamental; in a mixed placebo each is taken from one of two fundamentals at random. Whole
-placebos are few (some tens do not overlap), but as strong as another bearing's comb in the window; `joint_false_alarm`
-weights both ranks.
+`neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives how often its sum
+over harmonics rises above a level in the window. Real noise contains lines of other machines, so a comb (line with
+harmonics) is also ranked among placebos, combs of no bearing line. The harmonics of a whole placebo belong to one
+fundamental; in a mixed placebo each is taken from one of two fundamentals at random. Whole placebos are few (some tens
+do not overlap), but as strong as another bearing's comb in the window; `joint_false_alarm` weights both ranks.
 """
 
 import math

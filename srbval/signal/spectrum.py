@@ -102,8 +102,7 @@ def prewhitened(samples: FloatArray) -> FloatArray:
 
     Cepstrum prewhitening, X / |X| (Borghesani, Pennacchi, Randall, Sawalhi & Ricci 2013, Mech. Syst. Signal Process.
     36, 370; authors and page quoted from memory, not checked), leaves next to no power to tones, gear meshes and
-    impacts without jitter. m is the largest length up to n with a fast transform. `DataError` if the record is
-    constant.
+    impacts without jitter. m is the largest length up to n with a fast transform. `DataError` for a constant record.
     """
     size = scipy.fft.prev_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples[:size] - samples[:size].mean())
