@@ -50,8 +50,8 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 class Axes(Limited):
     """Inputs that one method, `kind`, varies from case to case. Keys are dotted keys or nested tables of a scene file.
 
-    `values` are lists of choices by key, `cases` complete sets of inputs by key, `ranges` the lowest and highest value
-    by key, in one unit.
+    `values` are lists of choices by key, `cases` complete sets of inputs by key, `ranges` lowest and highest values, in
+    one unit.
     """
 
     kind: Sampling

@@ -125,7 +125,10 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
 
 
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """Analyse `healthy` in the band of `analysis` and list all differences; raises an error if incomparable."""
+    """Analyse `healthy` in the band of `analysis`, and list how the two records differ.
+
+    Raises an error if they cannot be compared, for example if they are the same record.
+    """
     ours, processed = analysis.recording, analysis.processed
     if _is_same_signal(healthy, ours):
         raise ConfigurationError(

@@ -169,8 +169,8 @@ def log_likelihood(
     """Log likelihood ratio of each state in `CLASSES` to healthy, for use with any prior.
 
     `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
-    visible in only one of them. `lines` is 0 for a part whose line has no peak, 1 for an unexplained peak, 2 for a line
-    that has risen over a healthy record's. `stands` is true if any line is unexplained. `elsewhere` are the scores at a
+    visible in only one of them. `lines` is 0 for a part without a peak at its line, 1 for an unexplained peak, 2 for
+    one risen over a healthy record's. `stands` is true if any line is unexplained. `elsewhere` are the scores at a
     shaft speed outside the stated tolerance that fits the record: another strongest comb there makes a fault of an
     unknown part more likely.
     """

@@ -222,7 +222,7 @@ class FaultVerdict:
 
     @property
     def part(self) -> Fault | None:
-        """Named part, or that with the stronger comb if two parts are named; None if no part is named."""
+        """Named part, or the part with the stronger comb if two are named; None if no part is named."""
         return self.parts[0] if self.parts else None
 
     @property

@@ -233,7 +233,7 @@ def separate_other_files(
 
 
 def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Table of the features of `features_of` with name, value and unit; accelerations also in g."""
+    """Table of the features that `features_of` computes, with name, value and unit; accelerations also in g."""
     scales = {found["unit"]: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found["unit"] == ACCELERATION_UNIT else {})
     levels = {"RMS": found["rms"], "peak": found["peak"], "RMS in the band": found["band_rms"]}
     rows = [(name, value * scale, unit) for name, value in levels.items() for unit, scale in scales.items()]

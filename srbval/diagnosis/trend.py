@@ -155,7 +155,7 @@ def machine_classes() -> dict[str, tuple[float, ...]]:
 
 
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
-    """Velocities [mm/s] between the ISO 20816-3 zones of a class, none without class; `UnknownNameError` if unknown."""
+    """Velocities [mm/s] between the ISO 20816-3 zones of a class, none for None; `UnknownNameError` if unknown."""
     if machine_class is not None and machine_class not in machine_classes():
         raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, machine_classes())
     return machine_classes()[machine_class] if machine_class else ()
@@ -172,8 +172,8 @@ def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[
     """Time of each file, and the source of the times in words.
 
     Times are read from a CSV `table` with the columns `file` and `time`; without a table from dates in the file names,
-    else from the last number in each name, else from the dates of the files' last change. Raises `ConfigurationError`
-    if the table cannot be used.
+    else from the last number in each name, else from the dates of the files' last change. `ConfigurationError` for an
+    unusable table.
     """
     names = {file: Path(file).name for file in files}
     if table is not None:

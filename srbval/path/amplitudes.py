@@ -81,7 +81,7 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitu
 
 
 def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
-    """Level of the power in each third octave [dB re 1 m/s2], with the power of the record `added` if given."""
+    """Level of the power in each third octave [dB re 1 m/s2], plus the power of the record `added` if given."""
     found = {}
     powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
     for name, (low, high) in LEVEL_BANDS.items():

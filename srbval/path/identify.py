@@ -45,7 +45,7 @@ Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowe
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identified:
-    """Identified path to the sensor, the powers from which it follows, and the sidebands used for its ratio of gains.
+    """Identified path to the sensor, with the powers and sidebands of record and run from which it follows.
 
     `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the power that repeats with the fault in
     the record (NaN if not present) and in the run along and across the load. `sidebands_db` [2, 2] are the sidebands of
@@ -186,7 +186,7 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of joined third octaves, and power that repeats with the fault in each, minus `healthy`'s [(m/s2)^2]."""
+    """Edges of bands, and power in each that repeats with the fault [(m/s2)^2], minus the `healthy` record's."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit (and --scale).")
@@ -217,7 +217,7 @@ def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> F
 
 
 def _interpolate_missing(values: FloatArray) -> FloatArray:
-    """Interpolate missing values between known ones; both ends are known."""
+    """Interpolate missing values linearly; the first and the last value must be known."""
     known = np.flatnonzero(np.isfinite(values))
     return np.interp(np.arange(values.size), known, values[known])
 
@@ -269,7 +269,7 @@ def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silen
 
 
 def path_toml(path: SensorPath) -> str:
-    """Text of a TOML file with a path's gains, to be named by `sensor_path` in a scene."""
+    """Text of a TOML file with the gains of a path; the setting `sensor_path` of a scene names such a file."""
 
     def quoted(text: str) -> str:  # a TOML string of printable text; the escapes are JSON's
         return json.dumps("".join(c if c.isprintable() else "?" for c in text), ensure_ascii=False)

@@ -45,9 +45,9 @@ class Analysis(SpeedSearch, NotebookObject):
 
     @property
     def closure(self) -> dict[str, Any]:
-        """Compare the sum of both race lines with Z f_shaft, Z rolling elements; `why` explains a missing or wrong sum.
+        """Compare BPFO + BPFI with Z f_shaft for Z rolling elements; `why` explains a missing or wrong sum.
 
-        BPFO + BPFI = Z f_shaft for any slip (Randall 2011, sect. 2.2.3); otherwise a line or the stated speed is wrong.
+        The sum is Z f_shaft for any slip (Randall 2011, sect. 2.2.3); otherwise a line or the stated speed is wrong.
         """
         expected, expected_ci = (self.bearing.rolling_elements * hz for hz in (self.speed.value_hz, self.speed.ci95_hz))
         closure: dict[str, Any] = {"expected_hz": expected, "expected_ci95_hz": expected_ci}
@@ -224,7 +224,7 @@ def _clearest(
 def bearing_of(
     recording: Recording, given: Bearing | str | Path | None = None, *, largest_slip_pct: float | None = None
 ) -> Bearing:
-    """Return the `given` bearing (object, name or file), else the recording's; `largest_slip_pct` replaces its own."""
+    """Return the `given` bearing (object, name or file) or the record's; `largest_slip_pct` replaces its slip limit."""
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:
         raise ConfigurationError(

@@ -106,9 +106,9 @@ def identity_probability(
 
         odds = [t(d / s) / s / its share within the window] 2 w / B(p)
 
-    B(p) = -e p ln p is the least Bayes factor in favour of another source whose peak is as strong with the chance p,
-    `other_chance` (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked; 1 from p = 1/e).
-    If the cage may slip by more than `LARGEST_SLIP`, half of the difference to `largest_slip` adds to s.
+    B(p) = -e p ln p is the least Bayes factor for another source, if p, `other_chance`, is its chance of so strong a
+    peak (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked; 1 from p = 1/e). If the cage
+    may slip by more than `LARGEST_SLIP`, half of the difference to `largest_slip` adds to s.
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2

@@ -112,7 +112,7 @@ class Processed:
 
     @functools.cached_property
     def spectrum(self) -> Spectrum:
-        """Amplitude spectrum of `envelope` in standard deviations, at even shaft angles if order tracking is used."""
+        """Amplitude spectrum of `envelope`, in standard deviations of the signal, at even shaft angles if tracked."""
         return amplitude_spectrum(self.tracking.resample(self.envelope, self.fs_hz, self.end_s), self.fs_hz)
 
     @property

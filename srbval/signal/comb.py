@@ -71,12 +71,11 @@ def read_comb(
 ) -> LineReading | None:
     """Fit lines at ``f, 2f, ... Hf`` and sidebands ``hf +- s``, f within `half_window_hz` of `expected_hz`.
 
-    H is the number of `harmonics`. The fit starts at the highest sum of `neg_log_p` of all harmonics and at the spacing
-    s = `sideband_hz` (zero: no sidebands). f and s maximise the likelihood for lines of unknown amplitude and phase
-    (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`),
-    unless `period_s`, the period of the modulation by the shaft, is None. Masked lines and lines above
-    ``record.limit_hz`` are ignored. Returns None if f would be above this limit, or its window is masked or has no
-    peak.
+    H is `harmonics`. The fit starts at the highest sum of `neg_log_p` of all harmonics and at the spacing s =
+    `sideband_hz` (zero: no sidebands). f and s maximise the likelihood for lines of unknown amplitude and phase (Rife &
+    Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`), unless
+    `period_s`, the period of the modulation by the shaft, is None. Masked lines and lines above ``record.limit_hz`` are
+    ignored. Returns None if f would be above this limit, or its window is masked or has no peak.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -140,7 +139,7 @@ def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
 
 
 def _highest_peak(candidates: FloatArray, score: FloatArray) -> float | None:
-    """Frequency of `candidates` at the highest interior maximum of `score`: a peak at the edge is of a line outside."""
+    """Frequency of `candidates` with the highest interior maximum of `score`; a maximum at the edge is ignored."""
     peaks = np.flatnonzero((score[1:-1] >= score[:-2]) & (score[1:-1] > score[2:])) + 1
     return float(candidates[peaks[np.argmax(score[peaks])]]) if peaks.size else None
 

@@ -21,8 +21,7 @@ class CombSpectrum:
     """Score [n] of a comb of `harmonics` lines at each fundamental `frequency_hz` [n], `step` apart in the logarithm.
 
     The score is the sum of log(1 + power over local noise): one strong line does not outweigh all others. `lines` [m]
-    are these logarithms at the frequencies `line_hz` [m], and `depth` [m] is the greatest modulation depth of a line at
-    each of these frequencies in any band.
+    are these logarithms at the frequencies `line_hz` [m], `depth` [m] the greatest modulation depth there in any band.
     """
 
     line_hz: FloatArray
@@ -65,7 +64,7 @@ class CombSpectrum:
         return int(first + np.argmax(self.score[first:end])) if end > first else None
 
     def typical(self, relative: float) -> float:
-        """Score of a typical comb: median over all fundamentals of the highest score within `relative` of each."""
+        """Score of a typical comb: median of the highest scores within +-`relative` (a share) of all fundamentals."""
         if self.score.size == 0:
             return 0.0
         half = max(1, round(relative / self.step))

@@ -30,11 +30,11 @@ BLOCK = 4096  # placebos scored at a time
 
 
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """-log of the probability that noise reaches `snr` at one given frequency; on noise, exponential with mean 1.
+    """-log of the probability that noise reaches `snr` at a given frequency; for noise, it is exponential with mean 1.
 
-    `snr` [..., h] is power over a noise mean estimated as median M / ln 2 of `bins` [h] (odd) bins nearby. The k-th of
-    n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta Math. Hung.
-    4, 191), so the log of E exp(-x M / ln 2), x the `snr`, is a difference of log gamma functions.
+    `snr` [..., h] is power over the mean noise, estimated as M / ln 2 by the median M of `bins` [h] (odd) bins nearby.
+    The k-th of n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta
+    Math. Hung. 4, 191), so the log of E exp(-x M / ln 2), x the `snr`, is a difference of log gamma functions.
     """
     half, ratio = (bins + 1) / 2, np.asarray(snr) / math.log(2)
     rise = scipy.special.gammaln(bins + 1 + ratio) - scipy.special.gammaln(half + ratio)
@@ -112,7 +112,7 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """Larger of `noise` and the mean rank among `mixed` and `whole` placebos, `whole` with weight `FOREIGN_COMB`."""
+    """Larger of `noise` and the mean of both ranks among placebos, `mixed` and `whole` (weight: `FOREIGN_COMB`)."""
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 

@@ -128,7 +128,7 @@ class Periodogram:
 
     @property
     def seconds(self) -> float:
-        """Duration [s]."""
+        """Duration of the record [s]."""
         return self.samples.size / self.fs_hz
 
     @property
@@ -161,7 +161,7 @@ class Periodogram:
         return 2 * math.sqrt(power) / self.samples.size / abs(self.mean) if self.mean else math.inf
 
     def noise_near(self, centre_hz: float, half_window_hz: float) -> Noise:
-        """Mean noise power near `centre_hz`: the median over ln 2 of the nearest bins outside the window and the masks.
+        """Mean noise power near `centre_hz`: median, divided by ln 2, of the nearest bins outside window and masks.
 
         Raises `DataError` if fewer than `LEAST_NOISE_BINS` are left.
         """
@@ -200,7 +200,7 @@ class Periodogram:
 
 
 def decimate(samples: FloatArray, down: int) -> FloatArray:
-    """Low-pass filter and keep one of `down` samples, as `scipy.signal.resample_poly` does, which loads slowly."""
+    """Low-pass filter and keep one of `down` samples, as `scipy.signal.resample_poly` does, which is slow to import."""
     half, size, share = 10 * down, -(-samples.size // down), 1 / down
     place = np.arange(-half, half + 1)
     kaiser = scipy.special.i0(5.0 * np.sqrt(1 - (place / half) ** 2.0)) / scipy.special.i0(5.0)

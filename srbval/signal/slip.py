@@ -2,9 +2,9 @@
 
 Random slip makes the phase of a line, whose slope is the frequency, a random walk over the blocks (parts) of a record;
 noise adds an independent error to each block's phase. The ratio of walk to noise is estimated from the phase's
-residuals about a straight line. They cannot separate slip as large as the noise from no slip, so the half width is a
-tabulated multiple of the estimated spread (`half_width`). The path of the phase is found by dynamic programming
-(Viterbi 1967, IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then refined.
+residuals about a straight line. The residuals cannot separate slip as large as the noise from no slip, so the half
+width is a tabulated multiple of the estimated spread (`half_width`). The path of the phase is found by dynamic
+programming (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260), since phases may be wrong by a turn, and then refined.
 """
 
 from __future__ import annotations
@@ -198,8 +198,9 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 class Modes:
     """Orthonormal `contrasts` [n - 2, n] of n phases about a straight line, in which walk and noise are uncorrelated.
 
-    `slope` [n] are the weights for the phases' slope, `slope_variance` its variance by noise of variance one. A walk
-    that adds as much has the variance `share` [n - 2] in the contrasts and the covariance `with_slope` with the slope.
+    `slope` [n] are the weights for the phases' slope, `slope_variance` the slope's variance from noise of variance one.
+    A walk that adds as much to the slope has the variance `share` [n - 2] in the contrasts and the covariance
+    `with_slope` with the slope.
     """
 
     contrasts: FloatArray

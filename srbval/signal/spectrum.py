@@ -90,7 +90,7 @@ def power_density(samples: FloatArray, fs_hz: float, segment_s: float) -> tuple[
 def kurtosis(samples: FloatArray | ComplexArray) -> float:
     """Mean fourth power of the modulus of `samples` [n] over the square of the mean second power; nan for zeros.
 
-    3 for Gaussian noise, 2 for complex Gaussian noise, 3/2 for a sine, 1 for a complex tone.
+    The kurtosis is 3 for Gaussian noise, 2 for complex Gaussian noise, 3/2 for a sine, 1 for a complex tone.
     """
     power = np.square(samples.real) + np.square(samples.imag)
     mean = float(np.mean(power))
@@ -137,9 +137,9 @@ class Kurtogram:
 def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highest_hz: float = math.inf) -> Kurtogram:
     """Kurtogram of `samples` [n] on the tree of halves and thirds of the fast kurtogram.
 
-    Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... are side by side (Antoni 2007, Mech. Syst. Signal Process. 21, 108), cut
-    sharply in the frequency domain. Bands are omitted if they begin at zero, are narrower than `least_width_hz` or
-    above `highest_hz`, or have fewer than `LEAST_SAMPLES` independent samples.
+    Bands as wide as the Nyquist frequency over 2, 3, 4, 6, 8, 12, ... lie side by side (Antoni 2007, Mech. Syst. Signal
+    Process. 21, 108), cut sharply in the frequency domain. Bands are omitted if they begin at zero, are narrower than
+    `least_width_hz` or above `highest_hz`, or have fewer than `LEAST_SAMPLES` independent samples.
     """
     nyquist, seconds = fs_hz / 2, samples.size / fs_hz
     length = scipy.fft.next_fast_len(samples.size, real=True)

@@ -1,8 +1,7 @@
 """Cache of results that can be computed again: one small file each, named by a hash of its input and source code.
 
 A file ends with a checksum and is written completely or not at all; a damaged file counts as missing. Any number of
-processes may read and write at the same time. Beyond `LIMIT_BYTES` in the folder, the least recently used files are
-removed.
+processes may read and write at the same time. Beyond `LIMIT_BYTES`, the least recently used files are removed.
 """
 
 import contextlib
