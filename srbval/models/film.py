@@ -1,9 +1,9 @@
 """Oil films between rollers and races, their heating, and rolling resistance: closed forms in SI, floats or arrays.
 
-The page "Oil" of the theory has the formulas and their limits. Sources: D. Dowson & S. Toyoda 1979; B. J. Hamrock &
-D. Dowson 1977, J. Lubr. Technol. 99, 264 (abstract read); J. F. Murch & W. R. D. Wilson 1975; B. Jacod, C. H. Venner &
-P. M. Lugt 2001, doi 10.1115/1.1308021 (abstract read); R. S. Zhou & M. R. Hoeprich 1991; P. K. Goksem & R. A.
-Hargreaves 1978. Constants are quoted from memory unless the page names them as checked."""
+The page "Oil" of the theory has the formulas and their limits. Sources: D. Dowson & S. Toyoda 1979; B. J. Hamrock & D.
+Dowson 1977, J. Lubr. Technol. 99, 264 (only the abstract was read); J. F. Murch & W. R. D. Wilson 1975; B. Jacod, C. H.
+Venner & P. M. Lugt 2001, doi 10.1115/1.1308021 (only the abstract was read); R. S. Zhou & M. R. Hoeprich 1991; P. K.
+Goksem & R. A. Hargreaves 1978. Constants are quoted from memory unless the page names them as checked."""
 
 import math
 

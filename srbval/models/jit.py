@@ -347,7 +347,7 @@ def compile_and_list(kernel: str, compile_kernel: Callable[[], object]) -> None:
 
 
 def _list_of(kernel: str) -> Path:
-    """Path of the list of files with a kernel's machine code for this machine."""
+    """Path of the text file that lists the files with a kernel's machine code for this machine."""
     return kernel_cache_folder() / f"compiled-{kernel}-{_digest()}"
 
 

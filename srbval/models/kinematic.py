@@ -50,15 +50,15 @@ class PrescribedMotion:
         return inside + outside
 
     def cage_rad(self, time_s: FloatArray) -> FloatArray:
-        """Cage angle at these times [rad]."""
+        """Cage angle at the times `time_s` [rad]."""
         return self.orders.ftf * (1 - self.scene.cage_slip) * self.shaft_rad(time_s)
 
     def spin_rad(self, time_s: FloatArray) -> FloatArray:
-        """Angle of the rollers about their axes, relative to the cage [rad], opposite to the shaft's."""
+        """Angle of the rollers about their axes, relative to the cage [rad]; they turn opposite to the shaft."""
         return -self.orders.bsf * self.shaft_rad(time_s)
 
     def radial_n(self, time_s: FloatArray) -> FloatArray:
-        """Radial load at these times [N]."""
+        """Radial load at the times `time_s` [N]."""
         profile = self.scene.load_profile
         if profile is None:
             return np.full(time_s.shape, self.scene.load.radial_n)

@@ -129,8 +129,8 @@ class RaisedPiece(NamedTuple):
 def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m: float, *, inner: bool) -> list[Patch]:
     """Patches between a roller and the three contact circles of a race, from the mid-plane outwards.
 
-    The curvature of the gap is cos(lean) / radius of the barrel, across its axis, plus cos(normal) / radius of the
-    race, along the circle; the latter is negative on the outer race.
+    The curvature of the gap is cos(lean) / radius of the roller about its axis, plus cos(normal) / radius of the race
+    along the circle; the second term is negative on the outer race.
     """
     r_x, found = geometry.raceway_radius_m, []
     for p in CIRCLES:

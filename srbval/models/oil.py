@@ -45,7 +45,7 @@ class ContactShape:
         return float(min(found, self.roller_length_m))
 
     def rolling_couple_nm(self, oil: Oil, rate_rad_s: float, load_n: float, length_m: float) -> float:
-        """Couple 2 F R of rolling resistance [N m], isothermal; `rate_rad_s`: rolling speed over reduced radius R."""
+        """Couple 2 F R of rolling resistance [N m]; F: `rolling_force_n`; `rate_rad_s`: rolling speed over radius R."""
         force = rolling_force_n(oil, rate_rad_s * self.along_m, load_n, self.along_m, length_m)
         return 2 * force * self.along_m
 

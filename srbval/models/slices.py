@@ -198,7 +198,7 @@ class SlicedContact:
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Points of the race: radius about the shaft and height above the mid-plane [m]; normal (radial, axial).
 
-        `axial_m`: outward distance along the roller from its middle, any shape. The points are on the arcs of eq. (17);
+        `axial_m`: outward distance along the roller from its middle (array). The points are on the arcs of eq. (17);
         the centre of the inner arc is shifted outwards by the difference of the profile radii.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad

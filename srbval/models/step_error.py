@@ -64,8 +64,8 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
 
     The search begins with the scene's step, or with the longest step below the limit of stability, and tries steps 2, 4
     and 8 times finer. If none is fine enough, the finest is chosen, or the first if finer steps do not reduce the
-    errors. If the scatter of the estimates is too large to decide, a piece `LONG_PIECE_FACTOR` times as
-    long is tried (if the run is longer than `PIECE_S`), and the longest step that is certainly fine enough is chosen.
+    errors. If the scatter of the estimates is too large to decide, a piece `LONG_PIECE_FACTOR` times as long is tried
+    (if the run is longer than `PIECE_S`), and the longest step that is certainly fine enough is chosen.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 
@@ -137,7 +137,7 @@ class _Piece:
         self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
-        """Estimate errors of the run's step divided by `finer`, by a run with a `REFINEMENT` times shorter step."""
+        """Estimate the errors with `finer` times shorter steps, from steps `REFINEMENT` times shorter still."""
         for times in (finer, REFINEMENT * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out

@@ -65,7 +65,7 @@ class LinearSystem:
 
 
 def longest_step(method: Method, system: LinearSystem) -> float | None:
-    """Longest stable step [s]: every decaying motion of `system` still decays; None if all steps tested are stable."""
+    """Longest stable step [s]: decaying motions of `system` still decay if computed; None if all tested are stable."""
     eigenvalues = np.linalg.eigvals(system.matrix).astype(np.complex128)
     if not method.implicit:
         return explicit_limit(method, eigenvalues)

@@ -165,7 +165,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
-    """Quantities of the run `own` (None if it fails); its cost from `pairs` of timed runs, default solver's and own."""
+    """Quantities of the run `own`, None if it fails; cost from timed `pairs` of runs (default solver, own solver)."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
     found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
@@ -264,7 +264,7 @@ def _bench_table(rows: Sequence[Row], model: str | None) -> str:
 
 
 def _bench_text(rows: Sequence[Row], model: str | None) -> str:
-    """Text of the benchmark: table of runs, cost of the model over the default solver's, reasons of failed runs."""
+    """Text of the benchmark: table of runs, the model's cost over the default solver's, reasons of failed runs."""
     own = [row for row in rows if model and row["model"] == model]
     ratio = "{series} takes {cpu_ratio:.3g} times ({cpu_ratio_range[0]:.3g} to {cpu_ratio_range[1]:.3g}) the CPU of "
     ratio += f"{DEFAULT_SERIES[1]} at the same step, 1/{{steps_per_s}} s."

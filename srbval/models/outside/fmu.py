@@ -103,7 +103,7 @@ def load_fmu(path: Path) -> Any:
 
 
 def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowed: tuple[str, ...]) -> FmuVariable:
-    """Check an entry of the TOML file against the FMU's variables and the units of the key."""
+    """Convert an entry of the TOML file, checked against the FMU's variables and the units of `key`."""
     if key not in allowed:
         raise UnknownNameError.of(f"{place}: {key!r} is not known", key, allowed)
     codes: dict[str, Any] = {"variable": entry} if isinstance(entry, str) else dict(entry)

@@ -33,7 +33,7 @@ def entry_points() -> dict[str, str]:
 
 
 def content_of(name: str) -> str:
-    """Text of a model's name, without folder, and the hash of its source files; `DataError` if one is missing."""
+    """Text that identifies a model: name without folder, hash of its source files; `DataError` if one is missing."""
     digest = hashlib.sha256()
     for path in sources_of_model(name):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())

@@ -68,7 +68,7 @@ class RigRecord(NamedTuple):
     def quantities(
         self, recording: Recording, order: float, added: Recording | None = None
     ) -> dict[str, read.Amplitude]:
-        """Read the compared quantities, with the line at `order`; total levels include the power of `added`."""
+        """Read the compared quantities, with the fault's line at `order`; total levels include the power of `added`."""
         found = read.totals(recording, added) | read.pattern(recording, BEARING, self.state, order)
         found |= read.locked_levels(recording, BEARING, order) if self.detected else {}
         return {name: value for name, value in found.items() if name.split()[0] in KINDS}

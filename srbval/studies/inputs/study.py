@@ -113,7 +113,7 @@ def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **
 
 
 def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
-    """Cage ratios for all records: with nominal inputs, a finer step, each input varied alone, and all drawn.
+    """Cage ratios for all records: with nominal inputs, a finer step, each input varied alone, and all at random.
 
     `at`, shape [draws, inputs], contains cumulative probabilities of the inputs. Input values at which a run fails are
     left out and counted. Raises `NumericsError` if a nominal run fails.

@@ -142,7 +142,7 @@ def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
 
 
 def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Summarise errors by base scene, question, model; `enough`: the largest error is tolerable."""
+    """Summarise errors by base scene, question, model; `enough`: the largest error is within tolerance."""
     rows = spread(found, "base", "question", "model")
     for row in rows:
         asked, error = MEANING[Question(row["question"])], row["error_pct"]

@@ -114,7 +114,7 @@ def background(name: str, count: int = RECORDS) -> Row:
 
 
 def healthy(name: str) -> Row:
-    """False findings on a healthy record of the rig."""
+    """False findings on the healthy rig record `name`."""
     recording = load_recording(shipped_folder("data_manifest/rig_excerpts") / f"{name}.h5")
     return without_fault(name, [analyse(recording, bearing="skf-22240")], HEALTHY_PLACEBOS)
 
