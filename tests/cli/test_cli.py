@@ -254,7 +254,7 @@ def test_one_bad_file_does_not_end_a_batch(srbval_json, srbval_text):
     assert Path("srbval-report-one/report.json").is_file()
     before = set(os.listdir())
     said = srbval_text("report", "text.csv", "short.csv", *REPORTED, code=3).err
-    assert "none of the recordings can be reported: text.csv: " in said
+    assert "none of the recordings can be analysed: text.csv: " in said
     for one in found["failed"]:
         assert f"{one['file']}: {one['reason']}" in said
     assert set(os.listdir()) == before
