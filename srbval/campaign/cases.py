@@ -62,7 +62,7 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Count the cases; sum expected time [s on one core] and disk space, in which equal cases are included once."""
+    """Count the cases; sum their expected time [s on one core] and disk space, where equal cases are included once."""
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),

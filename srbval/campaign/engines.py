@@ -200,7 +200,7 @@ def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt
 
 
 async def _scale(cluster: Any, workers: int) -> None:
-    """Request `workers` workers and wait for the reply: errors of a batch system are raised, not only logged."""
+    """Request `workers` workers and wait for the answer: errors of a batch system are raised, not only logged."""
     cluster.scale(workers)
     await cluster
 

@@ -139,7 +139,7 @@ class Campaign(Limited):
         return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
 
     def points(self) -> Iterator[Point]:
-        """Yield the changed inputs of every case: all combinations of `axes`, the first slowest, and all repeats."""
+        """Yield the changed inputs of every case: combinations of `axes` (the first changes slowest), and repeats."""
         factors = [factor for number, block in enumerate(self.axes) for factor in block.factors(self.seed + number)]
         count = self.repeats * math.prod(map(len, factors))
         if count > MAX_CASES:

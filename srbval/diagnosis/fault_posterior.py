@@ -242,7 +242,7 @@ def share_of(state: str, probabilities: Mapping[str, float]) -> float:
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """Most probable state, if its probability is at least `MIN_NAMED_PROBABILITY` (healthy: 1/2), or `UNDECIDED`."""
+    """Most probable state, or `UNDECIDED` if it has less than `MIN_NAMED_PROBABILITY` (healthy: less than one half)."""
     best = most_probable(probabilities)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED

@@ -244,7 +244,7 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """Summarise an analysis in a table row: verdict, most probable fault (None if nothing is found), line, levels."""
+    """Summarise an analysis in a table row: verdict, most probable fault (None if nothing is found), line, features."""
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
     part = max(shares, key=lambda one: shares[one] or 0.0)

@@ -52,7 +52,7 @@ class Amplitude:
 
 
 def decibels(power: float) -> float:
-    """Level of a power [dB], limited from below so that an estimate of zero or less stays finite."""
+    """Level of a power [dB]; a power of zero or less, which an estimate may have, gives a very low but finite level."""
     return DB_OF_SHARE * math.log(max(power, TINY))
 
 
@@ -91,7 +91,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Level of power locked to a fault line, per third octave [dB re 1 m/s2], limited below by half its uncertainty."""
+    """Level of power locked to a fault line, per third octave [dB re 1 m/s2]; at least half its uncertainty."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)

@@ -44,7 +44,7 @@ def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
 
 
 def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
-    """Highest frequency needed to read the lines of a bearing [Hz]."""
+    """Highest frequency of the harmonics and sidebands that are read for the lines of a bearing [Hz]."""
     highest = max(fault.line_order(bearing.orders) for fault in DEFECTS)
     return (HARMONICS * (1 + bearing.largest_slip) * highest + OWN_SIDEBANDS) * shaft_hz
 

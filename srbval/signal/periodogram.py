@@ -156,7 +156,7 @@ class Periodogram:
         return Phasors.of(self.samples, self.fs_hz, frequency_hz).power()
 
     def depth_at(self, frequency_hz: float) -> float:
-        """Amplitude of a line over the record's mean: the depth of modulation of an envelope."""
+        """Modulation depth of an envelope at a line: the line's amplitude over the record's mean."""
         power = float(self.exact_power_at(np.array([frequency_hz]))[0])
         return 2 * math.sqrt(power) / self.samples.size / abs(self.mean) if self.mean else math.inf
 

@@ -113,7 +113,7 @@ class ContentStore:
         self.keep(content, write)
 
     def keep(self, content: str, write: Callable[[Path], None]) -> None:
-        """Call `write` with the path of the result; nothing is stored if the folder is full or cannot be written."""
+        """Store the result for `content` in a file, by `write`; nothing is stored if the folder is not writable."""
         path = self.path(content)
         with contextlib.suppress(DataError, OSError):
             write(path)
