@@ -1,7 +1,7 @@
 """Benchmark of a model from outside: cost, step error and largest stable step, beside the bundled solvers.
 
 The step error is the difference from a run of the same model at a finer step. A run is `ok` (in the search for the
-largest step: `stable`) if it succeeds with errors within `STEP_ERROR_LIMITS`; with larger errors it is ``inaccurate``.
+largest step: `stable`) if it succeeds with errors within `ERROR_LIMITS`; with larger errors it is ``inaccurate``.
 """
 
 import importlib
@@ -37,18 +37,14 @@ from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records, sweep
 
-# A rig's record of some seconds resolves errors of this size.
-STEP_ERROR_LIMITS = {"line_error_pct": 0.1, "band_rms_error_db": 0.42}
+ERROR_LIMITS = {"line_error_pct": 0.1, "band_rms_error_db": 0.42}  # what a rig's record of some seconds resolves
 ERROR_UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
 BENCH_SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
-# Steps per second, and seconds of a timed and of a compared run.
-FULL_BENCH, QUICK_BENCH = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)
+FULL_BENCH, QUICK_BENCH = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)  # 1/step; timed, compared run [s]
 TIMED_PAIRS = 2  # pairs of timed runs, after one that does not count
-# A converged run takes this many steps for one step of the finest run: of the bundled model, of another model.
-FINER_BUNDLED, FINER_STEPS = 4, 2
+FINER_BUNDLED, FINER_STEPS = 4, 2  # steps of a converged run per step of the finest: bundled model, other model
 STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)  # of the stability map
-# Roller passages in a run of the stability map, with half as many before it to settle, and its least duration.
-RUN_PASSAGES, MIN_RUN_S = 4.0, 0.25
+RUN_PASSAGES, MIN_RUN_S = 4.0, 0.25  # roller passages in a run of the stability map, and its least duration
 DEFAULT_SERIES = ("", default_solver())  # model and solver of the reference rows; "" is the scene's own model
 MEASURED, COST = ("cage_ratio", "noise_floor", "band_rms_m_s2"), ("wall_per_simulated_s", "cpu_per_simulated_s")
 BENCH_COLUMNS = {"1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s", "line [%]": "line_error_pct"}
@@ -147,8 +143,7 @@ def stability(
     none = dict.fromkeys(("predicted_limit_dt_s", "predicted_elastic_limit_dt_s"))
     limits = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"], **none))
     limits = [row | {"series": _series(row)} for row in limits]
-    judged_cells = [judged_cell(cell) for cell in records(cells)]
-    content = {"tolerances": STEP_ERROR_LIMITS, "limits": limits, "cells": judged_cells}
+    content = {"tolerances": ERROR_LIMITS, "limits": limits, "cells": [judged_cell(cell) for cell in records(cells)]}
     return StudyResult(content=content, text=f"Largest stable step (-: no tried step is stable):\n\n{shown}{note}")
 
 
@@ -198,13 +193,11 @@ def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
 def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
     """Add to a run the step errors relative to the reference run `right`, a status that accounts for them, and `ok`."""
     off = errors(row, right)
-    known = {name: abs(off[name]) for name in STEP_ERROR_LIMITS if off[name] is not None}
-    beyond = " and ".join(
-        f"{known[name]:.3g} {ERROR_UNITS[name]}" for name in known if known[name] > STEP_ERROR_LIMITS[name]
-    )
+    known = {name: abs(off[name]) for name in ERROR_LIMITS if off[name] is not None}
+    beyond = " and ".join(f"{x:.3g} {ERROR_UNITS[name]}" for name, x in known.items() if x > ERROR_LIMITS[name])
     found = {**row, **off, "series": _series(row)}
     if works(row["status"]) and (beyond or not known):
-        most = " and ".join(f"{limit} {ERROR_UNITS[name]}" for name, limit in STEP_ERROR_LIMITS.items())
+        most = " and ".join(f"{limit} {ERROR_UNITS[name]}" for name, limit in ERROR_LIMITS.items())
         why = f"its step errors are {beyond}" if beyond else "the step's error is unknown without a converged run"
         found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are at most {most}"}
     return found | {"ok": works(found["status"])}
