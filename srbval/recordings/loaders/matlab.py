@@ -49,7 +49,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
-        most = f"{MAX_STRUCT_DEPTH} levels and {MAX_VARIABLES} variables"
+        most = f"{MAX_STRUCT_DEPTH} nested levels or {MAX_VARIABLES} variables"
         raise DataError(f"{name[:99]!r} exceeds the limit of {most}. The file is not a recording.")
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
