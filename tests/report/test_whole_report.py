@@ -73,7 +73,7 @@ def test_json_is_strict_and_has_the_keys_of_the_interface(with_rig):
 
 
 def test_without_a_record_of_each_state_there_is_no_report():
-    with pytest.raises(DataError, match=r"healthy, .*install it again(.|\n)*a\.mat: truncated"):
+    with pytest.raises(DataError, match=r"healthy, .*reinstall it(.|\n)*a\.mat: truncated"):
         gathering.require_states({}, [{"pair": 1, "reason": "a.mat: truncated"}])
 
 
