@@ -237,7 +237,7 @@ def _prepare_signals(
     wanted, unit, time = settings.derivative, reading.main.recording_unit, reading.time
     if wanted is not None and DERIVATIVES.get(unit) != wanted:
         fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
-        raise DataError(f"{path}: derivative {wanted} of samples in {unit}; it must be {fitting}. State --unit.")
+        raise DataError(f"{path}: derivative {wanted} of samples in {unit}; use {fitting}, or correct --unit.")
     derivatives = DERIVATIVES if wanted is not None or reading.origin is Origin.SIMULATED else {}
     times_s = time.times_s if time is not None and settings.resample_hz else None
     is_other_rate = times_s is not None or settings.resample_hz != reading.fs_hz

@@ -51,8 +51,8 @@ class Oil(Limited):
             )
         if self.iso_vg is not None and (self.iso_vg not in classes or own != (None, None)):
             raise ConfigurationError(
-                f"oil iso_vg = {self.iso_vg}: state one of {', '.join(map(str, classes))} and no viscosities; for "
-                "another oil state only viscosity_40_mm2_s and viscosity_100_mm2_s."
+                f"oil iso_vg = {self.iso_vg}: state one of {', '.join(map(str, classes))} and no viscosities. For "
+                "any other oil, state only viscosity_40_mm2_s and viscosity_100_mm2_s."
             )
         if self.points_mm2_s[1] >= self.points_mm2_s[0]:
             raise ConfigurationError(f"oil: viscosities {own} must fall from 40 to 100 degrees C.")

@@ -69,7 +69,7 @@ COST_COLUMNS |= {"largest process [MB]": "memory_mb", "written [MB]": "written_m
 def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
     """Run the commands of `COST_SERIES` at each size (`quick`: the first only); `NumericsError` if a command fails."""
     if not hasattr(os, "wait4"):
-        raise ConfigurationError("costs by size are measured on Linux and macOS only: memory use is unknown elsewhere.")
+        raise ConfigurationError("bench --scale runs on Linux and macOS only: other systems do not report memory.")
     wanted = [(name, command, n) for name, (command, own) in COST_SERIES.items() for n in own[: 1 if quick else None]]
     rows, load = list[Row](), load_average()
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as folder:

@@ -120,8 +120,8 @@ def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) ->
     state = pair_state if pair_state is not None else next(iter(stated))
     if others := [one for own, one in stated.items() if own is not state]:
         raise ConfigurationError(
-            f"{Path(others[0].file or others[0].name).name} states the state {others[0].state}, its pair {state}: "
-            "change the state of the pair, or pair the file with another one."
+            f"{Path(others[0].file or others[0].name).name} states the state {others[0].state}, but the pair of "
+            f"files that contains it states {state}: change the state of the pair, or put another file into the pair."
         )
     return state
 
