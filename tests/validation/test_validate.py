@@ -213,7 +213,7 @@ def test_nothing_simulated_passes_as_measured(tmp_path):
     [
         ({"simulated.fs_hz": 1000.0}, SrbvalError, "band"),
         ({"simulated.fs_hz": None}, DataError, "--set simulated.KEY=VALUE"),
-        ({"simulated.state": "inner"}, ConfigurationError, "inner, but the pair of files that contains it states outer"),
+        ({"simulated.state": "inner"}, ConfigurationError, "inner, but the pair of files that contains it states"),
         ({"bearing": "orders 0,0,0,0"}, ConfigurationError, "orders"),
         ({"simulated.scene": "rig"}, ConfigurationError, "replaces simulated files"),
     ],
