@@ -21,7 +21,7 @@ class SphericalRollerGeometry(Limited):
 
     The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of an inner raceway
     is an arc of the same radius about the circle of centres (`inner_centre_radial_m`, `inner_centre_axial_m`).
-    `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only as a radius does it give the printed fault
+    `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only as a radius does it give the paper's fault
     frequencies. `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's, 1 in the
     paper; only the slices model uses other values. They change the rollers and the inner arc, whose centre moves along
     the contact normal, not the outer raceway. A comparison of geometries ignores both.
@@ -87,7 +87,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def roller_centre_distance_m(self) -> float:
-        """Distance of a roller centre from the bearing centre, d_p / cos(alpha) (eq. 12) [m]."""
+        """Distance of a roller centre from the bearing centre: pitch radius / cos(contact angle) (eq. 12) [m]."""
         return self.pitch_radius_m / math.cos(self.tilt_rad)
 
     @property
@@ -102,7 +102,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def zero_play_diameter_m(self) -> float:
-        """Roller diameter without play [m]: sum of the centre's distances from both races on the contact normal."""
+        """Roller diameter without play [m]: sum of a roller centre's distances from both races along their normal."""
         distance = self.roller_centre_distance_m
         centre = math.hypot(
             self.inner_centre_radial_m - self.pitch_radius_m,
@@ -113,7 +113,7 @@ class SphericalRollerGeometry(Limited):
     def outer_ring_mass_kg(self, density_kg_m3: float) -> float:
         """Compute the mass of the outer ring [kg]: a cylinder of the outer diameter minus the sphere of the raceway.
 
-        V = pi int (R_o^2 - (R_x^2 - z^2)) dz over the width; the lubrication groove is ignored.
+        The sphere is cut off at the width of the ring; the lubrication groove is ignored.
         """
         half, outer = self.width_m / 2, self.outer_diameter_m / 2
         volume = 2 * math.pi * ((outer**2 - self.raceway_radius_m**2) * half + half**3 / 3)

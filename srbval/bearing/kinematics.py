@@ -79,7 +79,7 @@ class ElementShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RollingElements(Limited):
-    """Rolling elements: number in one row, diameters and contact angle; other values serve only contact forces.
+    """Rolling elements: number in one row, diameters and contact angle; other values are used for contact forces only.
 
     `outer_groove`, `inner_groove`: radius of the groove in which a ball runs, over the ball's diameter (0.515 to 0.53
     are usual; quoted from memory, not checked). `length_m`: contact length of a roller; None for its diameter. All
@@ -136,7 +136,7 @@ class Fault(enum.StrEnum):
     def __new__(
         cls, value: str, line: str | None = None, sidebands: str | None = None, code: str = "", label: str = ""
     ) -> Fault:
-        """Create a member with its properties; ``Fault("outer")`` is a look-up and needs only the value."""
+        """Create a member with its properties (see class); ``Fault("outer")`` returns an existing member."""
         member = str.__new__(cls, value)
         member._value_ = value
         member.line, member.sidebands, member.code, member.label = line, sidebands, code, label

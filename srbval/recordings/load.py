@@ -96,14 +96,14 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
 def questions_error(
     kind: type[ErrorKind], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
 ) -> ErrorKind:
-    """Create an error that lists open questions about `subject`, each with the option that answers the question."""
+    """Create an error about `subject`: open `questions`, each with the option that answers it, and the `remedy`."""
     error = kind(f"{subject} lacks information: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)
     return error
 
 
 def subject_of(path: Path) -> str:
-    """Path and format of a file, for messages that list what the user must state."""
+    """Path and format of a file in words, as the `subject` of `questions_error`."""
     return f"{path} ({detect_format(path).name})"
 
 
@@ -115,7 +115,7 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 
 
 def recording_from_run(run: Run) -> Recording:
-    """Create a recording from a simulated run of any status: sensor signal, else accelerations of the outer ring."""
+    """Create a recording of a run of any status: ring accelerations and, if simulated, the sensor signal to analyse."""
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR_CHANNEL: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
@@ -192,8 +192,8 @@ def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, 
     `rows` are rows of the set's `metadata()`, by default all vibration signals. The speed is measured by the speed
     signal recorded with the vibration if there is one, otherwise it is the set point with a tolerance of
     `SET_POINT_PCT`. `stated` are fields of `RecordingSettings`, which take precedence over the data set; only a `unit`
-    is ignored for signals whose unit the set states. A missing unit must be stated here, a missing bearing or speed
-    when an analysis needs it.
+    is ignored for signals whose unit the set states. A unit that the set lacks must be stated here, a
+    bearing or speed that it lacks only if an analysis needs it.
     """
     whole = public_set.metadata()
     kinds = whole["quantity"] if "quantity" in whole else whole["fs"].map(lambda _: "unknown")

@@ -51,8 +51,8 @@ class RegisteredRecording:
     """Entry of one file in the register of recordings; hash, size and modification time are from its registration.
 
     `reason` explains every status except ok, and lists the open questions of an ok file. A fact is None if neither the
-    file nor the user states it; `cautions` is None if the file was not read. If a file was used without being
-    registered, `registered` is false.
+    file nor the user states it; `cautions` is None if the file was not read. `registered` is false for a file
+    that was used but not registered.
     """
 
     file: str
@@ -221,7 +221,7 @@ def manifest_path() -> Path:
 
 
 def read_manifest() -> EntriesByFile:
-    """Entries of the manifest by file path, without changed files that were not registered; `DataError` if damaged."""
+    """Entries by file path, except those of unregistered files that have changed; `DataError` if damaged."""
     path = manifest_path()
     try:
         entries = _parse_manifest(path.read_bytes()) if os.path.exists(path) else ()

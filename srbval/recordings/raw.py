@@ -132,12 +132,12 @@ def first_line(error: Exception, longest: int = LONGEST_ERROR) -> str:
 
 
 def memory_limit_bytes(path: Path, expansion: int = EXPANSION) -> int:
-    """Largest memory that a file's contents may occupy, by the file's size; damaged bytes could request terabytes."""
+    """Largest memory allowed for a file's contents: `expansion` times the file's size, and `FREE_BYTES` in addition."""
     return expansion * path.stat().st_size + FREE_BYTES
 
 
 def check_claim(path: Path, claimed_bytes: int, what: str, expansion: int = EXPANSION) -> None:
-    """Raise `DataError` if `claimed_bytes`, the stated size of an array, exceeds `memory_limit_bytes` of the file."""
+    """Raise `DataError` if `claimed_bytes`, the stated size of the array `what`, exceeds `memory_limit_bytes`."""
     limit = memory_limit_bytes(path, expansion)
     if claimed_bytes > limit:
         raise DataError(

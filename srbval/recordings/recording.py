@@ -99,9 +99,9 @@ class Recording(SourceFacts, NotebookObject):
     """Vibration of one bearing: `channels` maps names to samples [n], all at the sampling rate `fs_hz`.
 
     Samples are float64, or float32 if the record is long. `channel` is the channel to analyse; a simulated run has two
-    radial `axes` instead, which are rotated into the sensor's direction. `unit` is ``m/s2`` (velocities: ``mm/s``,
-    displacements: ``um``) if the samples could be converted, otherwise the unit in the file, or ``unknown``. With
-    `scale_missing` the file states a unit but not the factor from the samples to this unit. `band_hz` is the
+    radial `axes` instead, from which the signal in the sensor's direction is computed. `unit` is ``m/s2`` (velocities:
+    ``mm/s``, displacements: ``um``) if the samples could be converted, otherwise the unit in the file, or ``unknown``.
+    With `scale_missing` the file states a unit but not the factor from the samples to this unit. `band_hz` is the
     demodulation band stated by the data set or the user.
     """
 
@@ -214,7 +214,7 @@ class Recording(SourceFacts, NotebookObject):
         return cast(Recording, load_public("recording_from_columns")(columns, **known, **stated))
 
     def facts(self) -> dict[str, Any]:
-        """Attributes of the data set that `to_xarray` returns, from which the recording can be restored."""
+        """Attributes that `to_xarray` stores beside the samples, so that `from_xarray` can restore the recording."""
         stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in IN_ARRAYS}
         facts = {KIND_ATTRIBUTE: RECORDING_KIND, "fs_hz": self.fs_hz, "unit": self.unit}
         facts |= {SPEED_RATE: self.speed_signal.rate_hz} if self.speed_signal is not None else {}

@@ -216,7 +216,7 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect_and_store(
     files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
-    """Inspect `files`, unchanged ones only if `again`; store new ones as not registered, to avoid a second reading."""
+    """Inspect `files`, unchanged ones only if `again`; store new ones, marked as not registered, to read them once."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
     new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
     if new:
@@ -228,7 +228,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Update the entries of `files`; an unchanged file is read again only if `again` or if settings are stated."""
+    """Update the entries of `files`, unchanged ones only if `again` or with settings; report `progress` of `task`."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]
@@ -307,7 +307,7 @@ def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
 
 
 def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
-    """Identify the machine of a record by its data set and folder; the folder is empty if the set has one machine."""
+    """Data set and folder that identify a record's machine; the folder is empty if the data set has one machine."""
     if dataset in RIG_DATASETS:
         return RIG_DATASETS[0], ""
     per_folder = dataset is None or any(d.name == dataset and d.one_rig_a_folder for d in known_datasets())

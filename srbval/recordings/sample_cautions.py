@@ -66,7 +66,7 @@ def _share(count: int, samples: FloatArray) -> str:
 
 
 def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
-    """Length [samples] from which on a sequence of equal samples is no coincidence in a record of `total` samples."""
+    """Fewest equal samples in a row that are no coincidence in `total`, by `lengths` and `values` of such rows."""
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf

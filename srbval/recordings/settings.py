@@ -228,7 +228,7 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
 def _prepare_signals(
     path: Path, reading: Reading, settings: RecordingSettings, rotations: Mapping[str, str]
 ) -> Reading:
-    """Cut, resample and differentiate channels; replace channels of rotations by the cage and shaft speeds."""
+    """Cut, resample and differentiate channels; the channels in `rotations` become the cage and shaft speeds."""
     cage, shaft = (rotations.get(key) for key in ROTATIONS[1:])
     turning = {name: as_rotation(path, reading.channels[name]) for name in (cage, shaft) if name is not None}
     reading = dataclasses.replace(reading, channels={**reading.channels, **turning})
@@ -346,7 +346,7 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
 
 
 def _rate_question(reading: Reading) -> OpenQuestion:
-    """Question for the sampling rate, with an example that agrees with the times in the file."""
+    """Question for the missing sampling rate; its example of an answer agrees with the times in the file."""
     because, time = f" ({reading.rate_problem})" if reading.rate_problem else "", reading.time
     if time is None or not time.uneven:
         possible = (rate for rate in (time.rates_hz if time else ()) if PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1])
@@ -368,7 +368,7 @@ def _likely_unit(channel: Channel) -> str:
 
 
 def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:
-    """Questions about bearing and speed, which an analysis needs and a recording does not."""
+    """Questions about a missing bearing or speed, which are needed for an analysis, not for a recording."""
     questions: list[OpenQuestion] = []
     if reading.main.bearing is None and reading.own_bearing is None:
         questions.append(BEARING_QUESTION)

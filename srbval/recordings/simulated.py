@@ -78,9 +78,9 @@ def resample_channels(
 ) -> Reading:
     """Resample all channels sampled at `times_s` to `fs_hz`, and estimate the error for the channel to analyse.
 
-    The error is the difference between cubic and quintic splines divided by the RMS, both in the demodulation band and
-    after differentiation to an acceleration (`derivatives` maps units to orders). Raises `DataError` if the steps are
-    too long for the band, or the rate does not fit the record.
+    The error is the RMS difference between cubic and quintic splines over the signal's RMS, both in the demodulation
+    band and of accelerations (`derivatives` maps units to orders of derivative). Raises `DataError` if
+    the steps are too long for the band, or the rate does not fit the record.
     """
     main, band_hz = reading.main, reading.main.band_hz
     cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
@@ -99,7 +99,7 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Raise `DataError` if rate or steps do not fit the band; without a band, return a caution for long steps."""
+    """Raise `DataError` if `fs_hz` or a time step does not fit the band; without a band, caution against long steps."""
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:
@@ -124,9 +124,9 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
 
 
 def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
-    """Resample to the rate `fs_hz` by a spline on a fine grid, followed by a linear-phase low-pass filter.
+    """Resample to the rate `fs_hz` by a spline of `degree` on a fine grid and a linear-phase low-pass filter.
 
-    Samples closer in time than `SAME_TIME` times the new step, such as at both sides of an event, are averaged first.
+    Samples closer in time than `SAME_TIME` times the new step, as solvers write at events, are averaged first.
     """
     from scipy.interpolate import make_interp_spline
     from scipy.signal import firwin, kaiserord, resample_poly
@@ -146,7 +146,7 @@ def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int
 def _average_groups(
     begins: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean time and sample of each group; `begins` [n - 1] is true if the next value begins a new group."""
+    """Mean time and mean sample of each group; `begins` [n - 1] is true between two values of different groups."""
     group = np.concatenate(([0], np.cumsum(begins)))
     count = np.bincount(group)
     return np.bincount(group, times_s) / count, np.bincount(group, samples) / count
@@ -161,7 +161,7 @@ def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz:
 
 
 def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Reading:
-    """Differentiate velocities and displacements to accelerations; `derivatives` maps units to orders."""
+    """Differentiate velocities and displacements to accelerations; `derivatives` maps units to orders of derivative."""
     count, changed, said = reading.main.samples.size, dict(reading.channels), set()
     for name, c in reading.channels.items():
         order = derivatives.get(c.recording_unit, 0)
@@ -176,9 +176,9 @@ def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Readin
 def differentiate(samples: FloatArray, fs_hz: float, order: int) -> FloatArray:
     """Derivative of this order with respect to time [s], computed in the frequency domain.
 
-    It is exact up to `PASSED` times the sampling rate and falls to zero at `STOPPED`, so that noise above any band is
-    not amplified. A polynomial of degree `order` is fitted, removed and differentiated exactly. Both ends of the
-    remainder are extended by a fading mirror image, so that its periodic continuation has no step.
+    It is exact up to `PASSED` times the sampling rate and zero above `STOPPED` times the rate, so that high-frequency
+    noise is not amplified. A polynomial of degree `order` is fitted, removed and differentiated exactly. Both ends of
+    the remainder are extended by a fading mirror image, so that its periodic continuation has no step.
     """
     if order == 0:
         return samples

@@ -31,9 +31,9 @@ AGREES = 0.1  # largest deviation from the stated speed; beyond, the pulses per 
 def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
     """Mean of a speed signal [Hz] sampled at `rate_hz`, with 95 % interval, drift and standard deviation.
 
-    The interval combines errors of the clocks (`SCALE_CI95`), white noise (its variance is a sixth of the mean square
-    of the second differences) and errors of the angle at both ends (`turn_error_s`), which remain if the sensor smooths
-    its signal. Raises `DataError` if the signal cannot be a shaft speed.
+    The interval combines the error of the clocks (`SCALE_CI95`), white noise (its variance is a sixth of the mean
+    square of the signal's second differences) and, if `rate_hz` is given, errors of the shaft angle at the signal's
+    start and end (`turn_error_s`). Raises `DataError` if the signal cannot be a shaft speed.
     """
     if speed_hz.size < MIN_TACHOMETER_SAMPLES:
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")
@@ -66,7 +66,7 @@ def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
 
 
 def _white_error(times_s: FloatArray) -> float:
-    """Standard deviation [s] of independent errors in times that should be evenly spaced, from second differences."""
+    """Standard deviation [s] of independent errors in evenly spaced times, estimated from second differences."""
     return math.sqrt(float(np.mean(np.diff(times_s, 2) ** 2)) / 6)
 
 
@@ -140,8 +140,8 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
     The mean is the number of whole revolutions divided by their duration. Its 95 % interval combines the random error
     of the first and last pulse (`_white_error`, at least 1 / (sqrt(12) `fs_hz`)) and the spread of the speed in the
     part of the record outside whole revolutions. Pulses and vibration have one clock, so errors of the clock cancel in
-    every order. The speed signal is the derivative of a cubic spline through the times of whole revolutions, so errors
-    of the disc within a revolution cancel. Raises `DataError` for too few, missing or spurious pulses.
+    every order. The speed signal is the derivative of a cubic spline through the times of whole revolutions, so uneven
+    spacing of the marks on the shaft cancels. Raises `DataError` for too few, missing or spurious pulses.
     """
     from scipy.interpolate import CubicSpline
     from scipy.ndimage import median_filter
@@ -175,7 +175,7 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
 
 
 def pulse_times(samples: FloatArray) -> FloatArray:
-    """Times [samples] at which the signal rises through the middle of its two levels, with a `HYSTERESIS`."""
+    """Times [samples] at which the signal rises through the middle of its two levels; `HYSTERESIS` rejects noise."""
     middle = float(np.mean(np.quantile(samples, (SPIKES, 1 - SPIKES))))
     swing = 0.0
     for _ in range(4):  # the levels are the medians below and above; spikes do not move them

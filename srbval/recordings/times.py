@@ -156,7 +156,7 @@ def all_whole(samples: NDArray[Any]) -> bool:
 
 
 def read_counter(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
-    """Sample numbers from 0, from a counter that may skip numbers and overflow; None if the values are no counter."""
+    """Sample numbers from 0, by a counter that may skip numbers or wrap to zero; None if `values` are no counter."""
     flat = np.asarray(values).ravel()
     with np.errstate(invalid="ignore"):
         whole = flat.size > 2 and flat.dtype.kind in "fiu" and all_whole(flat)
@@ -216,7 +216,7 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
 
 
 def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
-    """Unit of times from the file or the name, else guessed if `first` can be a time counted from 1970 or 1900."""
+    """Unit of times from the file or the name, else guessed, for dates counted from 1970 or 1900; None if neither."""
     match = _TIME.fullmatch(name.lower().strip())
     stated = raw.units.get(name) or (match and (match[1] or match[2] or match[3])) or ""
     if stated or match is None:
@@ -229,7 +229,7 @@ def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
 
 
 def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
-    """Step to which times are rounded: decimal (below `coarsest`) or of single precision; 0 if neither is found."""
+    """Step to which times are rounded: a power of ten below `coarsest`, or that of single precision; 0 if neither."""
     values = np.asarray(times, np.float64)
     sizes, largest = np.abs(values), float(np.abs(values).max())
     places = np.floor(np.log10(sizes, where=sizes > 0, out=np.zeros(sizes.shape)))

@@ -1,10 +1,10 @@
 """Units in files, and names of times, rates and units, from the table ``units.csv``.
 
 To add a spelling of a unit, add a word to the row of the unit, without blanks, dots, carets and parentheses. Upper and
-lower case differ in spellings of one letter only. The `kind` of a row is ``signal`` (with the unit to which a recording
-converts, and the factor), ``other`` for rotations and other quantities, ``time``, ``rate``, or ``name`` for a pattern
-of names in lower case. The patterns, except for times, match names without blanks, signs and the prefixes of National
-Instruments.
+lower case are distinguished in spellings of one letter only. The `kind` of a row is ``signal`` (with the unit to which
+a recording converts, and the factor), ``other`` for rotations and other quantities, ``time``, ``rate``, or ``name`` for
+a pattern of names in lower case. Except for times, blanks, signs and prefixes of National Instruments are removed from
+a name before it is compared with a pattern.
 """
 
 import csv

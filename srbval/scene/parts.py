@@ -23,8 +23,8 @@ CLOSEST_S = 1e-9  # least time between two entries of a profile: below it the sl
 class Housing(Limited):
     """Housing: point mass on the outer ring, spring and damper to ground in all three directions.
 
-    The paper uses all three, with the load path `housing`. With the load path `bearing` the spring has no effect; a
-    scene may state a damper for the power that the structure around the ring absorbs.
+    The paper uses mass, spring and damper, with the load path `housing`. With the load path `bearing` the spring has no
+    effect; a scene may state a damper for the power that the structure around the ring absorbs.
     """
 
     mass_kg: float = quantity("mass", least=0)
@@ -39,7 +39,7 @@ class Bodies(Limited):
     Two `cages`, one for each row, turn independently and tilt together. `row_stagger`: angle of row 2 ahead of row 1 in
     the cage, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest random distance of a roller from the
     middle of its cage pocket along the pitch circle (uniform distribution). Only the models full, line and slices use
-    these three values. `free_rollers`: rollers tilt and slide along their axes (slices model only).
+    cages, stagger and offset. `free_rollers`: rollers tilt and slide along their axes (slices model only).
     """
 
     density_kg_m3: float = quantity("density", above=0)
@@ -61,8 +61,8 @@ class RollerFit(enum.StrEnum):
 class Contact(Limited):
     """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
 
-    `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` affects the stiffness. `radial_play_m` is
-    the gap between the raceways at a roller, minus the roller's diameter.
+    A race has circles of `points_per_circle` points; `stiffness_n_m` and `damping_ns_m` are per point. `radial_play_m`
+    is the gap between the raceways at a roller, minus the roller's diameter.
     """
 
     stiffness_n_m: float = quantity("stiffness", above=0)
@@ -85,7 +85,7 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """Friction law: function of slip speed (dry, eq. 19), of slip over rolling speed (lubricated), or an oil film's."""
+    """Friction law: by slip speed (dry, paper's eq. 19), slip over rolling speed (lubricated) or an oil film (film)."""
 
     DRY = "dry"
     LUBRICATED = "lubricated"
@@ -148,7 +148,7 @@ class DefectShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Defect(Limited):
-    """Localized defect on one circle of a raceway, or on one roller where it meets that circle.
+    """Localized defect on one circle of contact points of a raceway, or on one roller where it meets that circle.
 
     Positive heights are bumps towards the other surface (the paper), negative heights pits. Without `extent_m` the
     defect is the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in

@@ -92,7 +92,7 @@ def bundled_table(name: str) -> Mapping[str, Any]:
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge `over` into `base`, also in nested tables; a key ``radial`` replaces ``radial_n``, and vice versa."""
+    """Merge `over` into `base`, also in nested tables; ``radial_n`` (with unit) replaces ``radial`` and vice versa."""
     merged = dict(base)
     for key, value in over.items():
         for suffix in SI_SUFFIX.values():
@@ -225,13 +225,13 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """List uncertain inputs: `kind` ``input`` (scene `rig`), ``oil`` (scene `rig-oil`), ``position`` (of the hole)."""
+    """Read inputs and their ranges: ``input`` of scene `rig`, ``oil`` of scene `rig-oil`, ``position`` of the hole."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes for shares (0 to 1) of inputs' ranges; an input with 2 points is set to the nearer end."""
+    """Build scene changes that set each input to a share (0 to 1) of its range, rounded to an end if `points` is 2."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):
@@ -242,7 +242,7 @@ def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str,
 
 
 def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float]]:
-    """Draw ``2**power`` points of a scrambled Sobol sequence; each has a share (0 to 1) of the range of each input."""
+    """Draw ``2**power`` points of a scrambled Sobol sequence; each is a list of one share (0 to 1) per input."""
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))

@@ -31,7 +31,7 @@ class SolverSettings(Limited):
 
 
 def describe_step(steps_per_s: float) -> str:
-    """Format a time step, e.g. ``1/40960 s (2.4414063e-05)``; the number is accurate enough for `step_s`."""
+    """Format the step 1 / `steps_per_s`, e.g. ``1/40960 s (2.4414063e-05)``, with enough digits to set `step_s`."""
     return f"1/{steps_per_s:.10g} s ({1 / steps_per_s:.8g})"
 
 
@@ -41,8 +41,8 @@ class Scene(Limited):
 
     `settle_s` is simulated first and not recorded. `output_rate_hz`: rate of the recorded signals; an output interval
     must be a whole number of solver steps. `detail_rate_hz`: rate of the detailed outputs (spins, contact loads), 0 for
-    none. A profile replaces the constant speed or load and must cover the recorded time; before, its first value
-    applies. `slip_jitter`: relative standard deviation of the spacing of a defect's passages, in the impulse model;
+    none. A profile replaces the constant speed or load and must cover the recorded time; its first value applies while
+    settling. `slip_jitter`: relative standard deviation of the spacing of a defect's passages, in the impulse model;
     `cage_slip`: relative lag of the cage behind pure rolling, in models that prescribe its speed. `sensor_path`:
     structure between ring and sensor, None for none; it does not affect the motion. `surface`: waves of races and
     rollers, None for perfectly round ones. `oil`: None for no losses by rolling, drag and cage pockets.

@@ -24,7 +24,7 @@ class SensorPath(Limited):
 
     `frequency_hz`: middles of the bands. `u_db`: standard deviation of both gains in each band, empty if unknown;
     `cross_u_db`: standard deviation of `cross` / `load` in all bands, 0 if unknown. `used`: names of the records to
-    which the gains were fitted; no verdict may use these records.
+    which the gains were fitted; a model must not be judged by these records.
     """
 
     frequency_hz: tuple[float, ...] = quantity("frequency", above=0)

@@ -64,7 +64,7 @@ class Surface(Limited):
         return np.arange(math.ceil(round_m / self.longest_m), math.floor(round_m / self.shortest_m) + 1.0)
 
     def amplitudes(self, round_m: float, height_m: float | None) -> FloatArray:
-        """Compute the amplitude [m] of each order from the total RMS `height_m`, or the roughness class if None."""
+        """Compute amplitudes [m] by order around `round_m` from the RMS `height_m` (None: from the roughness class)."""
         shares: FloatArray = self.orders(round_m) ** -self.exponent
         if height_m is None:
             return math.sqrt(2 * self.density_m() * round_m ** (2 * self.exponent - 1)) * shares
@@ -76,7 +76,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """Compute the waves' power-law constant g of the roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
+        """Compute the factor of the waves' power law by roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(__file__).with_name("roughness.toml"))

@@ -20,10 +20,10 @@ class MatchRule:
     """Conditions by which a file of a data set is recognised, and facts that the name of the file states.
 
     If `file_required`, the regular expression `file` must match the file's name. Each pattern of `variables` must match
-    the name of a variable. A text table must have one of the numbers of `columns`, any file the number `vectors` of
-    arrays. Named groups of `file` are facts: ``label`` (of the fault), ``rpm``, ``radial_kn``, ``axial_kn``,
-    ``rate_khz``, ``end`` (of the motor), ``record`` (number), ``hp`` (motor load). The variables `label_variable` and
-    `nominal_rpm_variable` of the file, if present, take precedence over label and speed in the name.
+    the name of a variable. With `columns` the file must be a text table with one of these numbers of columns. With
+    `vectors` it must have this number of arrays. Named groups of `file` are facts: ``label`` (of the fault), ``rpm``,
+    ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end`` (of the motor), ``record`` (number), ``hp`` (motor load). Label
+    and speed from the variables `label_variable` and `nominal_rpm_variable`, if present, replace those in the name.
     """
 
     file: str | None = None
@@ -93,7 +93,7 @@ class SpeedRule:
 
 @dataclass(frozen=True, kw_only=True)
 class BandRule:
-    """Demodulation band [Hz] with its reason, for records of one `channel` and sampling rate `fs_hz` (None: all)."""
+    """Demodulation band and the `reason` for it, for one `channel` and one sampling rate `fs_hz`; None: for all."""
 
     low_hz: float
     high_hz: float

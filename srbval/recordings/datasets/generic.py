@@ -149,7 +149,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """Unit of a variable as written in the file: the first text that is a known unit, else the first one."""
+    """Unit of a variable as written in the file: the first text found that is a known unit, else the first text."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
@@ -172,7 +172,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Speed [rpm] if `name` means a shaft speed, else None; the False beside it states that the unit is not certain."""
+    """Value [rpm] and False (its unit is not certain) if `name` is a name of a shaft speed; otherwise None."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -188,7 +188,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number in the variables that `meaning` accepts, or the problem: numbers conflict or one is outside `likely`."""
+    """Number that `meaning` finds by its name, or None; and a problem: numbers conflict or it is outside `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

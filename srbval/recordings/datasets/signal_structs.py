@@ -90,7 +90,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal | None:
-    """Read struct `name` if its display unit is in `labels`, else None; values without a factor are in SI units."""
+    """Read struct `name`; None if its display unit is not in `labels`, which maps display units to factors to SI."""
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
         return None
@@ -119,7 +119,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
 def _sensors(
     raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
-    """Samples by channel name, and the name of the channel to analyse: at the tested bearing, the only one, or None."""
+    """Samples by channel name, and the channel to analyse: the tested bearing's or the only one, None if unclear."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")

@@ -126,7 +126,7 @@ def _recording(raw: RawFile) -> Reading:
 
 
 def _own_bearing(raw: RawFile) -> Bearing | None:
-    """Bearing stored with a run (name, fault orders, number of rolling elements); None if the file is too old."""
+    """Bearing stored with a run (name, fault orders, number of rolling elements); None if a file lacks them."""
     numbers = [raw.number(f"bearing_{name}") for name in (*ORDERS, "rolling_elements")]
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers):

@@ -35,7 +35,7 @@ def load_npy(path: Path) -> RawFile:
 
 
 def load_npz(path: Path) -> RawFile:
-    """Read every array of an .npz archive by name; one text in an array becomes a text, Python objects are left out."""
+    """Read every array of an .npz archive by name; an array of one text becomes a text, Python objects are skipped."""
     with zipfile.ZipFile(path) as archive:
         check_claim(path, sum(member.file_size for member in archive.infolist()), "its contents")
         names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
@@ -115,7 +115,7 @@ def load_json(path: Path) -> RawFile:
 
 
 def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
-    """Create a `RawFile` from a pandas table; a row may contain a list of samples with one time for the whole list."""
+    """Create a `RawFile` of format `form` from a pandas table; a row may contain a list of samples with one time."""
     variables: dict[str, ArrayOrText] = {}
     attributes: dict[str, float | str] = {}
     units: dict[str, str] = {}

@@ -90,7 +90,7 @@ class _Hdf5Reader:
             self._dataset(name, item, depth)
 
     def _dataset(self, name: str, dataset: Any, depth: int) -> None:
-        """Add a dataset of numbers, references or one text to `found`; datasets of other types are ignored."""
+        """Add a dataset of numbers, references or one text to `found`; `depth` is the number of nested levels."""
         import h5py
 
         dtype, size = dataset.dtype, math.prod(dataset.shape)
@@ -142,7 +142,7 @@ class _Hdf5Reader:
 
 
 def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
-    """Reason why a dataset's samples cannot be read (compression filters, chunks never written); None if they can."""
+    """Reason why a dataset of `size` samples cannot be read (unknown compression, missing chunks); None if it can."""
     import h5py
 
     settings = dataset.id.get_create_plist()

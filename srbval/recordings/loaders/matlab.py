@@ -45,7 +45,7 @@ def load_matlab(path: Path) -> RawFile:
 
 
 def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
-    """Add the numbers and texts in a value read by scipy or mat-io to `variables`, with dots in names of fields."""
+    """Add numbers and texts in `value` to `variables`, fields as ``name.field``; `depth` counts nested levels."""
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
@@ -74,7 +74,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add the contents of MATLAB objects to `variables`; return notes. `DataError` if there is no signal."""
+    """Add contents of MATLAB objects to `variables`; return notes on any left out. `DataError` without a signal."""
     why = ""
     try:
         from matio import load_from_mat
@@ -95,7 +95,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each MATLAB `timeseries` by samples and times (if even, computed from the step)."""
+    """Replace the properties of each MATLAB `timeseries` by samples and times, computed if not stored."""
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"

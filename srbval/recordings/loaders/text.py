@@ -156,7 +156,7 @@ def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
 
 
 def _find_table(path: Path, lines: list[str]) -> TableLayout:
-    """Find the table: the lines from the first to the last whose fields are of the kinds in the file's middle."""
+    """Find the table: first to last line whose fields are of the kinds (number, text etc.) in the file's middle."""
     filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     stated = re.fullmatch(r'"?sep=(.)"?;*', lines[filled[0]]) if filled else None
     if stated:
@@ -198,7 +198,7 @@ def _find_table(path: Path, lines: list[str]) -> TableLayout:
 
 
 def _counts_up(fields: list[str]) -> bool:
-    """True for the column names 0, 1, 2, ... as pandas writes them, possibly after an empty name of the index."""
+    """True for the column names 0, 1, 2, ... that pandas writes, with or without an empty field before them."""
     counted_names = [str(i) for i in range(len(fields))]
     return fields in (counted_names, ["", *counted_names[:-1]])
 
@@ -229,7 +229,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Equalise empty fields at row ends; `DataError` for gaps, unequal rows, numbers in comments or above the table."""
+    """Equalise empty last fields; `DataError` for gaps, unequal rows, or numbers in comments or above the table."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -309,7 +309,7 @@ def _is_statement(fields: list[str]) -> bool:
 
 
 def _check_names(where: str, names: list[str], table: TableLayout) -> None:
-    """Raise `DataError` if a name looks like a number or occurs twice; an index and columns of text need no name."""
+    """`DataError` if a name looks like a number or occurs twice, except of columns of text or an unnamed first one."""
     needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
     if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _counts_up(names)]:
         raise DataError(
