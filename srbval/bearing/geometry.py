@@ -23,8 +23,8 @@ class SphericalRollerGeometry(Limited):
     is an arc of the same radius about the circle of centres (`inner_centre_radial_m`, `inner_centre_axial_m`).
     `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only as a radius does it give the paper's fault
     frequencies. `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's, 1 in the
-    paper; only the slices model uses other values. They change the rollers and the inner arc, whose centre moves along
-    the contact normal, not the outer raceway. A comparison of geometries ignores both.
+    paper; only the slices model uses other values. They change the rollers and the inner arc (its centre moves along
+    the contact normal), but not the outer raceway. Geometries that differ only in these two are equal.
     """
 
     raceway_radius_m: float = quantity("length", above=0)
