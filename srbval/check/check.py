@@ -71,7 +71,7 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 
 
 def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
-    """Yield the scenes for the regression check of a model, by name: every defect state with every roller fit."""
+    """Yield named scenes for the regression check of a model; `axes` may set `fits`, `states`, `seconds`, `changes`."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
         common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
@@ -100,7 +100,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
 
 
 def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
-    """Simulate a model's scenes for the regression check; return results by scene and quantity."""
+    """Simulate the scenes of `_probe_scenes`; return results by scene and quantity."""
     step = axes.get("step", Step.UNCHECKED)
     return {
         f"{scene}{SEPARATOR}{name}": value
@@ -110,7 +110,7 @@ def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
 
 
 def _probe_full() -> ProbeOutputs:
-    """Compute regression-check numbers of the point-cloud model: both roller fits, all solvers, time-step error."""
+    """Compute regression-check numbers of the point-cloud model for two roller fits and several solvers."""
     found = _probe_model("full", "paper", fits=("play", "printed"))
     own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
     for solver in PROBED_SOLVERS:
@@ -135,7 +135,7 @@ def _analyse_shipped() -> tuple[Analysis, ...]:
 
 
 def _probe_reading() -> ProbeOutputs:
-    """Compute regression-check numbers of line detection: lines of the shipped recordings, fits only if detected."""
+    """Compute for the regression check which lines are detected in the shipped recordings, and their frequencies."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         record = analysis.recording.name
@@ -160,7 +160,7 @@ def _probe_diagnosis() -> ProbeOutputs:
 
 
 def _probe_path() -> ProbeOutputs:
-    """Compute regression-check numbers of amplitudes and of the transmission path, from shipped recordings."""
+    """Compute for the regression check vibration levels of shipped recordings and gains of the path to the sensor."""
     bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
     for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state
@@ -178,7 +178,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute regression-check numbers of comparisons: cage ratios of shipped recordings, uncertain inputs."""
+    """Compute for the regression check cage ratios of shipped recordings, and sums of numbers in two input files."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -221,7 +221,7 @@ PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
-    """Result of the regression check: `checks` of numbers against the reference, and outdated results (`stale`)."""
+    """Result of the regression check: `checks` compare numbers with the reference, `stale` lists outdated results."""
 
     JSON_PROPERTIES: ClassVar = ("ok",)
     JSON_OMITTED: ClassVar = ("now",)

@@ -24,7 +24,7 @@ LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Interrupted(KeyboardInterrupt):
-    """Interruption by a signal such as Ctrl-C; after a plain `KeyboardInterrupt`, `python -m` ignores the exit code."""
+    """Interruption by a signal such as Ctrl-C; a class of its own lets ``python -m srbval`` return the exit code."""
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
@@ -126,7 +126,7 @@ def _signals_as_exceptions() -> Iterator[None]:
         raise raised[0]
 
     def again(lost: Any) -> None:
-        """Send the signal again if Python had to ignore the exception raised for it, for example in a destructor."""
+        """Send a signal again if Python ignored its exception, which was raised, for example, in a destructor."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             return before(lost)
         handle(end)

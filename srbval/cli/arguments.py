@@ -146,7 +146,7 @@ MOST_DB = 200.0
 
 
 def _inline(kind: str) -> Callable[[str], str]:
-    """Return a function that checks a bearing given by numbers (`kind`: elements or orders) and returns its name."""
+    """Return a function that checks a bearing given by dimensions (`kind` elements) or by orders; returns its name."""
 
     def bearing_of(text: str) -> str:
         from srbval.bearing import load_bearing

@@ -31,7 +31,7 @@ BELONGS_TO = {  # option on the command line that discards the machine's value
 
 
 def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
-    """Declare a field of a machine file that sets the command-line option `name`, a number in `unit`."""
+    """Declare a field that sets the command-line option `name`, in `unit`; `limits` are the bounds of its value."""
     of_quantity = {"dimension": dimension} if dimension else {}
     return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
 
@@ -76,7 +76,7 @@ class BaselineRecords(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class MachineLimits(Limited):
-    """Limits of the search for fault lines (band, cage slip), and of the zones of vibration severity.
+    """Frequency band and largest cage slip of the search for fault lines; boundaries of vibration severity zones.
 
     `zones_m_s` are the RMS velocities [m/s] at which zones B, C and D begin; they replace those of `machine_class`.
     """

@@ -119,7 +119,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """State the share of the radial load on the rollers in a run and in static balance; empty if it is unknown."""
+    """State which share of the radial load the rollers carry in a run and in static balance; empty if unknown."""
     if math.isnan(run.roller_load_share):
         return ""
     rest = "the housing spring the rest" if run.scene.load.path is LoadPath.HOUSING else "no other part carries load"
@@ -150,10 +150,10 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
 
 
 def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
-    """Return the scene to run, and if its time step is to be chosen (`AUTO`) or only its error estimated (`CHECKED`).
+    """Return the scene to run, and whether its step is to be chosen (`AUTO`) or only its error estimated (`CHECKED`).
 
-    A step in the options or the scene file is kept. Explicit solvers use the paper's step, or the scene's if it is
-    shorter, because friction causes chatter at finer steps too.
+    A step in the options or the scene file is kept. Otherwise explicit solvers use the shorter of the paper's step and
+    the scene's default; for other solvers the step is chosen.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED

@@ -23,9 +23,9 @@ REPORT_STORE = ContentStore(kind="report", computed_by=__name__)
 def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
-    ``figures`` contains the pictures, their data as CSV, the report's tables and `rows`. If writing fails, the former
-    files remain. ``report.json`` lists all files with their SHA-256; unchanged files of a former report that are no
-    longer listed are removed. If the content of the report has not changed, its time and its PDF are kept.
+    ``figures`` contains the pictures, their data as CSV, the report's tables and `rows` (see `Report`). If writing
+    fails, the former files remain. ``report.json`` lists all files with their SHA-256; unchanged files of a former
+    report that are no longer listed are removed. If the report's content is unchanged, its time and its PDF are kept.
 
     Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` if `folder` cannot be
     written to.
@@ -80,7 +80,7 @@ def draw_figures(report: Report, folder: Path) -> None:
 
 
 def write_csv_tables(report: Report, folder: Path) -> None:
-    """Write a report's tables and `rows` as CSV, unrounded; columns that contain lists are left out."""
+    """Write a report's tables and `rows` (see `Report`) as CSV, unrounded; columns that contain lists are left out."""
     import pandas as pd
 
     frames = {table.id: pd.DataFrame(_csv_columns(table)) for table in report.tables()}

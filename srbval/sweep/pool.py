@@ -64,9 +64,9 @@ def side_by_side(
 ) -> dict[Key, Result]:
     """Call ``run(key, progress)`` for each scene in parallel, the most expensive first; return the results by key.
 
-    `jobs` threads run at a time (default: one per usable core); the kernels release the interpreter lock. The progress
-    of each run is weighted by its cost. The first exception stops all runs and is raised. Raises `ConfigurationError`
-    if `jobs` is below 1.
+    `jobs` threads run at a time (default: one per usable core). `progress` is called with the name `task` and the share
+    of the total cost that is done. The first exception stops all runs and is raised. Raises `ConfigurationError` if
+    `jobs` is below 1.
     """
     if jobs is not None and jobs < 1:
         raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")

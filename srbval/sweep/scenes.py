@@ -29,7 +29,7 @@ def base_of(name: str) -> str:
 def bench_scene(
     name: str, *, solver: str, step_s: float, seconds: float = 1.0, settle_s: float = 0.0, rpm: float | None = None
 ) -> Scene:
-    """Create the scene `name` with a solver and a time step, at its own speed or at `rpm`.
+    """Create the scene `name`, at its own speed or at `rpm`; `seconds` are recorded after `settle_s` seconds.
 
     `name` consists of ``play0`` or ``interference`` (roller fits of the paper's scene) or ``rig``, a hyphen and the
     bearing state, as in ``interference-outer``. Raises `ConfigurationError` for an unknown name.
@@ -43,7 +43,7 @@ def bench_scene(
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
-    """Copy a scene with times in roller passages (1 / BPFO): `settle`, then `passages` recorded, at least `least_s`."""
+    """Copy a scene; it settles for `settle` roller passages (1 / BPFO) and records `passages`, at least `least_s`."""
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
         math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ

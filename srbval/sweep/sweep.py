@@ -57,7 +57,7 @@ def sweep(
     `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` computes measures of their runs, failed runs
     included. A stored row is reused only if the source code behind `measure` is unchanged. The columns `status` and
     `reason` (of the first run of a row) are added unless `measure` returns them. With ``stored=False`` nothing is read
-    or stored, as for timings. `jobs` rows are computed at a time (default: one per core).
+    or stored. `jobs` rows are computed at a time (default: one per core). `task` is the name shown with the progress.
     """
     rows = [dict(row) for row in cases.to_dict("records")]
     made = [scenes_of(row) for row in rows]

@@ -40,7 +40,7 @@ SCENE_LOOKS = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GRE
 
 @panel
 def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> PanelData:
-    """Plot the ratio of cage to shaft speed over nominal shaft speed: measured, simulated, and for pure rolling."""
+    """Plot ratios of cage to shaft speed, one panel for each nominal speed; for `rows` see `cage_ratio_rows`."""
     figure = style.new_figure((4.8, 3.3))
     speeds = sorted({row["nominal_rpm"] for row in rows})
     panels = figure.subplots(1, len(speeds), sharey=True, squeeze=False)[0]

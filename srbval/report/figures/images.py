@@ -110,7 +110,7 @@ def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArr
 
 
 def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
-    """Return the columns of a scalogram's CSV file, resampled coarsely: time, and magnitude at each frequency."""
+    """Return a scalogram's coarse CSV columns: time, magnitude at some frequencies; `span` is start and end [ms]."""
     rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_FREQUENCIES, len(frequency))).round().astype(int)
     coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
     n = coarse.shape[1]

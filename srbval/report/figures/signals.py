@@ -27,7 +27,7 @@ def acceleration_panel(
     period: tuple[str, float] | None = None,
     inches: tuple[float, float] = HALF,
 ) -> PanelData:
-    """Draw signal (light) and envelope (strong) over time up to ±`limit`, and a bar for `period` (name, length [s])."""
+    """Draw signal and envelope over time, amplitude axis ±`limit`; a bar shows `period` (name, length [s])."""
     figure, axes = new_axes(inches)
     kept = style.extreme_indices(record.acceleration, SIGNAL_BINS)
     draw_acceleration(axes, record, limit, kept)
@@ -43,7 +43,7 @@ def acceleration_panel(
 
 
 def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = slice(None)) -> None:
-    """Draw acceleration and envelope onto given axes up to ±`limit`, only the samples at the indices `kept`."""
+    """Draw acceleration and envelope onto given axes, amplitude axis ±`limit`; samples not in `kept` are left out."""
     (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
     time_ms = (record.time_s[kept] - start) * 1e3
     quantity = QUANTITY_NAMES.get(record.unit, "acceleration")
@@ -68,7 +68,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 @panel
 def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
-    """Draw Welch spectra of records by name (healthy ones dashed), and shade the last record's demodulation band."""
+    """Draw Welch spectra up to `end_hz`, level axis `limits_db` (low, high); shade the last one's demodulation band."""
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
     origin = Origin.STAND_IN if Origin.STAND_IN in origins else last.origin
@@ -120,7 +120,7 @@ def spectrum_panel(
 
 
 def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = False) -> None:
-    """Draw an envelope spectrum onto given axes as `spectrum_panel` does, without title and legend."""
+    """Draw an envelope spectrum onto given axes, without title and legend; for `top`, `brief` see `spectrum_panel`."""
     record, healthy, end_hz = view.record, view.healthy, view.end_hz
     word, colour, _ = ORIGINS[record.origin]
     label = f"Envelope{' (modulus)' if brief else ''}, {record.unit}"

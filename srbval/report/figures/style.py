@@ -146,7 +146,7 @@ def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
-    """Make an empty figure of a width and height [inch], without pyplot; a notebook can display it."""
+    """Make an empty figure of a width and height [inch], without pyplot; `looks` are options of matplotlib."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -174,14 +174,14 @@ def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17
 
 
 def transform_above_axes(axes: Any, points: float) -> Any:
-    """Return matplotlib's transform of axes coordinates, shifted up by `points` typographic points."""
+    """Return a matplotlib transform from axes coordinates to a place that is `points` (1/72 inch) higher."""
     from matplotlib.transforms import ScaledTranslation
 
     return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
 
 
 def legend_above(axes: Any, points: float = 3.0) -> None:
-    """Draw the legend in one row above the axes, at the right, so that it covers no curve."""
+    """Draw the legend in one row, `points` (1/72 inch) above the axes, so that it covers no curve."""
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": transform_above_axes(axes, points)}
     spaces = {"borderaxespad": 0, "borderpad": 0, "columnspacing": 1.2, "handletextpad": 0.5}
     axes.legend(**place, **spaces, ncols=6, frameon=False)

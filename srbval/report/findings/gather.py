@@ -120,7 +120,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load; if simulation results are stored, only at the speeds of these."""
+    """Select recordings at the paper's load (see `printed`); if `stored` has simulations, only at their speeds."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
@@ -129,7 +129,7 @@ def select_drawn_records(
 def choose_rig_recordings(
     printed: Mapping[Fault, Published], registered: Iterable[RegisteredRecording]
 ) -> dict[Fault, RegisteredRecording]:
-    """Choose recordings of the rig at the paper's load and at one speed, one for each bearing state.
+    """Choose recordings of the rig at one speed and the paper's load (see `printed`), one for each bearing state.
 
     The speed is the one at which most states were recorded; of several, the nearest to the paper's motor speed. Of
     several recordings of a state, the longest is chosen.

@@ -41,7 +41,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
 
 
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
-    """Describe a run for ``report.json``; `numerics`, the estimated time-step error, is None if not estimated."""
+    """Describe a run for ``report.json``; the key ``numerics`` holds its estimated time-step error, or None."""
     scene, own_solver = run.scene, level_of(run.scene.model).own_solver
     return {
         "id": case.id,

@@ -194,7 +194,7 @@ def fault_cursors(
     sideband_name: str = "fr",
     sidebands: int = 0,
 ) -> tuple[Cursor, ...]:
-    """List the frequencies to mark up to `end_hz`: harmonics of `line`, each with `sidebands` pairs of sidebands."""
+    """List frequencies to mark up to `end_hz`: harmonics, each with `sidebands` pairs of sidebands (`sideband_hz`)."""
     found = []
     for harmonic in range(1, int(end_hz // frequency_hz) + 1):
         name = line if harmonic == 1 else f"{harmonic}x{line}"

@@ -82,7 +82,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Compute mean and 95 % half width [Hz] of a fault frequency from stored simulations of the bundled scene `rig`."""
+    """Return mean and 95 % half width [Hz] of the fault frequency of a row's defect, from simulations in `stored`."""
     fault, variants = Fault(row["defect"]), stored.get("variants", ())
     analysis = rig[fault]
     found = [
@@ -126,7 +126,7 @@ def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
 
 
 def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
-    """List the rig's cage ratios and their change with speed, each with the model's error in scenes `paper`, `rig`."""
+    """List the rig's cage `ratios` and their `change` with speed, with the model's `stated` errors by scene."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
@@ -141,7 +141,7 @@ def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) ->
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
-    """List the model's errors [dB] in levels of harmonics and sidebands, in the scene `paper` and, if stored, `rig`."""
+    """List the model's errors [dB] in line levels: in scene `paper` from `comparisons`, in `rig` from `amplitudes`."""
     own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
     for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
         if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
@@ -180,7 +180,7 @@ def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterato
 
 
 def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
-    """List the cautions on the measured recordings of compared `pairs` by file name, without repetition."""
+    """List once each caution on a measured recording, with its file; `pairs` are measured and simulated recordings."""
     once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
     return [{"file": file, "caution": caution} for file, caution in once]
 
@@ -188,7 +188,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """List cage ratios by nominal speed, for `cage_ratio_plot`: measured, mean, simulated, and for pure rolling."""
+    """List cage ratios by nominal speed: measured, mean, simulated (`stored`), and for pure rolling (`kinematic`)."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
@@ -207,7 +207,7 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
 
 
 def trend_row(means: CageMeans, rows: Iterable[Row]) -> Row:
-    """Compute the cage ratio's change from fastest to slowest speed [%], measured and simulated (scene ``rig``)."""
+    """Compute the cage ratio's change from fastest to slowest speed [%], measured (`means`) and simulated (`rows`)."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in rows if (one["scene"], one["endpoint"]) == ("rig", name)), None)

@@ -67,7 +67,7 @@ def worst_tone(answers: Iterable[str]) -> Tone:
 
 
 def finding_sentence(stated: Sequence[ReportRow]) -> str:
-    """State the main finding: in which scenes and at which speeds the simulated cage speed is out of tolerance."""
+    """State in which scenes and at which speeds the simulated cage speed misses its tolerance (verdicts `stated`)."""
     missed = []
     for scene, name in SCENE_NAMES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
@@ -84,7 +84,7 @@ def endpoint_words(endpoint: str) -> str:
 
 
 def near_sentence(data: ReportRow) -> str:
-    """State the model's errors: BPFO and BPFI at the rig's measured speed, and the cage speed in the scene `rig`."""
+    """State the model's errors in BPFO and BPFI at the rig's measured speed, and in the cage speed of scene `rig`."""
     rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
@@ -113,7 +113,7 @@ def missing_sentence(data: ReportRow) -> str:
 
 
 def _table6(data: ReportRow) -> ReportTable:
-    """Make the paper's Table 6 with sources as rows; deviations from kinematics are printed below the values."""
+    """Make the paper's Table 6 with one row per source; deviations from pure rolling are printed below the values."""
     of = {(row["rig_source"], Fault(row["defect"])): row for row in data["table6"]}
     shown = []
     for name, (source, badge, value, ci95) in zip(ANSWER_TEXTS.items("sources"), TABLE6_SOURCES, strict=True):
@@ -132,7 +132,7 @@ def _table6(data: ReportRow) -> ReportTable:
 
 
 def shaft_sentence(sums: Iterable[ReportRow], inner: ReportRow) -> str:
-    """State whether slip explains the BPFI measured in the paper: slip does not change the sum of BPFO and BPFI."""
+    """State if slip can explain the BPFI measured in the paper; with slip alone, BPFO + BPFI would be unchanged."""
     row = next(one for one in sums if one["source"] == "paper's rig")
     as_slip = abs(row["difference_pct"]) < TOLERANCE.limit_pct
     speed = "slower" if row["difference_pct"] < 0 else "faster"
@@ -174,7 +174,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """State which rig records were fitted, which were predicted before they were known, and the number of others."""
+    """State which rig records served to fit the model, which were predicted before they were known, how many remain."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -1,4 +1,4 @@
-"""Report of a validation case: the answer, fault frequencies (as in the paper's Table 6), figures, levels, limits."""
+"""Report of a validation case: answer, fault frequencies (as in the paper's Table 6), figures, levels, limitations."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime

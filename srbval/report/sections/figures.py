@@ -77,7 +77,7 @@ def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
 
 
 def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> dict[str, float]:
-    """Return common axis limits for several records: `limit` of signals over time, `brightest` of scalogram colours."""
+    """Return common ends for several records: ``limit`` of the amplitude axis, ``brightest`` of the colour scale."""
     highest = max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for one in views)
     pixels = np.concatenate([one.amplitude.ravel() for one in images])
     return {"limit": HEAD_ROOM * highest, "brightest": float(np.quantile(pixels, COLOUR_QUANTILE))}
@@ -136,7 +136,7 @@ def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]
 
 
 def axis_ends(end_hz: float) -> dict[str, float]:
-    """Return the frequency limits [Hz] of scalogram and spectrum for captions."""
+    """Return for captions: both ends [Hz] of a scalogram's frequency axis, and `end_hz` of a spectrum's."""
     return dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, end_hz), strict=True))
 
 

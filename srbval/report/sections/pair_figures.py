@@ -90,7 +90,7 @@ def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
 
 
 def errors_figure(rows: Sequence[Mapping[str, Any]]) -> PanelData:
-    """Draw one error bar [%] for each compared quantity, at most `MAX_ERROR_BARS`, marked by its verdict."""
+    """Draw error [%] and uncertainty of at most `MAX_ERROR_BARS` compared quantities; colours show the verdicts."""
     figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:MAX_ERROR_BARS])))
     shown = draw_error_bars(axes, rows)
     return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}

@@ -60,7 +60,7 @@ def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
 
 
 def near_section(findings: Findings) -> Section:
-    """Make the section on the model's errors in all compared quantities, with a figure of the cage ratio by speed."""
+    """Make the section on the model's errors in cage ratios and vibration levels, with a figure of the cage ratios."""
     data, ratios = findings.data, findings.frame("cage_ratios")
     summaries = ratios[ratios["of"] != "record"].to_dict("records")
     values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
@@ -74,7 +74,7 @@ def near_section(findings: Findings) -> Section:
 
 
 def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Format rows of compared quantities: the rig's value, and error, uncertainty and verdict for both scenes."""
+    """Format for a table the rig's value of each quantity, and the model's error in the scenes `paper` and `rig`."""
     for row in rows:
         value, half, spec = row["rig"], row["rig_ci95"], "+.2f" if row["unit"] else ".5f"
         found: dict[str, Any] = {"paper_error": None, "rig_error": None} | dict(row) | {"rig_ci95": None}

@@ -120,7 +120,7 @@ def assemble_user_report(
 def _verdict_of_all(
     summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
 ) -> VerdictBox:
-    """Make the verdict on several recordings; `bars` are names and probabilities of the measured records."""
+    """Make the verdict on several recordings; `bars` are names and probabilities, `failed` counts unreadable files."""
     alarms, shown = {row["alarm"] for row in summaries}, bars[:MAX_PROBABILITY_BARS]
     highest = [(name, max(shares.items(), key=lambda one: one[1])) for name, shares in shown]
     words: dict[str, Any] = {
@@ -163,7 +163,7 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
 
 
 def _spectrum(record: UserRecord, suffix: str) -> Figure:
-    """Draw the envelope spectrum with all expected fault frequencies; the healthy record's spectrum is dashed."""
+    """Draw the envelope spectrum with the expected fault frequencies; `suffix` makes the figure's id unique."""
     view = record.view
     sides = [side for side in (view.record, view.healthy) if side is not None]
     top = SPECTRUM_LABEL_ROOM * max(peak_amplitude(side, view.end_hz) for side in sides)
@@ -230,7 +230,7 @@ def _band(record: UserRecord, suffix: str) -> Figure:
 
 
 def _times(record: UserRecord, suffix: str) -> Block:
-    """Draw the record and the healthy record over time, on the same axes."""
+    """Draw the record and the healthy record over time, on equal axes; `suffix` makes the ids of the figures unique."""
     view, marked = record.view, record.marked
     sides = [("this record", "", view.record)]
     if view.healthy is not None:
@@ -250,7 +250,7 @@ def _times(record: UserRecord, suffix: str) -> Block:
 
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
-    """Compare the model's fault frequencies with the record's in a table, and draw the model's spectrum."""
+    """Tabulate fault frequencies of model and record, draw the model's spectrum; `suffix` makes the ids unique."""
     lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
     rows = [_model_row(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
     of_dimensions, opened, scene = "", "", f", inputs of scene `{model.base}`"
