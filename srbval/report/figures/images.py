@@ -57,9 +57,8 @@ def scalogram_panel(
 ) -> PanelData:
     """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
-    The fault frequency of the bearing state `state` is marked. If the shaft modulates its amplitude, ticks along the
-    top mark the shaft's period. At both ends, the region that the ends of the record distort (cone of influence) is
-    hatched.
+    The fault frequency of the bearing state `state` is marked. If this fault causes sidebands, ticks along the top mark
+    the shaft's turns. The regions that the ends of the record distort (cone of influence) are hatched.
     """
     from matplotlib import colormaps
 

@@ -38,7 +38,7 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
 
 
 def trend_points(trend: Trend) -> Iterator[str]:
-    """State the false-alarm probability, why zones of ISO 20816-3 are missing, and the definition of a level."""
+    """State the false-alarm probability, why severity zones (ISO 20816-3) are missing, and how levels are defined."""
     if trend.comparisons:
         each, all_pct = trend.false_alarm / trend.comparisons, 100 * trend.false_alarm
         yield TREND_TEXTS.text(

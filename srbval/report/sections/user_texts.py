@@ -17,7 +17,7 @@ MAX_NAMES = 6  # recordings that a point lists by name
 
 
 def headline_of_all(summaries: Sequence[ReportRow]) -> str:
-    """State the most serious finding of several recordings, and in how many of them it was found."""
+    """State how many of several recordings have a named fault, are undecided, or show no fault."""
     named, undecided, clear = (sum(row["alarm"] == alarm for row in summaries) for alarm in ("yes", "check", "no"))
     counts = {"records": len(summaries), "named": named, "undecided": undecided, "clear": clear}
     if named:
