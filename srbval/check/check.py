@@ -71,7 +71,7 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 
 
 def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
-    """Yield named scenes for the regression check of a model; `axes` may set `fits`, `states`, `seconds`, `changes`."""
+    """Yield a model's named regression-check scenes; `axes` may set roller `fits`, `states`, `seconds`, `changes`."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
         common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
@@ -100,7 +100,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
 
 
 def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
-    """Simulate the scenes of `_probe_scenes`; return results by scene and quantity."""
+    """Simulate a model's regression-check scenes, made from scene `base`; return the results by scene and quantity."""
     step = axes.get("step", Step.UNCHECKED)
     return {
         f"{scene}{SEPARATOR}{name}": value

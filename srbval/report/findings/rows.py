@@ -103,7 +103,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
 def picture_rows(
     state: Fault, views: Iterable[RecordView], images: Sequence[Scalogram], levels: Iterable[Row]
 ) -> Iterator[Row]:
-    """Judge if the figures of model and rig are alike, by kurtosis, line levels and power near the fault frequency."""
+    """Judge if the `views` (model, rig) of a state are alike, by kurtosis, line `levels` and power in the `images`."""
     model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.processed.filtered for one in (model, rig))

@@ -174,7 +174,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """State which rig records served to fit the model, which were predicted before they were known, how many remain."""
+    """List the rig records that served to fit the model, and those predicted before being known; count the others."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -48,7 +48,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 
 def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] = ()) -> Iterator[Block]:
-    """List problems of registered recordings, and whether each rig record served to fit levels, as blind test, or not."""
+    """List problems of registered recordings, and which rig records served to fit levels or for a blind prediction."""
     if findings.data["register_unreadable"]:
         yield RECORD_TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
     for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):

@@ -66,7 +66,7 @@ def figures_section(findings: Findings) -> Section:
 
 
 def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
-    """Prepare the envelope spectrum of a state and of the healthy state, with harmonics of the fault line marked."""
+    """Prepare for one side (model or rig) a state's envelope spectrum over the healthy one, fault harmonics marked."""
     record, line = side[state], state.line
     cursors: tuple[Cursor, ...] = ()
     if line:
