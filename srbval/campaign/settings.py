@@ -50,8 +50,8 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 class Axes(Limited):
     """Inputs that one method, `kind`, varies from case to case. Keys are dotted keys or nested tables of a scene file.
 
-    `values` are lists of choices by key, `cases` complete sets of inputs by key, `ranges` lowest and highest values, in
-    one unit.
+    `values` contains a list of choices for each key, `cases` complete sets of inputs, `ranges` the lowest and highest
+    value for each key, both in the same unit.
     """
 
     kind: Sampling

@@ -1,12 +1,12 @@
 """Mean cage ratio over the records of each speed, by a random-effects model.
 
-Mounting, load zone, temperature and cage differ from record to record, so the ratios scatter by more than their reading
-errors. Model: y = X m + b + e, with the ratios y, the design X, the effects m, record effects b (normal, independent,
-standard deviation tau) and reading errors e (normal, with the records' joint covariance, which includes the common
-scale error of the tachometer). The effects have flat priors, tau has Jeffreys' prior from the restricted likelihood
-(Bodnar et al. 2017, Stat. Med. 36, 378; with a design: Roever & Friede 2023, Comput. Methods Programs Biomed. 229,
-107303; both quoted from memory, not checked). With V = covariance + tau^2 I, residuals r of weighted least squares, and
-P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1, the posterior of tau is computed on a grid:
+Mounting, load zone, temperature and cage differ between records, so ratios scatter by more than their reading errors.
+Model: y = X m + b + e, with the ratios y of all records, the design matrix X (`race_design`), the effects m (mean ratio
+at each speed, difference between faults), record effects b (normal, independent, standard deviation tau) and reading
+errors e (normal, covariance C with the common scale error of the tachometer). The prior is flat for m; for tau it is
+Jeffreys' prior p(tau) from the restricted likelihood (Bodnar et al. 2017, Stat. Med. 36, 378; with X: Roever & Friede
+2023, Comput. Methods Programs Biomed. 229, 107303; quoted from memory, not checked). With V = C + tau^2 I, weighted
+residuals r = y - X m, P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1, identity I and ' for transposed, on a grid of tau:
 
     p(tau | y) ~ p(tau) |V|^(-1/2) |X' V^-1 X|^(-1/2) exp(-r' V^-1 r / 2),    p(tau) ~ tau tr(P P)^(1/2)
 
@@ -50,7 +50,7 @@ class CageMeans:
 
 
 def covariance(readings: Sequence[CageReading]) -> FloatArray:
-    """Covariance of the records' cage ratios, shape [records, records]; all share the tachometer's scale error."""
+    """Covariance matrix of the errors of cage ratios, [records, records]; the tachometer's scale error is common."""
     per_speed = np.array([one.per_speed for one in readings])
     scale_u = SCALE_CI95 / NORMAL_95
     own = [one.reading_u**2 + max(one.speed_u**2 - (one.per_speed * scale_u) ** 2, 0.0) for one in readings]
@@ -82,7 +82,7 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
-    """Design matrix [records, effects]; columns: nominal speeds (rising), fault on a race, outer minus inner race.
+    """Design matrix [records, effects]: columns for each speed (rising), fault on a race, outer minus inner race.
 
     The column for a fault on a race is left out if the speeds determine it, as when every record has such a fault.
     """
@@ -95,14 +95,14 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 
 
 class RandomEffects(NamedTuple):
-    """Posterior draws: `effects` [draws, effects] and standard deviation `between` records [draws]."""
+    """Draws from the posterior: `effects`, [draws, effects], and standard deviation between records, [draws]."""
 
     effects: FloatArray
     between: FloatArray
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
-    """Sample the posterior of the effects in `values` [n], with error `covariance` [n, n], `design` [n, effects]."""
+    """Sample the posterior of the effects from n `values`, error `covariance` [n, n] and `design` [n, effects]."""
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))

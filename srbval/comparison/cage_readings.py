@@ -1,11 +1,11 @@
 """Cage ratio (cage speed over shaft speed) of every record of the rig, read from combs (a line with its harmonics).
 
-The fault comb of a damaged race is read in the squared envelope, in the band of `BANDS` in which its first harmonic is
-highest over the noise. The passage comb, multiples of BPFO in the vibration itself, is caused by passing rollers, also
-in a healthy bearing; it is used if it meets the criterion of a detected line: improbable as noise and by its rank among
-combs at meaningless frequencies (`rank_among_placebos`). If both combs agree within their intervals, the more precise
-one is used, otherwise the fault comb; the other is kept as a check. A passage comb alone may belong to another of the
-shaft's four bearings. Records are resampled over shaft angle. Shaft harmonics are excluded from lines and noise.
+The fault comb of a damaged race is read in the squared envelope, in the one of the frequency `BANDS` that shows its
+first harmonic highest over the noise. The passage comb, multiples of BPFO in the vibration itself, is caused by passing
+rollers, also in a healthy bearing. It is used only if detected: improbable as noise, and stronger than most combs at
+meaningless frequencies (`rank_among_placebos`). If both combs agree within their intervals, the more precise one is
+used, otherwise the fault comb; the other is kept as a check. A passage comb alone may belong to another of the shaft's
+four bearings. Records are resampled over shaft angle. Shaft harmonics are excluded from lines and noise.
 """
 
 import math
@@ -63,7 +63,7 @@ def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[Ca
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Read the cage ratio of a record; None if detected line, measured speed, order tracking or duration is missing."""
+    """Cage ratio of a record; None without detected comb, measured speed or order tracking, or if too short."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None
@@ -123,7 +123,7 @@ def _read_comb(
 def _convert_comb(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, of: tuple[str, tuple[float, float]]
 ) -> CageReading:
-    """Convert the frequency of a line with harmonics to a cage ratio; `of`: name of the line and its band [Hz]."""
+    """Convert the comb frequency in `reading` to a cage ratio; `of`: name of comb and signal, and its band [Hz]."""
     hz_per_ratio = bearing.rolling_elements * speed.value_hz
     share = reading.found_hz / hz_per_ratio
     inner = of[0].startswith(Fault.INNER.line or "")

@@ -2,10 +2,10 @@
 
 Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the path to the sensor.
 
-Each kind of quantity has one bias: the mean error over the records, with Student's interval b +- t s / sqrt(n). The
-errors of one record are averaged first, since they share bearing, mounting and speed. With fewer records than
-`MIN_RECORDS_FOR_BIAS` no bias is claimed. The model's scatter is the scatter of the errors beyond the uncertainty of
-the data (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
+Each kind of quantity has one bias: the mean error b over n records with standard deviation s, and its 95 % interval b
++- t s / sqrt(n), with t from Student's distribution. The errors of one record are averaged first, since they share
+bearing, mounting and speed. With fewer records than `MIN_RECORDS_FOR_BIAS` no bias is claimed. The model's scatter is
+the scatter of errors beyond the data's uncertainty (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
 """
 
 import math
@@ -145,7 +145,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Effects of uncertain inputs, time step and contact points by (defect, quantity), from the study ``inputs``."""
+    """Effects of inputs, step and contact points, by (defect, quantity), from `stored`, result of study ``inputs``."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
@@ -165,10 +165,10 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the model's bias by kind of quantity, scene and use, from rows (`comparison_row`) above the noise.
+    """Compute the model's bias (mean error) for each kind of quantity, scene and use in the table `comparisons`.
 
-    If `used_for` is given, the uses (such as ``fit``) are combined under this name. `bias`, its 95 % half width `ci95`
-    and the model's `scatter` (one standard deviation) are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
+    Rows within the noise are left out. If `used_for` is given, all uses (such as ``fit``) are combined under this name.
+    `bias`, its half width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
     shown = comparisons[both]

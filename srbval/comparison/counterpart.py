@@ -81,7 +81,7 @@ def run_cases(
 
 
 def with_points(scene: Scene, points: int) -> Scene:
-    """Set the contact points per circle of a race; stiffness, damping and defect length of the circle are kept."""
+    """Copy of a scene with `points` contact points per race circle; its stiffness, damping, defect length are kept."""
     factor = points / scene.contact.points_per_circle
     contact = dataclasses.replace(
         scene.contact,
@@ -143,7 +143,7 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, in the paper's band unless `band_hz` is given; search a roller's line at the order of the run."""
+    """Analyse a run, by default in the paper's band; a roller's line is sought at its order in the run's motion."""
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
@@ -153,10 +153,10 @@ def analyse_run(
 
 
 def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
-    """Order of the fault line of `state`, from the run's mean cage or roller speed; None if healthy or unknown.
+    """Order of the fault line of `state` (frequency over shaft speed), from the run's mean cage or roller speed.
 
-    A defect on a roller strikes both races once per revolution of the roller relative to its cage slot, which rotates
-    with the cage and is inclined by the bearing's tilt.
+    None if the bearing is healthy or a speed unknown. A defect on a roller strikes both races once per revolution of
+    the roller relative to its cage slot, which rotates with the cage and is inclined by the bearing's tilt.
     """
     if state is not Fault.ROLLER:
         return None if math.isnan(run.cage_ratio) else state.passing_order(run.rolling_elements, run.cage_ratio)

@@ -24,7 +24,7 @@ PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # the 
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
-    """Published frequencies of a fault line [Hz], kinematic, model and rig; ``_printed_pct``: published deviations."""
+    """Published frequencies of a fault line [Hz]; ``*_printed_pct``: published deviations from `kinematic_hz`."""
 
     state: Fault
     rpm: float
@@ -63,7 +63,7 @@ def published_speeds() -> PublishedSpeeds:
 def published_rows(
     printed: Mapping[Fault, Published], paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]
 ) -> Iterator[Row]:
-    """Compare our model at the paper's speed with the paper's model, rig and kinematic frequency, by race defect.
+    """Compare our `runs` at the paper's speed, analysed in `paper`, with the `printed` Table 6, by race defect.
 
     The paper states no uncertainty and no measured speed for its rig values, so the verdict is ``insufficient data``.
     """
@@ -143,9 +143,9 @@ def _build_line_row(
 def check_race_sum(pair: Mapping[str, Any]) -> dict[str, Any]:
     """Check the sum rule: BPFO + BPFI in orders of the shaft equals the number of rolling elements.
 
-    `pair` contains both orders. `slip_difference` is the known effect of different slip in two runs on the sum.
-    `closed` is true if the corrected sum agrees within `ci95`, None without an uncertainty. `implied_rpm` is the shaft
-    speed at which the rule is exact.
+    `pair` contains both orders, the 95 % half width `ci95` of their sum, and `slip_difference`: the part of the sum due
+    to different slip in the two runs. `closed` is true if the sum without this part agrees within `ci95`, None if that
+    is None. `implied_rpm` is the shaft speed at which the rule is exact.
     """
     total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
     slip = pair.get("slip_difference", 0.0)

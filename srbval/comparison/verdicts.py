@@ -1,17 +1,17 @@
 """Verdict on the model's cage ratio against its tolerance: met, missed or not resolved.
 
-The error is E = S - D (ASME V&V 20), for each endpoint: the mean ratio at the fastest speed, the trend (slowest
-minus fastest speed), or outer-race minus inner-race faults. The model's value S has the distribution of runs at random
-draws of the inputs. All records share the draws, so that common effects cancel in a difference. The rig's value D has
-the distribution from `cage_means`. S, D and the change with a finer step are independent. `p_beyond` is the probability
-that |E| exceeds the limit:
+The error E = S - D (ASME V&V 20) is the model's value S minus the rig's value D. Three values (endpoints) are compared:
+mean ratio at the fastest speed, trend (slowest minus fastest speed), and outer-race minus inner-race faults. S has the
+distribution of runs with randomly drawn inputs; all records share the draws, so that common effects cancel in a
+difference. D has the distribution from `cage_means`. S, D and the change with a finer step are taken as independent.
+`p_beyond` is the probability that |E| exceeds the tolerance:
 
     missed       p_beyond >= 1 - risk
     met          p_beyond <= risk
     not resolved otherwise, or if one input alone, varied over its range, gives both verdicts
 
-If the true error equals the limit, either wrong verdict has at most the probability `risk`. The study `inputs` counts
-the verdicts on simulated rigs, with the functions of this file.
+If the true error equals the tolerance, either wrong verdict has at most the probability `risk`. The study `inputs`
+counts the verdicts on simulated rigs, with the functions of this file.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the
 
 
 class Endpoint(NamedTuple):
-    """Value to compare: sum of the records' cage ratios times `weights`; `rig` are random draws of the rig's value."""
+    """Compared value: sum of the records' cage ratios times `weights`; `rig`: random draws of this value of the rig."""
 
     name: str
     weights: FloatArray
@@ -109,7 +109,7 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Weights of the model's runs from `weights` of the records; the healthy run stands for a state not simulated."""
+    """Weight of each run of the model, from the records' `weights`; a healthy run replaces a state not simulated."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -127,7 +127,7 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Effect of an input at cumulative probabilities `at`, from `curve` at `shares`; stepped if it has two points."""
+    """Interpolate an input's effect `curve`, known at probabilities `shares`, at `at`; between two values it steps."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)

@@ -83,7 +83,7 @@ class MeasuredErrors:
         return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
     def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
-        """List the settings, except the varied ones, in which a scene, or `own`, differs from the measured scene."""
+        """Settings, except varied ones, in which a scene (`own`: its `scene_values`) differs from the measured one."""
         own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."

@@ -47,8 +47,8 @@ def smooth_mean(values: FloatArray) -> float:
 def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     """Median amplitude of an envelope's spectrum between 60 and 90 Hz, divided by the envelope's mean.
 
-    A Hann window limits the leakage of strong lines. The scale keeps the level of white noise that a
-    plain amplitude spectrum has. Compare records of equal length only: broadband noise falls with the root of length.
+    A Hann window limits the leakage of strong lines; the spectrum is scaled so that white noise has the same level as
+    without a window. Compare records of equal length only: broadband noise falls with the root of length.
     """
     window, mean = hann(envelope.size), float(envelope.mean())
     lines = np.abs(np.asarray(scipy.fft.rfft((envelope - mean) * window)))

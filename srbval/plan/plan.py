@@ -35,7 +35,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Model chosen for a question; `met` is true within the tolerance, `outside` states why errors are unknown."""
+    """Model chosen for a question; `met`: its error is within the tolerance; `outside`: why its error is unknown."""
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 
@@ -124,7 +124,7 @@ def _choose_model(
 def _judge_model(
     level: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, table: MeasuredErrors, outside: bool
 ) -> Candidate:
-    """Compare a model's measured error with the tolerance; `outside` is true if it does not apply to the scene."""
+    """Compare a model's measured error with the tolerance; `outside`: the measurements do not apply to the scene."""
     pace, asked, ok = table.pace.get(level.name), MEANING[question], False
     lacking, bound = level.lacks.get(question.value), table.bound(scene, level.name, question)
     error = bound.error_pct if bound is not None and lacking is None and not outside else None

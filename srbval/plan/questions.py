@@ -1,7 +1,7 @@
 """Questions about a scene, their answers from a run, and the error of an answer [%].
 
-Amplitudes are read as in the rig's records, from the vibration of the ring and without the rig's background noise. If
-two levels differ by 3 dB, the error is 41 %.
+Amplitudes are read as in the rig's records, from the vibration of the ring and without the rig's background noise.
+Errors of levels are converted to per cent of the amplitude: 3 dB are 41 %.
 """
 
 import enum
@@ -127,7 +127,7 @@ def answer_questions(
 def _amplitudes(
     record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
 ) -> dict[Question, AnswerValues | None]:
-    """Answer the questions on amplitudes, for defect `kind` with its line at `order`; empty if the rate is too low."""
+    """Answer the questions on amplitudes for defect `kind` with its line at `order`; empty if sampled too slowly."""
     if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
         return {}
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)

@@ -42,9 +42,9 @@ def wait_for_result(future: Future[Result]) -> Result:
 
 @contextlib.contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Context that delays Ctrl-C: processes started in it never receive it; handlers that imports set are removed.
+    """Context that delays Ctrl-C; processes started in it never receive it; a handler set in it is removed at its end.
 
-    For example, `runner` of dask-jobqueue sets a handler that ends the program as if all work were done.
+    For example, importing `runner` of dask-jobqueue sets a handler that ends the program as if all work were done.
     """
     masks, handler = hasattr(signal, "pthread_sigmask"), signal.getsignal(signal.SIGINT)
     main, came = threading.current_thread() is threading.main_thread(), list[int]()

@@ -47,7 +47,7 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 
 
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
-    """Hash (32 digits) of `content` and all code that module `computed_by` imports; if `lazy`, also during a run."""
+    """Hash (32 digits) of `content` and of the code that module `computed_by` imports, if `lazy` also when it runs."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
 
 
@@ -73,8 +73,8 @@ def content_sha256(*values: Any) -> str:
 class ContentStore:
     """Store for results of one `kind`, computed by the module `computed_by`, in `folder` (default: the user's cache).
 
-    File names contain a hash of the content from which a result is computed and of the code; `run_content` adds the
-    code of models, which are imported only when they are needed.
+    File names contain a hash of the code and of `content`, a text that identifies the input of the result. Models are
+    imported only when they are needed, so for runs of models `content` contains the version of the model's code.
     """
 
     kind: str
@@ -83,7 +83,7 @@ class ContentStore:
     folder: Path | None = None
 
     def path(self, content: str) -> Path:
-        """Path of the file with the result that is computed from `content`."""
+        """Path of the file with the result for the input `content`."""
         key = content_key(content, computed_by=self.computed_by, lazy=False)
         return (self.folder or cache_folder(SCENE_RESULTS)) / f"{self.kind}-{key}{self.suffix}"
 
@@ -113,7 +113,7 @@ class ContentStore:
         self.keep(content, write)
 
     def keep(self, content: str, write: Callable[[Path], None]) -> None:
-        """Store the result for `content` in a file, by `write`; nothing is stored if the folder is not writable."""
+        """Call `write` with the path of the file for `content`; nothing is stored if the folder is not writable."""
         path = self.path(content)
         with contextlib.suppress(DataError, OSError):
             write(path)

@@ -101,7 +101,7 @@ def _text(content: Row) -> str:
 
 
 def _write_inputs(folder: Path, name: str, size: float) -> None:
-    """Write a command's input files; `name`: record or folder; `size`: minutes of the record or number of records."""
+    """Write a command's input, as `name` states: a record of `size` minutes, or a folder with `size` records."""
     for file, text in FILES.items():
         (folder / file).write_text(text.replace("SIZE", str(size)), "utf-8")
     if name.startswith("record"):

@@ -106,7 +106,7 @@ def compare_pair(
 def _effects(
     quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
 ) -> Mapping[str, Any] | None:
-    """Effects of uncertain inputs and numerics on a quantity; for a race line, from the effects on the cage ratio."""
+    """Effects of inputs, step and contact points on a quantity; for a race line, computed from the cage ratio's."""
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
         return found
@@ -151,11 +151,11 @@ def outside_parts(
     case: ValidationCase,
     pct: float,
 ) -> dict[str, float]:
-    """Uncertainty parts of an external simulation [% or dB]: from reading or repeats, and stated in the case.
+    """Parts of an external simulation's uncertainty [% or dB]: from reading or repeats, and stated in the case.
 
-    `own` is the simulated value, `repeats` the half width from repeated files (None without repeats). `pct` converts
-    the quantity to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of
-    BPFI, and does not apply to a rolling element's spin.
+    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). `pct` is the
+    factor to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of BPFI,
+    and does not apply to a rolling element's spin.
     """
     scale = pct if quantity.value_of else 1.0
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}

@@ -78,7 +78,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse recordings in the stated band, else the paper's; an automatic band for simulations of another bearing."""
+    """Analyse recordings in the stated or the paper's band; simulations of other bearings in a band chosen for them."""
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None

@@ -1,10 +1,10 @@
 """Amplitudes of the scene `rig` after an identified transmission path, compared with the rig's records.
 
-The path's gains are identified from the fault-locked power of record OR 877 (outer race, 877 rpm), the ratio of the
-gains in its two directions from the sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all
-others of the six records ``withheld``: known when the scene was made, but not fitted. The fault-locked power and the
-total level of each one-third-octave band (healthy record plus run) and the harmonics of the line are compared. The
-level of the healthy record alone is added for reference. Lines of roller passages are removed from records and runs.
+The path's gains are identified from the fault-locked power (the part that repeats with the fault's passages) of record
+OR 877 (outer race, 877 rpm), the ratio of the gains in its two directions from the sidebands of IR 877 (inner race).
+Quantities of OR 877 are marked ``fit``, all others of the six records ``withheld``: known, but not fitted. Compared are
+the fault-locked power and the total level of each one-third-octave band (healthy record plus run) and the line's
+harmonics; the level of the healthy record alone is added. Lines of roller passages are removed from records and runs.
 
 A case of the sweep runs the scene at the speed of each record with one set of inputs and identifies the path again, so
 that common errors of run and path cancel. The cases are the scene's own inputs, a finer step with more slices, and
@@ -68,7 +68,7 @@ class RigRecord(NamedTuple):
     def quantities(
         self, recording: Recording, order: float, added: Recording | None = None
     ) -> dict[str, read.Amplitude]:
-        """Read the compared quantities, with the fault's line at `order`; total levels include the power of `added`."""
+        """Compared quantities, with the fault's line at `order`; total levels include the power of `added` (if any)."""
         found = read.totals(recording, added) | read.pattern(recording, BEARING, self.state, order)
         found |= read.locked_levels(recording, BEARING, order) if self.detected else {}
         return {name: value for name, value in found.items() if name.split()[0] in KINDS}
@@ -112,7 +112,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels of all runs after the path identified from them; nominal case: also half widths due to this path."""
+    """Levels of all runs at the sensor, by the path identified from them; nominal case: also the path's half widths."""
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
@@ -138,7 +138,7 @@ def _levels_behind(runs: Iterable[Run], path: SensorPath) -> dict[str, float]:
 
 
 def half_widths(drawn: pd.DataFrame) -> pd.Series:
-    """95 % half width of each column over its draws: standard deviation times Student's t."""
+    """95 % half width of each column of `drawn` (one row per draw): its standard deviation times Student's t."""
     from scipy.special import stdtrit
 
     return drawn.std(ddof=1) * float(stdtrit(len(drawn) - 1, 0.975))
@@ -183,7 +183,7 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Count withheld quantities with errors up to `VERDICT.near_db`, also fault-locked bands not present in the record.
+    """Count, by kind, the withheld quantities with errors up to `VERDICT.near_db`; absent fault-locked bands count too.
 
     ``reachable`` is the largest count that any path common to all records could reach: the gain of each band is chosen
     to fit most records.
@@ -200,10 +200,10 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
 
 
 def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """Separate each record's errors of fault-locked bands into a common level and a pattern, by their covariance.
+    """Split each record's errors of fault-locked bands into a common level and the rest (pattern), and test both.
 
-    `drawn`: levels at random inputs. The probability of the level follows Student's t distribution, the probability of
-    the pattern chi-squared, which is too small with few draws.
+    `drawn`: levels at random inputs, for the covariance of the errors. The level is tested by Student's t distribution,
+    the pattern by chi-squared, whose probability is too small with few draws.
     """
     from scipy.special import chdtrc, stdtr
 

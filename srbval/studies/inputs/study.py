@@ -1,13 +1,13 @@
 """Effects of uncertain inputs of the scenes `paper` and `rig` on all compared quantities and on the cage ratio.
 
 All inputs of a scene are drawn together; all records share the draws, so that common effects cancel in the difference
-between two records. The spread is u_input of ASME V&V 20. Each input is also varied alone. The verdicts on the cage
-ratio use draws at every record's speed, the uncertainty of other quantities draws at `NOMINAL_RPM`. The runs are
-converged and do not depend on their initial state.
+between two records. The spread is the input uncertainty of ASME V&V 20. Each input is also varied alone. The verdicts
+on the cage ratio use draws at every record's speed, the uncertainty of other quantities draws at `NOMINAL_RPM`. The
+runs are converged and do not depend on their initial state.
 
-The power of the verdicts is determined on simulated rigs. A simulated rig has the registered records with their
-uncertainties. Its true cage ratios are the ratios of the scene `rig` at one random draw, unknown to the verdict, times
-a planted error of one endpoint. Signals are not simulated.
+How often the verdicts detect an error is counted on simulated rigs. A simulated rig has the registered records with
+their uncertainties. Its true cage ratios are those of the scene `rig` at one random draw, unknown to the verdict, with
+an error planted in one compared value. Signals are not simulated.
 """
 
 import math
@@ -148,8 +148,8 @@ def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
 def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[Row]:
     """Effects of the inputs on every quantity of every fault, from the draws `at`, shape [draws, inputs].
 
-    A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains a new
-    draw with a probability of 95 %), `grid_ci95` (due to points and step), and the `shares` of the variance by input.
+    A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains 95 %
+    of new draws), `grid_ci95` (effect of contact points and step), and the `shares` of the variance due to each input.
     """
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)
@@ -175,7 +175,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
 
 
 def variance_share(shares: FloatArray, values: FloatArray) -> float:
-    """Share of the variance of `values` explained by an input: epsilon squared over bins of `shares` (Kelley 1935)."""
+    """Share of the variance of `values` due to an input drawn at `shares`, in bins: epsilon squared (Kelley 1935)."""
     groups = pd.Series(values).groupby((shares * BINS).astype(int))
     within = float(((values - groups.transform("mean")) ** 2).sum()) / max(values.size - groups.ngroups, 1)
     return max(1 - within / float(values.var(ddof=1)), 0.0) if np.ptp(values) else 0.0
@@ -184,7 +184,7 @@ def variance_share(shares: FloatArray, values: FloatArray) -> float:
 def power(
     variant: Mapping[str, Any], readings: Sequence[CageReading], *, rigs: int, progress: Progress = silent
 ) -> Iterator[Row]:
-    """Shares of met, missed and unresolved verdicts on `rigs` simulated rigs, by compared ratio and planted error."""
+    """Shares of met, missed and unresolved verdicts on `rigs` simulated rigs, by compared value and planted error."""
     drawn_ratios = np.array([one["drawn"] for one in variant["records"]])
     truth = np.array([of_model(variant, [one], np.ones(1)) @ drawn_ratios for one in readings])
     known = list(endpoints(readings, cage_means(readings)))

@@ -48,7 +48,7 @@ def cheapest_model(rows: Sequence[Mapping[str, Any]]) -> str | None:
 
 
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
-    """Summary of the cheapest models for fault lines, levels and power."""
+    """Summary for the report: the cheapest accurate model for fault lines, for levels and for power."""
     lines, pace = cheapest_model(_asked(content, "paper", "lines")) or "none", content["bases"]["paper"]["pace"]
     rest = []
     for question in TILE_QUESTIONS:

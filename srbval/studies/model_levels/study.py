@@ -1,7 +1,7 @@
 """Errors of every model on random scenes near a bundled scene, against the reference model.
 
 A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect.
-For one model, question, roller fit and defect, the errors on these scenes and on another random scene are exchangeable.
+For one model, question, roller fit and defect, the error on a further random scene is as likely as any to be largest.
 """
 
 import math

@@ -88,7 +88,7 @@ def outcome_of(state: Fault, part: Fault | None) -> str:
 
 
 def name_graded(row: Row) -> Row:
-    """Diagnose a record of the benchmark; compare the verdicts of `analyse` and public tool with its true state."""
+    """Diagnose a benchmark record; compare the verdicts of `analyse` and of a public tool with its true state."""
     state, verdict = Fault(row["state"]), read_record(RecordRequest(file=row["path"])).verdict
     assert verdict.diagnosis is not None, "the records are measured"
     shares = verdict.diagnosis.probabilities

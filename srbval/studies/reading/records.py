@@ -35,18 +35,18 @@ def comb(rng: Rng, seconds: float, snr_db: float, jitter: float) -> Periodogram:
 
 
 def bound_hz(seconds: float, snr_db: float) -> float:
-    """Cramer-Rao bound of the standard error of the comb's frequency due to noise (`frequency_error_hz`)."""
+    """Least standard error [Hz] of the comb's frequency due to noise alone: the Cramer-Rao bound."""
     information = 10 ** (snr_db / 10) * sum((h * a) ** 2 for h, a in enumerate(AMPLITUDES, 1))
     return frequency_error_hz(information, seconds)
 
 
 def white(rng: Rng) -> FloatArray:
-    """White noise."""
+    """White noise of unit standard deviation, as long as a record."""
     return rng.standard_normal(TIME_S.size)
 
 
 def modulated(rng: Rng) -> FloatArray:
-    """Noise modulated by a belt and by the bearing's shaft at several multiples of their rates."""
+    """White noise modulated at five multiples each of a belt's rate and of the speed of the bearing's shaft."""
     rates_hz = (rng.uniform(4, 14), MACHINE_HZ)
     combs = (1 + sum(rng.uniform(0, 0.5) / h * _tone(rng, h * hz) for h in range(1, 6)) for hz in rates_hz)
     return np.asarray(white(rng) * math.prod(combs))

@@ -1,8 +1,8 @@
 """Accuracy of line frequencies, and false findings on records without a fault.
 
 On combs (a line with harmonics) in noise: frequency error relative to the Cramer-Rao bound, and coverage of the stated
-95 % interval. On records without a fault: number of faults named, and the ranks of lines at meaningless orders
-(placebos) among each other, which must be uniformly distributed.
+95 % interval. On records without a fault: number of faults named, and a test that false-alarm probabilities of lines at
+meaningless orders (placebos) are uniformly distributed, as chance requires.
 """
 
 import dataclasses
@@ -46,7 +46,7 @@ def accuracy(seconds: float, snr_db: float, jitter: float, combs: int = COMBS) -
     """Accuracy of the frequency read in `combs` random combs of one length, noise level and jitter.
 
     All values but `detected` refer to detected lines, since only these have a stated frequency. The Cramer-Rao bound
-    includes noise alone. `ci95_over_error` is the median half width over 1.96 root-mean-square errors.
+    includes noise alone. `ci95_over_error`: median 95 % half width over 1.96 times the root-mean-square error.
     """
     rng = np.random.default_rng((round(seconds), round(snr_db), round(1e3 * jitter)))
     window_hz = (records.LINE_HZ * (1 + OFF_SHARE), records.LINE_HZ * HALF_SHARE)
@@ -83,8 +83,8 @@ def placebos(analysis: Analysis, count: int, seed: int) -> Iterator[Line]:
 def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
     """Count faults named on records without a fault; test false alarms at the orders of `count` fictitious bearings.
 
-    `distance` is the Kolmogorov-Smirnov distance of the ranks from a uniform distribution; ``X_below`` are shares of
-    false-alarm probabilities below `LEVEL`.
+    `distance` is the Kolmogorov-Smirnov distance of the false-alarm probabilities by rank from a uniform distribution;
+    ``noise_below``, ``rank_below``, ``stated_below`` are shares of probabilities (noise, rank, stated) below `LEVEL`.
     """
     from scipy.stats import kstest
 

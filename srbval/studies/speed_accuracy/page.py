@@ -21,7 +21,7 @@ MIN_DRAWN_ERROR = 1e-6  # smaller errors are drawn at this value
 
 
 def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> PanelData:
-    """Draw errors over CPU time by scene and solver; hollow: run not accepted by `simulate`; ring: default."""
+    """Draw errors over CPU time by scene and solver; hollow: refused by `simulate`; ring: default solver and step."""
     runs = runs.assign(series=runs.get("series", runs["solver"]), line_pct=100 * runs["cage_error"].astype(float))
     runs = runs.assign(level_db=runs["band_rms_error_db"].astype(float).abs()).astype({COST: float})
     scenes = [scene for scene in CHART_SCENES if scene in set(runs["scene"])] or list(runs["scene"].unique())

@@ -144,7 +144,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
-    """Add errors relative to the converged run `right`, and `ok`, to a run.
+    """Add to a run its errors relative to the converged run `right`, and `ok`: true if the run works.
 
     `mark`: "the default" or "the paper's" for runs with this solver and step; `reference_limited`: true if the run's
     error of cage speed is smaller than the error of the converged run.

@@ -16,7 +16,7 @@ VERDICT = {True: "Borne out", False: "Not borne out", None: "Not covered"}
 
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
-    """Test the paper's claims on the lowest stable order and on the speed limit by `cells`, runs of the study."""
+    """Test by the runs `cells` the paper's claims on the lowest stable order of integration and on the speed limit."""
     own = [
         cell for cell in cells
         if cell["model"] == "full" and math.isclose(cell["dt_s"], PAPER.step_s, rel_tol=1e-6)
@@ -25,7 +25,7 @@ def claims(cells: Cells) -> list[dict[str, Any]]:
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:
-    """Test the claim that no order below the paper's is stable; `stable` lists methods stable up to the speed limit."""
+    """Test that no method of lower order than the paper's is stable; `stable`: methods stable up to its speed limit."""
     slow = [cell for cell in cells if cell["rpm"] <= PAPER.limit_rpm]
     counts = {
         name: count([cell for cell in slow if cell["solver"] == name])

@@ -55,7 +55,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
-    """Summary of the largest steps of the default and the paper's solver at the paper's speed."""
+    """Summary for the report: largest stable steps of the default and the paper's solver at the paper's speed."""
     words: dict[str, Any] = {"default": DEFAULT, "ode4": PAPERS}
     for name, solver in tuple(words.items()):
         *paper, rig = (longest(content["limits"], scene, solver) for scene in SCENES)
