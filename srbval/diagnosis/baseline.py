@@ -54,7 +54,7 @@ class BaselineComparison:
     `ratios` contains, by line, the modulation in this record over the modulation in the healthy record, with its 95 %
     interval. A line has risen if its ratio is significant and at least `RISEN_RATIO`. `line` is the risen line with the
     greatest modulation, `risen` the part of the bearing to which it belongs, `baseline` the file of the healthy record.
-    `by_level` is true if they are compared in (m/s2)^2, false if as shares of the mean.
+    With `by_level` modulations are compared in (m/s2)^2, otherwise as shares of the squared envelope's mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -171,7 +171,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if records stated in one unit differ by about 9.81, as if in g and in m/s2."""
+    """Raise `ConfigurationError` if one record's background is about 9.81 times the other's, as if in m/s2, not g."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:

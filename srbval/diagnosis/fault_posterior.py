@@ -68,7 +68,7 @@ class Comb:
     def log_ratio(self) -> float:
         """Log likelihood ratio of a fault to no fault: about the lower of two ratios, from `excess` and from `depth`.
 
-        Doubling the depth of all lines raises the excess by 2 log 2 per line; both ratios then rise equally.
+        Both rise equally with the depth of all lines: twice the depth raises the excess by 2 log 2 per line.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET
@@ -130,7 +130,7 @@ def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: 
 
 
 def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typical: float) -> dict[str, Comb]:
-    """Find the comb at each fault's kinematic frequency, and the strongest comb at an order without a known cause."""
+    """Find the comb within the share `relative` of each fault's frequency, and the strongest without a known cause."""
     speed, found = analysis.speed, dict[str, Comb]()
     families = families_of(analysis.bearing, speed.value_hz)
     for fault, family in zip(DEFECTS, families, strict=False):
@@ -143,7 +143,7 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
-    """Name the source of which a fault's comb is a multiple (mains, shaft, a lower comb); empty if there is none."""
+    """Name the source (mains, shaft, lower comb) of which the comb with index `at` is a multiple; empty if none is."""
     found_hz = float(spectrum.frequency_hz[at])
     near_hz = max(spectrum.bin_hz / 2, SLIP_SPREAD * found_hz)
     for mains_hz in MAINS_HZ:
@@ -169,10 +169,10 @@ def log_likelihood(
     """Log likelihood ratio of each state in `CLASSES` to healthy, for use with any prior.
 
     `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
-    visible in only one of them. `lines` is 0 for a part without a peak at its line, 1 for an unexplained peak, 2 for
-    one risen over a healthy record's. `stands` is true if any line is unexplained. `elsewhere` are the scores at a
-    shaft speed outside the stated tolerance that fits the record: another strongest comb there makes a fault of an
-    unknown part more likely.
+    visible in only one of them. `lines` is, by part, 0 without a peak at its line, 1 for a peak that neither noise nor
+    a healthy record explains, 2 for a peak risen over a healthy record's; `stands` is true if there is any such peak.
+    `elsewhere` are the scores at a shaft speed that fits the record, but is outside the stated tolerance: if another
+    comb is strongest there, a fault of an unknown part is more likely.
     """
     found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
@@ -186,7 +186,7 @@ def log_likelihood(
 
 
 def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
-    """Log likelihood ratio of each state (one or two causes) to healthy, from the combs of one channel at one speed.
+    """Log likelihood ratio to healthy of each state, also of two faulty parts, from one channel's combs at one speed.
 
     A missing comb is no evidence against a part whose line has risen over a healthy record.
     """
@@ -249,7 +249,7 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 
 def stands_out(excess: float) -> bool:
-    """True if a comb of this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
+    """True if an `excess` as in `Comb` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
     return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 

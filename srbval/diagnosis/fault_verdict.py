@@ -61,8 +61,8 @@ class Diagnosis(NotebookObject):
     """Most probable state of a record ("undecided" if no state is probable enough) and the evidence for it.
 
     `probabilities` contains all states, `log_likelihood` their log likelihood ratios to healthy, for use with other
-    priors. `standing` describes the unexplained lines. `scores` are the combs with the clearest evidence, from
-    `channel` (None if only one channel was used or healthy is most probable).
+    priors. `standing` describes the lines that neither noise nor a healthy record explains. `scores` are the combs with
+    the clearest evidence, from `channel` (None if only one channel was used or healthy is most probable).
     """
 
     state: str
@@ -160,7 +160,7 @@ def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | N
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True if a first harmonic is above the noise, and its depth is large or has risen over a healthy record's."""
+    """True for a line above the noise, unless it is shallow and either the cage's or similar in a healthy record."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -168,7 +168,7 @@ def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
 
 
 def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
-    """Describe each unexplained line: first the line risen over a healthy record, then the others by height."""
+    """Describe each line that neither noise nor a healthy record explains: the risen line first, then by height."""
     if comparison.line is not None:
         yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):

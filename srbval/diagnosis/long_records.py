@@ -5,10 +5,10 @@ The fifth harmonic of a line stays within one frequency bin only while the shaft
 parts of 20 s, and are lost in parts of 60 s. In 10 s of a band of 2 kHz, a modulation of the depth
 `fault_posterior.EVEN_ODDS_DEPTH` is still 80 times the noise.
 
-Fault probabilities follow from the mean likelihood of all parts; lines are read in one part. To find it, the parts are
-ranked by their strongest fault comb. The part in the middle of the ranking is read first, then the part at its best
-quarter, its best eighth, and so on to the strongest part, until a fault line is detected; if none is, the first part
-read is used. The part at the best quarter is one of four, so false-alarm probabilities count four trials.
+Fault probabilities follow from the mean likelihood of all parts, but lines are read in one part only. To choose it, the
+parts are ranked by their strongest fault comb. Of n parts, those of rank n/2, n/4, n/8 and so on to 1 are read in turn
+until a fault line is detected; if none is, the part of rank n/2 is used. A choice among more parts finds a false line
+more often: false-alarm probabilities are corrected for n / rank trials, such as four for rank n/4.
 """
 
 import itertools

@@ -265,7 +265,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Compute one verdict from all records of a bearing, except those that fit a speed outside the tolerance."""
+    """Compute one verdict from the records of a bearing; those that fit a speed outside the tolerance are left out."""
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
             f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give records of one "
@@ -280,7 +280,7 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
-    """Compute one verdict from the mean spectrum of short records of a bearing; `DataError` for too few shaft turns."""
+    """One verdict from the mean spectrum of a bearing's short records; `DataError` for too few shaft revolutions."""
     found = [read_short(*_loaded(request)) for request in requests]
     own = [one.processed.seconds * one.speed.value_hz for one in found]
     if (few := min(own)) < MIN_POOLED_TURNS:
@@ -299,7 +299,7 @@ def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
 
 
 def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how: str) -> dict[str, Any]:
-    """Describe the state of a machine from its log likelihood ratios and its cage combs; `how` names the method."""
+    """Verdict on a machine from log likelihood ratios `together` and excesses of `cage` combs; `how` is the method."""
     shares = posterior.probabilities(together)
     state = posterior.decide(shares)
     parts, best = posterior.faults_of(state), posterior.most_probable(shares)
@@ -407,7 +407,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 
 def _dependencies(request: RecordRequest, register: str) -> str:
-    """Text of all inputs on which the result for a file depends, used as its key; empty if no result is stored."""
+    """Key of a stored result: text of all inputs on which it depends; empty if the result cannot be stored."""
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:

@@ -62,7 +62,7 @@ class ChannelTrend:
     velocity_missing: str
 
     def rise_db(self, levels: Mapping[str, float], name: str) -> float | None:
-        """Entry `name` of `levels` or `limits`, relative to the baseline's mean [dB]; None if either is missing."""
+        """Level `name` among `levels`, such as a point's, over the baseline's mean [dB]; None if either is missing."""
         value, before = levels.get(name), self.reference.get(name)
         return DB_PER_NEPER * math.log(value / before) if value and before else None
 
@@ -117,7 +117,7 @@ class Trend:
 
     @property
     def answer(self) -> str:
-        """Sentence on the first alarm: line (or else RMS) with the highest rise, when it began, false-alarm chance."""
+        """Sentence on the first alarm: its time, the line (or else RMS) that rose most, and the false-alarm chance."""
         count = max(len(one.points) for one in self.channels)
         first = self.alarm
         if not self.comparisons:
@@ -155,7 +155,7 @@ def machine_classes() -> dict[str, tuple[float, ...]]:
 
 
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
-    """Velocities [mm/s] between the ISO 20816-3 zones of a class, none for None; `UnknownNameError` if unknown."""
+    """Velocities [mm/s] between the ISO 20816-3 zones of a class, empty for None; `UnknownNameError` if unknown."""
     if machine_class is not None and machine_class not in machine_classes():
         raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, machine_classes())
     return machine_classes()[machine_class] if machine_class else ()

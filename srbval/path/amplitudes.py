@@ -1,4 +1,4 @@
-"""Levels in third octaves (400 to 3150 Hz: the rig's drive has tones outside), and line patterns of a record."""
+"""Amplitudes of a record: levels in third octaves from 400 to 3150 Hz, and harmonics and sidebands of a line."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -81,7 +81,7 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitu
 
 
 def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
-    """Level of the power in each third octave [dB re 1 m/s2], plus the power of the record `added` if given."""
+    """Level in each third octave [dB re 1 m/s2] of the sum of the powers of `recording` and, if given, `added`."""
     found = {}
     powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
     for name, (low, high) in LEVEL_BANDS.items():
@@ -91,7 +91,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Level of power locked to a fault line, per third octave [dB re 1 m/s2]; at least half its uncertainty."""
+    """Level per third octave of the power that repeats with a fault line [dB re 1 m/s2], see `locked_powers`."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)
@@ -145,11 +145,11 @@ def kurtoses(recording: Recording) -> dict[str, Amplitude]:
 
 
 def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[float, float, float]:
-    """Split the level errors of n bands into the common level b [dB], its standard deviation u, and D^2 of the rest.
+    """Split level errors of n bands into their weighted mean b [dB], its standard deviation u, and the misfit D^2.
 
-    Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): the covariance V of the errors E gives b with
-    u^2 = 1 / (1' V^-1 1); the rest has the squared distance D^2 = E' V^-1 E - (b / u)^2. If the model is right, b / u
-    is normal and D^2 is chi-squared with n - 1 degrees of freedom.
+    Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): with the inverse W of the `covariance`, b is
+    the mean weighted by the row sums of W, u^2 is one over the sum of all entries of W, and D^2 is the sum of W_ij e_i
+    e_j, e being the errors minus b. If the covariance is right, D^2 is chi-squared with n - 1 degrees of freedom.
     """
     weights = np.linalg.solve(covariance, np.ones(errors_db.size))
     u = 1 / math.sqrt(float(weights.sum()))

@@ -174,7 +174,7 @@ def record_behind_path(run: Run, path: SensorPath | None) -> Recording:
 
 
 def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join neighbouring third octaves, from the highest down, to bands at least `least_hz` wide; a rest is dropped."""
+    """Join third octaves, from the highest down, to bands at least `least_hz` wide; a narrower remainder is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -186,7 +186,7 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of bands, and power in each that repeats with the fault [(m/s2)^2], minus the `healthy` record's."""
+    """Edges of the bands used, and the power in each that repeats with the fault, minus a `healthy` record's."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit (and --scale).")
@@ -225,7 +225,7 @@ def _interpolate_missing(values: FloatArray) -> FloatArray:
 def _fit_cross_ratio(
     pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
 ) -> tuple[float, float, FloatArray]:
-    """Fit the ratio of gains across and along the load: ratio, uncertainty [dB], sidebands of record and run [dB]."""
+    """Fit the gain across the load over that along it: ratio, uncertainty [dB], sidebands [dB] of record and run."""
     from scipy.optimize import minimize_scalar
 
     any_path = path_with(1.0)

@@ -72,7 +72,7 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Frequencies [Hz], [n], within an octave of a family's line where the bearing has no line: for placebo combs."""
+    """Frequencies [Hz], [n], within an octave of `scale` times a family's line at which the bearing has no line."""
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -83,7 +83,10 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each of `candidates_hz` [n] not near a shaft harmonic, a bearing line or a simple ratio of one."""
+    """True for each of `candidates_hz` [n] that is near no shaft harmonic, bearing line or simple ratio of one.
+
+    Lines are expected at `scale` times the `speed`; "near" is within `APART` times `relative`, as a share of the line.
+    """
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in SIMPLE_RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])
@@ -100,15 +103,12 @@ def identity_probability(
 ) -> float:
     """Probability that the peak of `reading`, searched about `centre_hz`, is the bearing's line and not another source.
 
-    If it is the line, its relative deviation d has Student's t distribution of scale s, s^2 = SLIP_SPREAD^2 + u^2,
-    within the window; u is the standard uncertainty of reading and speed (`speed_ci95`, relative). If it is another
-    source, d is uniform over the half width w::
-
-        odds = [t(d / s) / s / its share within the window] 2 w / B(p)
-
-    B(p) = -e p ln p is the least Bayes factor for another source, if p, `other_chance`, is its chance of so strong a
-    peak (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked; 1 from p = 1/e). If the cage
-    may slip by more than `LARGEST_SLIP`, half of the difference to `largest_slip` adds to s.
+    d is the peak's distance from the centre, w the half width of the window, both as shares of `centre_hz`. The odds of
+    the line are t(d / s) 2 w / (s F B). t is Student's density: for the line d scatters by s, s^2 = SLIP_SPREAD^2 +
+    u^2, with u the relative standard uncertainty of reading and speed. F is the share of t within the window, in which
+    d is uniform for another source. B = -e p ln p (1 from p = 1/e) is the least Bayes factor for another source, p =
+    `other_chance` its chance of so strong a peak (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory,
+    not checked). Half of the excess of `largest_slip` over `LARGEST_SLIP` adds to s as a root sum of squares.
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2

@@ -55,7 +55,7 @@ class NotDetected(enum.StrEnum):
 class Line:
     """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
 
-    `deviation_pct` refers to `kinematic_hz`; no interval but its own includes the uncertainty of the speed. The first
+    `deviation_pct` is relative to `kinematic_hz`; only its interval includes the uncertainty of the speed. The first
     harmonic comes from the joint fit of all harmonics and is ranked among combs of no bearing line (placebos);
     harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio or another
     explanation of the peak. `identity_probability` is the probability that a first harmonic's peak is this line.
@@ -170,7 +170,7 @@ def read_lines(
     bare = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Add the lines of one family; rank or explain its first harmonic, and return True if it is detected."""
+        """Add a family's lines; True if its first harmonic is detected and no line in `stronger` explains it."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
@@ -231,7 +231,7 @@ def _readings(
 def _with_cover(
     line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain an undetected line by a masked shaft line, a line of `stronger`, or a peak beside its window."""
+    """Explain an undetected line by a masked shaft line, a line in `stronger`, or a peak beside its search window."""
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
         return line
@@ -283,7 +283,7 @@ def _lines_of(
         return [first]
 
     def read_one(name: str, number: int, offset_hz: float = 0.0) -> Line:
-        """Read one harmonic or sideband, near its place by the first harmonic if found, else by kinematics."""
+        """Read a harmonic or sideband where the first harmonic places it if detected, else where kinematics do."""
         line, slip_hz = Line(name=name, harmonic=number, kinematic_hz=number * family.kinematic_hz + offset_hz), 0.0
         if shows:
             slip_hz, centre = number * reading.ci95_hz, number * reading.found_hz + offset_hz
@@ -325,7 +325,7 @@ def _with_reading(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
 
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
-    """Values to rank a band by its clearest race or roller line: -log of the false-alarm probability, and S/N."""
+    """Clearness of a band's clearest race or roller line: -log of its noise false-alarm probability, and its S/N."""
     firsts = (
         x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, NotDetected.HIDDEN)
     )

@@ -1,7 +1,7 @@
 """Power locked to a fault: the part of a record's power in a band that repeats at each passage over the defect.
 
-The squared envelope in the band is averaged at each phase of the passage. Its mean minus its quiet level
-(`srbval.signal.locked`) is the power that the fault adds; background and tones are not included.
+The squared envelope in the band is averaged at each phase of the passage. Its mean minus its level in the quietest
+quarter of the passage period is the power that the fault adds; background and tones are not included.
 """
 
 import math
@@ -48,7 +48,7 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """Remove tones at `PASSAGE_LINES` times BPFO in a range [Hz], fitted between a fault's passages (`found_order`)."""
+    """Remove steady tones at `PASSAGE_LINES` times BPFO in a range [Hz]; impacts at order `found_order` are kept."""
     speed = recording.known_speed
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz

@@ -176,7 +176,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 def _read_lines_at(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
-    """Read lines at `scale` times the speed `at`, where shaft harmonics are masked; deviations refer to `at` itself."""
+    """Read lines at `scale` times the speed `at`, with shaft harmonics masked; deviations refer to `at` unscaled."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
     combs = max(MIN_PLACEBOS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
@@ -227,7 +227,7 @@ def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tupl
 
 
 def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
-    """Trial speeds over the nominal speed: 1, then steps of `apart` until the search windows cover its tolerance."""
+    """Ratios of trial speeds to the nominal speed, `apart` apart, at which search windows cover its whole tolerance."""
     steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9))
     return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
 

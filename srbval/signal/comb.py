@@ -134,7 +134,7 @@ def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> 
 
 
 def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
-    """Sums over all harmonics of `neg_log_p`, and of the ratio to the true noise (`true_noise_ratio`)."""
+    """Sum of `neg_log_p` and sum of `true_noise_ratio` over the harmonics of a comb."""
     return float(neg_log_p(snr, bins).sum()), float(true_noise_ratio(snr, bins).sum())
 
 

@@ -34,7 +34,7 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
     `snr` [..., h] is power over the mean noise, estimated as M / ln 2 by the median M of `bins` [h] (odd) bins nearby.
     The k-th of n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta
-    Math. Hung. 4, 191), so the log of E exp(-x M / ln 2), x the `snr`, is a difference of log gamma functions.
+    Math. Hung. 4, 191), so the log of the mean of exp(-`snr` M / ln 2) is a difference of log gamma functions.
     """
     half, ratio = (bins + 1) / 2, np.asarray(snr) / math.log(2)
     rise = scipy.special.gammaln(bins + 1 + ratio) - scipy.special.gammaln(half + ratio)
@@ -71,12 +71,12 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 
     Rice's formula (1945, Bell Syst. Tech. J. 24, 46) for a sum of squared moduli of Gaussian spectra. The spectrum of a
     record of T = `seconds`, without a window, has the mean square derivative (pi T)^2 / 3; harmonic h moves h times as
-    fast. With the gamma density p of the level S, the sum R of the harmonics' ratios to the noise (`true_noise_ratio`;
-    S itself if the noise is known) and shares d_h of it uniform on the simplex::
+    fast. S is the `level`, p its gamma density, R the `ratio` (sum of `true_noise_ratio`; S if the noise is known), d_h
+    the random share of harmonic h in R, all shares with sum one being equally likely, E the mean over these shares::
 
         N = 2 w T sqrt(pi R / 3) E[sqrt(sum h^2 d_h)] p(S)
 
-    w is the half window. The expectation is sqrt(mean h^2) minus a term in the spread of h^2. N is set to infinity for
+    w is the half window. The mean E is sqrt(mean h^2) minus a term in the spread of h^2. N is set to infinity for
     a level that noise is likely to exceed (below the number of harmonics minus 1/2).
     """
     if level < harmonics - 0.5:

@@ -70,7 +70,7 @@ class Phasors:
         return replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
 
     def power(self) -> FloatArray:
-        """Power |sum over the record|^2 of each line, [c]."""
+        """Power at each of the c frequencies, [c]: squared modulus of its sum over all blocks."""
         return np.abs(self.sums.sum(axis=1)) ** 2
 
 
@@ -83,7 +83,7 @@ class Noise(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Periodogram:
-    """Power |sum x exp(-i w t)|^2 of a record [n], without a window, with `POINTS_PER_BIN` points per bin.
+    """Power of a record [n], |its Fourier sum|^2, without a window, at `POINTS_PER_BIN` frequencies per bin.
 
     `samples` and `fs_hz` are the record at the rate that `limit_hz` needs, with its `mean` removed. `masks_hz`, [m, 2],
     are zones that are neither line nor noise, such as the shaft's harmonics.

@@ -37,10 +37,10 @@ class Posterior:
 
 
 def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> Posterior:
-    """Compute the posterior of a line from the block sums [c, blocks] of its harmonics `number` [c], in units of noise.
+    """Compute the posterior of a line from sums [c, blocks] over blocks of `block_s`, for its harmonics `number` [c].
 
-    The prior is flat in the frequency and over `JITTERS`, with `STEADY_WEIGHT` for no jitter. The harmonics' amplitudes
-    maximise the likelihood for each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
+    Sums are in units of noise. The prior is flat in frequency and `JITTERS`; no jitter has `STEADY_WEIGHT`. Amplitudes
+    are the likeliest for each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
     """
     step_rad2 = (2 * math.pi * JITTERS) ** 2 * line_hz * block_s
     rad_per_hz = 2 * math.pi * block_s
@@ -96,29 +96,29 @@ def _shift_grid(error_hz: float, seconds: float) -> FloatArray:
 
 
 def _steps(step_rad2: FloatArray, mean_step_rad: FloatArray) -> ComplexArray:
-    """Distribution of the phase's step from block to block on the circle, in Fourier orders, [b, orders]."""
+    """Fourier coefficients of the distribution of the phase's step between blocks, for each variance and mean [b]."""
     return np.asarray(np.exp(-0.5 * np.outer(step_rad2, _ORDER**2) - 1j * np.outer(mean_step_rad, _ORDER)))
 
 
 def _stepped(density: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Density of the phase [b, CIRCLE] after one step, by a circular convolution."""
+    """Density of b phases at `CIRCLE` points of a turn, [b, CIRCLE], one block later: convolved with `steps`."""
     return np.maximum(scipy.fft.irfft(scipy.fft.rfft(density, axis=1) * steps, n=CIRCLE, axis=1), 0.0)
 
 
 def _rotations(number: FloatArray, circle: int) -> ComplexArray:
-    """Phase factors exp(-i h phi) of harmonics `number` [c] at the points of the circle, [c, circle]."""
+    """Factors exp(-i h phi) for harmonics h in `number` [c] at `circle` phases phi of a turn, [c, circle]."""
     return np.asarray(np.exp(-1j * np.outer(number, np.arange(circle) * (2 * math.pi / circle))))
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood ratio of a line to none, [blocks, w, CIRCLE], by block, `amplitude` [w, c] and phase."""
+    """Log likelihood ratio of a line to none per block, row w of amplitudes and phase, [blocks, w, CIRCLE]."""
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for `steps` [b, orders]; `which` [b] selects the row of amplitudes for each."""
+    """Log likelihood [b] of the record for each row of `steps`; `which` [b] is the index of its row of amplitudes."""
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
     density = likelihood[0][which] / CIRCLE
@@ -132,7 +132,7 @@ def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[n
 
 
 def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Probability of each phase in each block given all blocks, [blocks, w, CIRCLE], by forward-backward recursion."""
+    """Probability of each phase per block and row of amplitudes given all blocks, [blocks, rows, CIRCLE]."""
     likelihood = np.exp(block_likelihood - block_likelihood.max(axis=2, keepdims=True))
     forward = np.empty_like(likelihood)
     density = np.ones(likelihood.shape[1:])

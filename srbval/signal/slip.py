@@ -50,7 +50,7 @@ def slip_interval() -> dict[str, Any]:
 
 
 def walk_share(log_spread: float) -> float:
-    """Confidence, from 0 to 1, that the residuals of the phase contain a random walk besides the noise."""
+    """Confidence, from 0 to 1, in a random walk of the phase besides noise, by the log spread (`slip_interval`)."""
     return -math.expm1(-(max(log_spread - slip_interval()["start"], 0.0) ** 2))
 
 
@@ -68,7 +68,7 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor on a weak line's credible interval: `steady` is the chance of no slip, `wide` its width over noise's."""
+    """Factor on a weak line's interval for a chance `steady` of no slip; `wide` is its width over that of noise."""
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
     return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))
@@ -163,7 +163,7 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Refine the phase `path_rad`; returns log evidence over no line, phase per block and its 95 % half width [rad]."""
+    """Refine the phase `path_rad`; returns log evidence for a line, mean phase step per block, its half width [rad]."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share
@@ -185,7 +185,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at the line over noise nearby (1 unless residuals are larger), with the result of `weigh_walk_ratios`."""
+    """Noise at a line over noise nearby (1 unless residuals are far larger), weights of walk ratios, log evidence."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
@@ -198,9 +198,9 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 class Modes:
     """Orthonormal `contrasts` [n - 2, n] of n phases about a straight line, in which walk and noise are uncorrelated.
 
-    `slope` [n] are the weights for the phases' slope, `slope_variance` the slope's variance from noise of variance one.
-    A walk that adds as much to the slope has the variance `share` [n - 2] in the contrasts and the covariance
-    `with_slope` with the slope.
+    `slope` [n] are the weights for the phases' slope, `slope_variance` is the slope's variance from noise of variance
+    one. A random walk that adds the same variance to the slope has the variance `share` [n - 2] in the contrasts, and
+    their covariance with the slope is `with_slope`.
     """
 
     contrasts: FloatArray
@@ -221,7 +221,7 @@ def weigh_walk_ratios(modes: FloatArray, share: FloatArray) -> tuple[FloatArray,
 
 @functools.cache
 def modes_of(count: int) -> Modes:
-    """`Modes` for the phases of `count` blocks, with the walk averaged over each block."""
+    """`Modes` of `count` phases, each the mean over one block of a random walk plus noise."""
     index = np.arange(count)
     walk = np.minimum.outer(index, index) + 0.5 - np.eye(count) / 6
     middle = index - (count - 1) / 2

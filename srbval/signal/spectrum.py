@@ -162,7 +162,7 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
 class Scalogram:
     """Scalogram: `amplitude` [rows, columns] in the unit of the signal, with a row per frequency, a column per time.
 
-    A sine of amplitude a has a in its row. `time_s` [columns] are the middles of the columns; values of a row that are
+    A sine of amplitude a gives a in its row. `time_s` [columns] are the columns' middles; values of a row that are
     within `edge_s` [rows] of an end of the record are affected by the end.
     """
 
