@@ -1,7 +1,7 @@
 """Identification of the path to the sensor from records of a known fault; equations: theory, "The path to the sensor".
 
-Gains are identified from the lowest to the highest third octave with significant power locked to the fault, and
-interpolated in between. Sidebands are compared in the band of the record's data set, or else in the path's band.
+Gains are identified from the lowest to the highest third octave with significant power that repeats with the fault,
+and interpolated between. Sidebands are compared in the band of the record's data set, or else in the path's band.
 """
 
 import json
@@ -45,7 +45,7 @@ Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowe
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identified:
-    """Identified path to the sensor, with the powers and sidebands of record and run from which it follows.
+    """Path to the sensor, with the powers and sidebands of a record and a simulated run from which it follows.
 
     `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the power that repeats with the fault in
     the record (NaN if not present) and in the run along and across the load. `sidebands_db` [2, 2] are the sidebands of

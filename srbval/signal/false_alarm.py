@@ -3,8 +3,8 @@
 `neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives how often its sum
 over harmonics rises above a level in the window. Real noise contains lines of other machines, so a comb (line with
 harmonics) is also ranked among placebos, combs of no bearing line. The harmonics of a whole placebo belong to one
-fundamental; in a mixed placebo each is taken from one of two fundamentals at random. Whole placebos are few (some tens
-do not overlap), but as strong as another bearing's comb in the window; `joint_false_alarm` weights both ranks.
+fundamental; in a mixed placebo each is taken from one of two fundamentals at random. There are only some tens of whole
+placebos, but they can be real combs of other sources; `joint_false_alarm` weights both ranks.
 """
 
 import math
@@ -94,8 +94,8 @@ def neg_log_rank(score: float, placebos: FloatArray) -> float:
 
     The probability is the `rank` of the score or, if the score is in the upper tenth of the placebos, follows from an
     exponential tail (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted
-    from memory, not checked). Placebos share lines: values equal to the threshold of the tail belong to it; if the
-    whole tail has this value, the rank is used.
+    from memory, not checked). Placebos share lines, so some are equal: those equal to the threshold of the tail belong
+    to it; if the whole tail has this value, the rank is used.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -112,12 +112,12 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """Larger of `noise` and the mean of both ranks among placebos, `mixed` and `whole` (weight: `FOREIGN_COMB`)."""
+    """Larger of `noise` and a weighted mean of two ranks among placebos (the weight of `whole` is `FOREIGN_COMB`)."""
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
 class PlaceboRank(NamedTuple):
-    """Rank of a comb among mixed placebos; this rank with a fitted tail (`neg_log_rank`); rank among whole placebos."""
+    """Ranks of a comb: among mixed placebos, the same by a fitted tail (`neg_log_rank`), and among whole placebos."""
 
     false_alarm: float
     tail_false_alarm: float

@@ -33,7 +33,7 @@ class LockedMean:
 
     @property
     def ci95(self) -> float:
-        """Half width of the 95 % interval, by Student's t; a smaller value is not significant."""
+        """Half width of the 95 % interval of the mean, by Student's t; a mean below it is not significant."""
         return float(scipy.special.stdtrit(self.blocks - 1, 0.975)) * self.u
 
 
@@ -60,7 +60,7 @@ def steady_tone(
     """Fit A exp(2 pi i (`tone` + s k / n)) to samples k of an analytic signal [n]; returns amplitude A and slip s.
 
     `tone` [n] is the expected phase of the tone, in periods; s is at most `slip` periods. If `periods` counts passages,
-    only the quarter of their phase with the least residual is used.
+    only the quarter of the passage period with the least residual is fitted.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)
