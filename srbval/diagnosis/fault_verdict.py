@@ -145,7 +145,7 @@ def weigh_evidence(
 
 
 def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Score the combs of one channel or of all usable channels; if the speed was estimated, at the stated speed too."""
+    """Score the combs of one channel or of all usable ones; also at the stated speed if another speed was estimated."""
     if isinstance(analysis, LongAnalysis):
         return list(analysis.views)
     recording, done = analysis.recording, analysis.processed

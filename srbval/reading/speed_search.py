@@ -199,7 +199,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """Find the strongest comb outside the windows, and all lines at its speed, if no fault line was detected."""
+    """Find the strongest comb outside the windows, and all lines at the shaft speed that explains it; else None."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
