@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb outside the search windows, `off_pct` [%] from line `name`, with which it agrees at the speed `shaft_hz`."""
+    """Comb outside the search windows, `off_pct` [%] from line `name`, as expected at the speed `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -199,7 +199,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """Find the strongest comb outside the windows, and all lines at the shaft speed that explains it; else None."""
+    """Find the strongest comb outside the windows and all lines at its shaft speed, unless a fault line was found."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
