@@ -17,7 +17,7 @@ BLOCKS = 8  # blocks of a piece; the larger scatter of blocks and of pairs count
 class Estimate:
     """Estimated relative `error` of the result named `of`, and `scatter`, the standard error of this estimate.
 
-    `kind`: kind of the result, a key of `ERROR_TOLERANCE`; `blocks`: effective number of blocks behind `scatter`.
+    `kind`: key of `ERROR_TOLERANCE`; `blocks`: effective number of blocks of the run from which `scatter` is computed.
     """
 
     kind: str
@@ -80,7 +80,7 @@ class StepError:
         return tuple(estimate for estimate in self.estimates if estimate.undecided)
 
     def improves_on(self, coarser: "StepError") -> bool:
-        """True if an error above tolerance with `coarser` steps is now below `MAX_REMAINING_SHARE` times that error."""
+        """True if an error above tolerance with `coarser` steps is now below `MAX_REMAINING_SHARE` of that error."""
         return any(
             abs(own.error) < MAX_REMAINING_SHARE * abs(theirs.error)
             for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
@@ -101,9 +101,9 @@ class StepError:
         )
 
     def averaged_with(self, coarser: "StepError") -> "StepError":
-        """Average each estimate with the error expected from the `coarser` steps, weighted by inverse variances.
+        """Average each estimate with that extrapolated from `coarser` steps, weighted by inverse variances.
 
-        Half of the expected error is added as a further standard error, because the order of convergence is uncertain.
+        Half of the extrapolated error is a further standard error, because the order of convergence is uncertain.
         """
         expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))

@@ -41,7 +41,7 @@ class FullRun:
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Integrate `intervals` output intervals from `first`; every `per_detail`-th has detailed outputs (0: none)."""
+        """Integrate `intervals` output intervals from number `first`; each `per_detail`-th has details (0: none)."""
         return take_steps(
             self.model,
             self.state,

@@ -193,7 +193,7 @@ def _slip_text(run: RunSummary) -> str:
 
 
 def _cage_drifts(run: RunSummary) -> bool:
-    """True if the cage speed drifts at constant shaft speed; errors due to the step then grow (0.1 to 1.7 % in 1 s)."""
+    """True if the cage speed changes by more than `CAGE_DRIFT_SHARE` in the run, at constant shaft speed."""
     first, last = run.cage_course
     return run.scene.speed_profile is None and abs(last - first) > CAGE_DRIFT_SHARE * run.rolling_ratio
 
@@ -225,7 +225,7 @@ def _cage_is_driven(run: RunSummary) -> bool:
 
 
 def _is_sound(run: RunSummary) -> bool:
-    """True if nothing indicates a failed integration; energy is not checked in speed ramps or with short steps."""
+    """True if no sign of failed integration is found; energy is not checked in speed ramps or with short steps."""
     wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s
     return not (run.idle_share > MAX_IDLE_SHARE or too_long or (wild and run.scene.speed_profile is None))
@@ -246,7 +246,7 @@ def _loading_advice(run: RunSummary, *, skids: bool) -> str:
 
 
 def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
-    """Advice on the step or solver, after a failed integration or if the estimated errors `beyond` are too large.
+    """Advice on step or solver if the integration failed or is doubtful; `beyond`: estimated errors above tolerance.
 
     The scene's present setting is never recommended. Errors are assumed to be proportional to the step.
     """

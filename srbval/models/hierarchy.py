@@ -80,7 +80,7 @@ class FidelityLevel:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules that a run with this model loads: for a model from outside, those of all models."""
+        """Names of the modules that a run with this model loads (for a model from outside, of all models)."""
         if self.outside:
             return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)

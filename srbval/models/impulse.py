@@ -85,8 +85,8 @@ def _add_pulses(
 ) -> None:
     """Add the force pulses of one defect on one race to `force` [N], [samples, 2].
 
-    `table`: index of the pulse shapes in `ring`; `time_s`: times of the passages; `outwards`: unit vectors from the
-    bearing's centre to the roller; `balance_m`: displacement of the ring in static balance.
+    `table`: index of the defect's pulse shapes in `ring`; `time_s`: times of the passages; `outwards`: unit vectors from
+    the bearing's centre to the roller; `balance_m`: displacement of the ring in static balance.
     """
     if len(time_s) == 0:  # the shaft is so slow that no roller passes
         return
@@ -135,7 +135,7 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
 
 
 def _move_mass(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:
-    """Velocity of a mass on springs and dampers, [2, 2] each, under `force`, [n, 2], linear between samples.
+    """Velocity [m/s], [n, 2], of a mass on springs and dampers, [2, 2] each; `force`, [n, 2]: linear between samples.
 
     The modes of vibration are computed separately; their coupling by damping is neglected.
     """

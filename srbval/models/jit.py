@@ -76,11 +76,11 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
-    """Decorator for functions that kernels call: compile into each kernel; in calls by Python they stay plain Python.
+    """Decorator for functions that kernels call: compiled into kernels, plain Python elsewhere; `more`: numba options.
 
-    The machine code of a kernel calls no other function of this package. Otherwise each kernel would contain its copy
-    of the function, with a different order of sums, and the linker would use the copy loaded first: the last digits of
-    a run would depend on the history of its process, and rattling rollers amplify them.
+    The functions are inlined. Otherwise each kernel would contain its own copy, with a different order of sums, and the
+    linker would use the copy loaded first. The last digits of results would then depend on the runs before in the same
+    process, and rattling rollers amplify such differences.
     """
     options = OPTIONS | {"no_cpython_wrapper": True, "pipeline_class": _compilers()[1]} | more
     part: Callable[..., Any] = load_numba().extending.register_jitable(**options)(function)
@@ -88,9 +88,9 @@ def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator like `kernel_part`, but inlined before types are known: compiles faster if few places call it.
+    """Decorator like `kernel_part`, but numba inlines before it infers types: it compiles faster if few places call it.
 
-    If Python calls the function, it is compiled at the first call.
+    If Python calls such a function, numba compiles it at the first call.
     """
     part: Callable[..., Any] = load_numba().njit(inline="always", **OPTIONS)(function)
     return part
@@ -229,7 +229,7 @@ def _machine_code(file: Path) -> bytes | None:
 
 
 def _checksum(file: Path, content: bytes) -> bytes:
-    """SHA-256 of a kernel's machine code with its folder and file name, which depend on sources and machine."""
+    """SHA-256 of a kernel's machine code and of its folder and file names, which identify sources and machine."""
     return hashlib.sha256(f"{file.parent.name}/{file.name}\n".encode() + content).digest()
 
 
@@ -294,8 +294,8 @@ def _split_kernels(kernels: list[str], jobs: int | None) -> list[list[str]]:
 def kernels_of(scene: Scene) -> list[str]:
     """Names of the kernels that a run of the scene needs: ``MODEL-PART-CAGES``, with suffixes for oil and free rollers.
 
-    PART is ``ring`` in the planar model. Models with the full model's equations have two kernels: ``rates``, the time
-    derivative of the state, and the step of the solver's family. The line model uses the full model's kernels.
+    CAGES: their number; PART: ``ring`` in the planar model. Models with the full model's equations need two: ``rates``,
+    for the state's time derivative, and a step named after the solver's family. The line model uses the full model's.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []

@@ -84,9 +84,9 @@ def passage_times(
 ) -> tuple[FloatArray, IntArray]:
     """Times of the passages over a defect [s], in rising order, and the races hit (0 outer, 1 inner), [k] each.
 
-    The times contain all passages from 0 to `seconds` and a few before and after. A roller's defect hits the outer
-    race at even passages. ``jitter(k)`` returns k random changes of the spacing, relative to the mean spacing, which
-    accumulate (stationary increments: Antoni & Randall 2003, J. Vib. Acoust. 125, 282); without it, passages are
+    The times contain all passages from 0 to `seconds` and a few before and after. A roller's defect hits the outer race
+    at even-numbered passages. ``jitter(k)`` returns k random changes of the spacing, relative to the mean spacing,
+    which accumulate (stationary increments: Antoni & Randall 2003, J. Vib. Acoust. 125, 282); without it, passages are
     periodic in the shaft's angle. Raises `ConfigurationError` if there are more than `MOST_PASSAGES`.
     """
     grid = np.arange(-20 * GRID_S, seconds + 20 * GRID_S, GRID_S)
@@ -113,7 +113,7 @@ def passage_times(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Yield chunks of outputs, from prescribed motion and the run's `acceleration` in the plane [m/s2], [whole, 2]."""
+    """Yield chunks of outputs, from prescribed motion and the `acceleration` in the plane [m/s2], [intervals, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
         out = np.full((whole, col.COLUMN_COUNT), np.nan)

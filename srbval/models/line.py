@@ -1,20 +1,20 @@
 """Line model: the full model with continuous contact patches instead of points, three along each roller and race.
 
 Only the contact differs from the full model. For force F and damping of a patch see "Continuous contact" on the page
-"Contact" of the theory; with the penetration d the elastic energy is 2/5 F d. The paper's contact of about three
-points agrees within some per cent. A defect raises a piece of the race by h: there the penetration is d + h.
+"Contact" of the theory; at the penetration d in its middle, the elastic energy is 2/5 F d. The full model's contact,
+about three points, differs by some per cent. Where a defect raises the race by h, the penetration is d + h.
 
-The rate of penetration is that in the middle of the patch, because rolling adds as much along the patch as it removes.
-At xi = x / half length the penetration is d (1 - xi^2). A race that turns at W against a roller of radius rho slips
-faster than in the middle by W d (1 + 1/(kappa rho)) xi^2, and slips sideways if it turns about the tilted normal; both
-are far above the critical velocity. The patch is therefore divided into three parts of equal load, each with its mean
-slip, and eq. (19) is averaged over the slips within a part. Neglected: the couples by which dampers resist rolling and
-friction resists pivoting, their power, and the inclination of the normal along a patch.
+The damping force depends on the rate of penetration in the middle: rolling adds as much to the rate on one side of the
+middle as it removes on the other. At xi half lengths from the middle the penetration is d (1 - xi^2). A race that turns
+at the angular speed W relative to a roller of radius rho slips faster there by W d (1 + 1/(kappa rho)) xi^2 (kappa:
+curvature of the gap), and also sideways if it turns about the contact's normal. Both slips are far above the critical
+velocity of eq. (19), the friction law. The patch therefore has three parts of equal load, each with its mean slip, and
+the law is averaged over the slips within a part. Neglected: the couples by which dampers resist rolling and friction
+resists pivoting, their power, and the inclination of the normal along a patch.
 
-Near a defect of a race the contact consists of points again, because a raised piece covers a part of the patch only:
-`DENSER` times as many points as in the scene, with K_c and C_c divided by this number.
-
-As no points pass, three of the full model's steps may be combined into one (RMS in 500-1500 Hz accurate to 1 %).
+Near a defect, which may raise only a part of the patch, contact consists of `DENSER` times as many points as in the
+full model, with the stiffness and damping of each divided by this number. Elsewhere no points pass, so that a time step
+may be three times the full model's (RMS in 500-1500 Hz accurate to 1 %).
 
 Answers: all questions, without the excitation by passing points. Cannot answer: this excitation; defects on rollers.
 """
@@ -64,12 +64,12 @@ def _with_denser_points(scene: Scene) -> Scene:
 
 
 def _denser_defect(defect: Defect) -> Defect:
-    """Multiply the number of points of a defect without an extent, so that it covers the same length of the race."""
+    """Multiply the points of a defect by `DENSER` if no extent is given, so that the defect's length stays the same."""
     return defect if defect.extent_m is not None else replace(defect, points=DENSER * defect.points)
 
 
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
-    """Force and damping of a patch at 1 m of penetration, factor 1 + 1/(kappa rho) of its slip, squared half length."""
+    """Force and damping of a patch at 1 m of penetration, slip factor 1 + 1/(kappa rho), squared half length at 1 m."""
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
@@ -79,9 +79,9 @@ def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
 class Patch:
     """Contact patch between a roller and one of the three contact circles of a race.
 
-    `stiffness_n_m2`, `damping_ns_m2`: stiffness K_c and damping C_c of a contact point in the full model, divided by
-    `spacing_m` of these points; `curvature_1_m`: curvature of the gap along the race; `lean_rad`, `normal_rad`: angle
-    of the circle's normal from the roller's slot, and from the bearing's radial direction.
+    `stiffness_n_m2`, `damping_ns_m2`: stiffness and damping of a contact point in the full model, divided by
+    `spacing_m`, the distance between these points; `curvature_1_m`: curvature of the gap along the race; `lean_rad`,
+    `normal_rad`: angle of the circle's normal from the roller's slot, and from the bearing's radial direction.
     """
 
     stiffness_n_m2: float
@@ -99,11 +99,11 @@ class Patch:
         return self.stiffness_n_m2 * (4 / 3) * math.sqrt(2 / self.curvature_1_m) * touched**1.5
 
     def damper_ns_m(self, depth_m: FloatArray) -> FloatArray:
-        """Damping [N s/m], the sum of C_c of the touching points, at penetrations `depth_m`, an array of any shape."""
+        """Damping coefficient of the patch [N s/m] at penetrations `depth_m`, an array of any shape."""
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force [N] that a raised piece adds if its middle is `middle_m` from the patch's middle; arrays broadcast."""
+        """Force [N] added by a raised piece with its middle at `middle_m` from the patch's middle; arrays broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -119,7 +119,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Raised piece of a race in parts of length `part_m`: distances from the piece's middle, heights, [parts] each."""
+    """Raised piece of a race, in parts of length `part_m`: their distances from its middle and heights, [parts]."""
 
     offset_m: FloatArray
     height_m: FloatArray
@@ -129,8 +129,8 @@ class RaisedPiece(NamedTuple):
 def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m: float, *, inner: bool) -> list[Patch]:
     """Patches between a roller and the three contact circles of a race, from the mid-plane outwards.
 
-    The curvature of the gap is cos(lean) / radius of the roller about its axis, plus cos(normal) / radius of the race
-    along the circle; the second term is negative on the outer race.
+    The curvature of the gap is the sum of the roller's and the race's curvatures in the plane through the normal and
+    the direction of rolling; the race's is negative on the outer race.
     """
     r_x, found = geometry.raceway_radius_m, []
     for p in CIRCLES:

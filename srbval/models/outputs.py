@@ -38,7 +38,7 @@ class Outputs:
     """Outputs of a run or of a part of it: `out` has a row for each output interval and a column for each quantity.
 
     A column is NaN if the model does not compute the quantity. Detailed outputs, if any, are `spin_rad_s`, spins of the
-    rollers, [k, 2 M rollers], and `load_n`, normal forces, [k, 2 races, 2 M rollers, 3 circles], at k times.
+    rollers, [k, rollers], and `load_n`, normal forces, [k, 2 races, rollers, 3 contact circles], at k times.
     `sensor_m_s2` is the acceleration at the sensor in each interval, if the scene has a path to the sensor.
     """
 
@@ -51,8 +51,8 @@ class Outputs:
 def split_run(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
     """Yield the first interval and the number of intervals of each chunk of a run of `whole` intervals.
 
-    Chunks begin at detailed outputs, one in `per_detail` intervals (0: none), and after the `settle` intervals. Their
-    length is limited in time, by the output rate `rate_hz`, and in solver steps, `steps` of them in an interval.
+    Chunks begin at detailed outputs, one in `per_detail` intervals (0: none), and after the first `settle` intervals.
+    They end after some `CHUNK_S` (`rate_hz` intervals per second) or `CHUNK_STEPS` solver steps (`steps` per interval).
     """
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:

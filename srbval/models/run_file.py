@@ -54,7 +54,7 @@ class RunWriter:
             self._extend("load_n", part.load_n, "N", "normal force, by race, roller, circle")
 
     def finish(self, summary: RunSummary) -> None:
-        """Write the axes, attach them to the variables, and write the attributes and the summary of the run."""
+        """Write the axes of the signals (such as time), the file's attributes and the summary of the run."""
         fs_hz = self._scene.output_rate_hz
         self._scale("time_s", (np.arange(summary.samples) + 1) / fs_hz, "s", "end of the output interval")
         if "spin_rad_s" in self._file:

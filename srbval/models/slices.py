@@ -101,7 +101,7 @@ def films_m(
 ) -> tuple[FloatArray, FloatArray]:
     """Film thickness in the middle and least film thickness of each loaded contact [m], outer race first.
 
-    `load_n`: normal forces, [2 races, 2 M rollers]. The contacts are elliptical; heating of the inlet is included.
+    `load_n`: normal forces, [2 races, rollers]. The contacts are elliptical; heating of the inlet is included.
     """
     oil = scene.oil
     assert oil is not None
@@ -119,7 +119,7 @@ def films_m(
 def _slice_table(
     races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float], on_rollers: int
 ) -> SliceTable:
-    """Join both races' tables of slices for the kernel; those of `on_rollers` damaged rollers are last, reversed."""
+    """Join the tables of slices of both races; those of `on_rollers` defects on rollers are last, in reverse."""
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
     table, middle, reach = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows)), np.zeros((2, windows))
@@ -138,7 +138,7 @@ def _slice_table(
 
 
 def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
-    """Parameters of the contact search, which selects the table of slices for a roller by its angle around the race."""
+    """Parameters by which kernels select the table of slices for a roller, from its angle around the race."""
     search = [RaceSearch(1.0, 1.0, *own_stretch(race.window_of, 1)) for race in races]
     windows = max(len(race.rows) for race in races) + on_rollers
     highest = np.zeros((2, windows))
@@ -157,11 +157,11 @@ def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Rac
 
 
 class Openings(NamedTuple):
-    """Tables of the constants of a race's slices, [col.SLICE_ROWS, slices] each, with and without defects.
+    """Tables of slices of the contact with one race, [col.SLICE_ROWS constants, slices] each.
 
-    `rows`: tables of the undamaged race and of each defect on the race; `of_rollers`: table of each defect on a roller;
-    `middle_rad`: angle from x to the middle of each defect; `window_of`, [2 rows of rollers, RACE_POSITIONS angles]:
-    index in `rows` of the table for a roller at this angle.
+    `rows`: a table for the undamaged race, then one for each defect on the race; `of_rollers`: one for each defect on a
+    roller; `middle_rad`: angle from the x axis to the middle of the defect, for each table in `rows`; `window_of`, [2
+    rows of rollers, RACE_POSITIONS angles]: index in `rows` of the table for a roller at each angle.
     """
 
     rows: list[FloatArray]
@@ -191,15 +191,15 @@ class SlicedContact:
 
     @property
     def shape(self) -> ContactShape:
-        """Shape of the contact in its middle, for films and rolling resistance."""
+        """Curvatures of the gap in the middle of the contact, for oil films and rolling resistance."""
         across = 1 / self.geometry.roller_profile_radius_m - 1 / self.profile_m
         return ContactShape(float(self.gap_curvature_1_m(np.zeros(1))[0]), across, self.geometry.roller_width_m)
 
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Points of the race: radius about the shaft and height above the mid-plane [m]; normal (radial, axial).
+        """Points on a race: radius about the shaft, distance from the mid-plane [m]; normal, radial and axial part.
 
-        `axial_m`: outward distance along the roller from its middle (array). The points are on the arcs of eq. (17);
-        the centre of the inner arc is shifted outwards by the difference of the profile radii.
+        `axial_m`: the points' outward distances from the roller's middle along the roller. The races' profiles are the
+        arcs of the paper's eq. (17); the inner arc's centre is shifted by the difference of the profile radii.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m
@@ -220,7 +220,7 @@ class SlicedContact:
         return curvature
 
     def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
-        """Make tables of slices with and without defects; `ConfigurationError` if a roller touches two defects."""
+        """Make tables of slices with and without defects; `ConfigurationError` if a roller can touch two at a time."""
         found = Openings(
             rows=[self._slice_rows(self._slice_edges(None), None)],
             of_rollers=[self._slice_rows(self._slice_edges(defect), defect) for defect in on_rollers],
@@ -274,7 +274,7 @@ class SlicedContact:
         return low, high, middle
 
     def _slice_rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
-        """Make the table of slices between `edges` along the roller, [col.SLICE_ROWS, slices], with any `defect`."""
+        """Make the table of the slices between `edges` along the roller [m], a row for each constant."""
         middle, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         length = self.geometry.roller_width_m
         rows = np.zeros((col.SLICE_ROWS, len(middle)))

@@ -1,42 +1,39 @@
-"""Methods of time integration: coefficients for the kernels and properties, by name in `METHODS`.
+"""Methods of time integration, by name in `METHODS`: properties, and coefficients for the kernels.
 
-Explicit Runge-Kutta methods of fixed step: the paper's ODE4 and the lower orders it rules out. Names follow the paper's
-simulation software: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method (Hairer, Norsett &
-Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). On the negative real axis steps are stable up
-to 2, 2, 2.51 and 2.79 over the largest rate. The full model's friction relaxes some 300 times faster than ode4 resolves
-at 1/61440 s: it chatters, bounded, instead of diverging, and the chatter is broadband noise in the acceleration.
+Explicit Runge-Kutta methods of fixed step: ode4, used in the paper, and the lower orders that it rules out. Names
+follow the paper's simulation software: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method
+(Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). For decay without oscillation,
+their steps are stable up to 2, 2, 2.51 and 2.79 over the largest rate of decay. The full model's friction relaxes some
+300 times faster than ode4 resolves at 1/61440 s. It does not diverge, but chatters within bounds, which adds broadband
+noise to the acceleration.
 
-The other methods treat friction and contact damping implicitly. ros2, a two-stage W-method (Verwer, Spee, Blom &
+The other methods treat friction and contact damping implicitly. ros2 is a two-stage W-method (Verwer, Spee, Blom &
 Hundsdorfer, A second-order Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20
-(1999) 1456): with S = (1 - gamma h J)^-1
+(1999) 1456). A step h takes the state y, whose rate of change is f(y), to y + h (3/2 k1 + 1/2 k2):
 
-    k1 = S f(y),   k2 = S (f(y + h k1) - 2 k1),   y + h (3/2 k1 + 1/2 k2)
+    k1 = S f(y),   k2 = S (f(y + h k1) - 2 k1),   S = (1 - gamma h J)^-1
 
-is of second order with any matrix J in place of the Jacobian, and L-stable for the forces that J contains if gamma =
-1 +- 1/sqrt 2 (the larger value keeps all components positive). Here J contains only the damping matrix of
-`damping_kernel`: friction and contact damping do not limit the step; contact stiffness does, as in Heun's method with
-the same damping. J is factored once and rotates with the slots' axes until the second stage, a change of the order of
-the step, which does not lower the order of the method. The stages are written for u = gamma h k, which needs no product
-with J (Hairer & Wanner, Solving Ordinary Differential Equations II, 1996, sect. IV.7). Points that enter and leave
-contact limit the observed order.
+The method is of second order with any matrix J in place of the Jacobian of f, and L-stable for the forces that J
+contains if gamma = 1 +- 1/sqrt 2 (the larger value keeps all components positive). Here J contains only the damping
+matrix of `damping_kernel`. The step is therefore limited by contact stiffness, as in Heun's method with the same
+damping, but not by friction or contact damping. Points that enter and leave contact limit the order that is observed.
 
-imex2, one evaluation per step: half a step of the positions, a step of the velocities at constant positions, half a
-step of the positions (Strang splitting; Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, sect. II.5).
-Within the middle part forces are linear in the velocities, f + J (v - v0), and the formula of ros2 is applied to this
-linear equation: one evaluation, one factorisation, two solutions. Forces are linearised about the velocities predicted
-for the middle of the step, v + (v - v_last) / 2, because about v itself points begin to slide too late. The mean of
-v - v0 is then of second order in the step, and so is the method with any J, even if points slide and the secant of
-friction (see `damping_kernel`) is not the Jacobian. Stable to 2 over the largest natural frequency of the contacts. The
-first step of a run has no preceding step and predicts no change. Points come into contact over two steps, see
+imex2 evaluates forces once per step: half a step of the positions, a step of the velocities at constant positions, half
+a step of the positions (Strang splitting; Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, sect. II.5).
+In the step of the velocities v, forces are f + J (v - v0): f is the force at v0, J the damping matrix. The formula of
+ros2 solves this linear equation. v0 is predicted for the middle of the step: the velocity at its start plus half of the
+last step's change (zero in the first step of a run). Without the prediction, points begin to slide too late. The mean
+of v - v0 is of second order in the step, and so is the method with any J, even if points slide. Steps are stable up to
+2 over the largest natural angular frequency of the contacts. Points come into contact over two steps, see
 `contact_columns`.
 
-imex1, of first order: velocities by the linearly implicit Euler method, then positions with the new velocities.
+imex1, of first order, computes new velocities v' by the linearised implicit Euler method, then new positions q':
 
     (M + h D) (v' - v) = h f(q, v),   q' = q + h v'
 
-Friction and damping, in D, are L-stable; contact stiffness is integrated by the symplectic Euler method, stable to 2
-over the largest natural frequency (ibid., sect. I.1.2). This step is the cheapest and the most damped: slow sliding is
-accurate to first order only.
+M is the mass matrix, D the matrix of friction and damping, which are L-stable. Contact stiffness is integrated by the
+symplectic Euler method, stable up to 2 over the largest natural angular frequency (ibid., sect. I.1.2). This step is
+the cheapest and the most damped: slow sliding is accurate to first order only.
 """
 
 import math
@@ -55,16 +52,16 @@ GAMMA_IMEX2 = 1 - 1 / math.sqrt(2)  # the smaller root is more accurate; the lin
 
 
 class Coefficients(NamedTuple):
-    """Coefficients of a method with s stages for the kernels.
+    """Coefficients of a method with s stages for the kernels; `family`: index in `FAMILIES`.
 
     `a`, [s, s]: weights of earlier stages in a stage's state; `b`, [s]: weights of the stages in the result; `c`, [s]:
     times of the stages in steps; `g`, [s, s]: weights of earlier stages in a stage's right-hand side; `powers`, [s]:
-    weights of the stages in mean forces and powers; `implicit_coefficient`: gamma of a W-method, the share of the step
-    for which friction and damping are implicit; `ahead`: share of the last change of the velocities by which a leapfrog
-    predicts the velocities at which forces are linearised; `onset`: steps over which a new contact of a point is
-    averaged, see `contact_columns`.
+    weights of the stages in mean forces and powers; `implicit_coefficient`: gamma of ros2 and imex2, 1 for imex1, 0 for
+    explicit methods; `ahead`: share of the velocities' change in the last step, by which imex2 predicts the velocities
+    at which forces are linearised; `onset`: steps over which a new contact of a point is averaged.
 
-    A leapfrog has one stage at the time `c` of a step, and solves its linear equations ``len(b)`` times.
+    imex1 and imex2, the family "leapfrog", evaluate forces once, at the time `c` of a step, and solve their linear
+    equations ``len(b)`` times.
     """
 
     family: int
@@ -99,7 +96,7 @@ class Method:
 
 
 def _lower_triangle(size: int, rows: list[list[float]]) -> FloatArray:
-    """Make a strictly lower triangular matrix, [size, size], from the rows after the first."""
+    """Make a strictly lower triangular matrix, [size, size], from its rows after the first, which is zero."""
     matrix = np.zeros((size, size))
     for i, row in enumerate(rows, start=1):
         matrix[i, : len(row)] = row
@@ -107,7 +104,7 @@ def _lower_triangle(size: int, rows: list[list[float]]) -> FloatArray:
 
 
 def explicit(name: str, title: str, order: int, a: list[list[float]], b: list[float]) -> Method:
-    """Make an explicit Runge-Kutta method from the rows of its Butcher tableau after the first, and its weights."""
+    """Make an explicit Runge-Kutta method from its Butcher tableau: `a`, rows after the first, and `b`, the weights."""
     matrix, weights = _lower_triangle(len(b), a), np.array(b)
     numbers = (matrix, weights, matrix.sum(axis=1), np.zeros_like(matrix), weights, 0.0, 0.0, 0.0)
     return Method(name=name, title=title, order=order, coefficients=Coefficients(RUNGE_KUTTA, *numbers))

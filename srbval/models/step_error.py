@@ -62,10 +62,10 @@ def step_error(scene: Scene, bearing: Bearing) -> StepError:
 def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     """Choose the longest step that keeps all errors within tolerance; returns the scene with this step, and the errors.
 
-    The search begins with the scene's step, or with the longest step below the limit of stability, and tries steps 2, 4
-    and 8 times finer. If none is fine enough, the finest is chosen, or the first if finer steps do not reduce the
-    errors. If the scatter of the estimates is too large to decide, a piece `LONG_PIECE_FACTOR` times as long is tried
-    (if the run is longer than `PIECE_S`), and the longest step that is certainly fine enough is chosen.
+    Errors are estimated from a short simulation. The search begins with the scene's step, made shorter if it is
+    unstable, and tries steps 2, 4 and 8 times finer. If none is fine enough, the finest is chosen, or the first if
+    finer steps do not reduce the errors. If the estimates scatter too much, a simulation `LONG_PIECE_FACTOR` times as
+    long is used (if the run exceeds `PIECE_S`), and the longest step that is certainly fine enough is chosen.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 
@@ -87,7 +87,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
 
 
 def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[int, StepError]:
-    """Choose the steps per output interval, at most `most`, as in `with_chosen_step`; also returns the errors."""
+    """Choose the number of solver steps per output interval, at most `most`; also returns the estimated errors."""
     piece = _Piece(scene, bearing, start.with_finer_steps(1))
     steps, first = start.steps_per_output, piece.error()
     second = error = first
@@ -120,10 +120,10 @@ def _steady(scene: Scene) -> Scene:
 
 
 class _Piece:
-    """A short piece of a run from one settled state, computed once with each step that is compared.
+    """Short simulation for the estimate of errors, repeated from the same settled state with each step to be compared.
 
-    The output rate is raised if `BLOCKS` blocks need more outputs. RMS is compared in frequency bands below half the
-    scene's output rate, if the piece is longer than `MIN_BAND_PIECE_S`.
+    The output rate is raised if there are too few outputs for `BLOCKS` blocks. RMS is compared in frequency bands below
+    half the scene's output rate, and only if the simulation is longer than `MIN_BAND_PIECE_S`.
     """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun, *, longer: float = 1.0) -> None:
@@ -137,7 +137,7 @@ class _Piece:
         self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
-        """Estimate the errors with `finer` times shorter steps, from steps `REFINEMENT` times shorter still."""
+        """Estimate the errors with `finer` times shorter steps, compared with steps `REFINEMENT` times finer still."""
         for times in (finer, REFINEMENT * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
@@ -167,8 +167,8 @@ def block_means(
 ) -> BlockMeans:
     """Means of each quantity over `BLOCKS` equal blocks of a run, from its outputs, [n] and [n, 3].
 
-    For a frequency band, the squared acceleration is averaged. Bands that reach half the output rate `fs_hz` or
-    `bands_below_hz`, and all bands if an acceleration is not finite, are left out.
+    For a frequency band, the squared acceleration is averaged. Bands that reach `bands_below_hz` or half of `fs_hz`,
+    the output rate, are left out, and all bands if an acceleration is not finite.
     """
     found = {CAGE_QUANTITY: cage_rad_s, DRIVE_QUANTITY: drive_w}
     along = along_sensor(acceleration_m_s2)

@@ -1,9 +1,9 @@
 """Longest stable step of each solver: for a linear system, for a run's stiffest roller, and for the whole bearing.
 
 A model is linearised about static balance by central differences of its equations of motion, with the shaft and all
-bodies at rest. Every contact then sticks: friction has its steepest slope, mu_s N / v_c (eq. (19)), or in oil the slope
-at the running speed. Effects of rotation (gyroscopic torques, points that enter and leave contact, impacts of a defect)
-are not included. Each step is a linear map, as in `step_kernel`: friction and damping implicit, stiffness explicit.
+bodies at rest. Every contact then sticks: friction rises most steeply with slip, or in oil as steeply as at the running
+speed. Effects of rotation (gyroscopic torques, points that enter and leave contact, impacts of a defect) are not
+included. Each step is a linear map, as in `step_kernel`: friction and damping implicit, stiffness explicit.
 
 The rollers are the lightest bodies on the stiffest springs, so the roller that bounces fastest between the races limits
 the step of a run. This limit does not include friction, which chatters within bounds if it is integrated explicitly.
@@ -47,7 +47,7 @@ CAGE_ANGLES = 3  # from a roller on the defect to the defect midway between two;
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearSystem:
-    """Linear system q' = `motion` v, v' = `stiffness` q + `damping` v, with the shapes [q, v], [v, q] and [v, v].
+    """Linear equations of motion dq/dt = `motion` v, dv/dt = `stiffness` q + `damping` v of coordinates q and speeds v.
 
     In the full model, q contains cage angles, displacements of the ring and of rollers along their slots; v contains
     all speeds. Angles of rollers about their axes are left out: they have no effect unless a roller is damaged.
@@ -59,13 +59,13 @@ class LinearSystem:
 
     @property
     def matrix(self) -> FloatArray:
-        """Matrix of the system, [q + v, q + v]."""
+        """Matrix A of the system in the form dx/dt = A x, where x contains q and then v."""
         still = np.zeros((len(self.motion), len(self.motion)))
         return np.block([[still, self.motion], [self.stiffness, self.damping]])
 
 
 def longest_step(method: Method, system: LinearSystem) -> float | None:
-    """Longest stable step [s]: decaying motions of `system` still decay if computed; None if all tested are stable."""
+    """Longest step [s] with which decaying motions of `system` do not grow; None if this holds for all tested steps."""
     eigenvalues = np.linalg.eigvals(system.matrix).astype(np.complex128)
     if not method.implicit:
         return explicit_limit(method, eigenvalues)
@@ -83,7 +83,7 @@ def longest_step(method: Method, system: LinearSystem) -> float | None:
 
 
 def explicit_limit(method: Method, values: ComplexArray) -> float | None:
-    """Longest stable step h of a Runge-Kutta method [s]: |R(h lambda)| <= 1 for decaying eigenvalues lambda [1/s]."""
+    """Longest step [s] with which a Runge-Kutta method makes no decaying motion grow; `values`: eigenvalues [1/s]."""
     size = np.abs(values)
     decaying = (size > FREE_PER_S) & (values.real < -1e-9 * size)
     limits = [_stable_radius(method, complex(value / abs(value))) / float(abs(value)) for value in values[decaying]]
@@ -91,7 +91,7 @@ def explicit_limit(method: Method, values: ComplexArray) -> float | None:
 
 
 def _stable_radius(method: Method, direction: complex) -> float:
-    """Distance from zero in the complex `direction` (modulus one) up to which |`stability_function`| <= 1."""
+    """Largest r, counted from 0, up to which |`stability_function`| <= 1 at z = r `direction` (of modulus one)."""
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
@@ -119,9 +119,9 @@ def _bisect(low: float, high: float, stable: Callable[[float], bool]) -> float:
 
 
 def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
-    """R(z) = 1 + z b' (1 - z A)^-1 1 of an explicit Runge-Kutta method (Hairer & Wanner 1996, sect. IV.2).
+    """Factor by which one step h of an explicit Runge-Kutta method multiplies y, if dy/dt = lambda y and z = h lambda.
 
-    R, of the shape of `z`, is a polynomial with the coefficients b' A^k 1.
+    A polynomial in `z` (Hairer & Wanner 1996, sect. IV.2), evaluated for an array of any shape.
     """
     a, b = method.coefficients.a, method.coefficients.b
     power = np.ones(len(b))
@@ -133,7 +133,7 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
 
 
 def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
-    """Matrix of one step of an implicit method, [n, n]; n = q + v, or q + 2 v if the method remembers the last step."""
+    """Matrix by which a step of an implicit method multiplies q and v (imex1, imex2: and predicted change of v)."""
     coefficients = method.coefficients
     damping = np.eye(len(system.damping)) - coefficients.implicit_coefficient * step_s * system.damping
     damp = np.asarray(np.linalg.inv(damping), dtype=np.float64)
@@ -142,7 +142,7 @@ def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
 
 
 def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix of one `step_kernel.leapfrog_step` on q, v and predicted change of v; `damp` as in `_rosenbrock`."""
+    """Matrix by which a step `h` of imex1 or imex2 multiplies q, v, predicted change of v; `damp`: `_rosenbrock`."""
     coordinates, speeds = system.motion.shape
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping
@@ -159,7 +159,7 @@ def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatA
 
 
 def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix of one `step_kernel.rosenbrock_step` of `system` on q and v; `damp`: (1 - gamma h J)^-1, J: damping."""
+    """Matrix by which a step `h` of ros2 multiplies q and v; `damp`: inverse of 1 - gamma h `system.damping`."""
     coordinates = len(system.motion)
     start = np.eye(sum(system.motion.shape))
     solve = np.eye(len(start))
@@ -176,8 +176,8 @@ def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: Floa
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
     """Longest step at which the stiffest roller's bouncing between the races decays [s]; None if all steps are stable.
 
-    The model is linearised about the static balance `state`, [4 M + 12], with all bodies at rest. Deeper contacts on a
-    defect and motion of other bodies are not included; `linearise` includes the whole model.
+    The model is linearised about static balance with all bodies at rest; `state`: state of this balance. Only the
+    roller moves, and deeper contacts on a defect are not included; `linearise` includes the whole model.
     """
     at_rest = state.copy()
     at_rest[layout_of(state).half :] = 0.0
@@ -198,7 +198,7 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> LinearSystem:
 
 
 def central_difference(model: Parameters, state: FloatArray, part: slice | int, size: float) -> FloatArray:
-    """Derivative of the state's rates of change with respect to its `part`, by central differences of +-`size`."""
+    """Derivative of the state's rates of change with respect to its entries `part`, from changes of +-`size`."""
     there, back = state.copy(), state.copy()
     there[part] += size
     back[part] -= size
@@ -206,7 +206,7 @@ def central_difference(model: Parameters, state: FloatArray, part: slice | int, 
 
 
 def with_resting_shaft(model: Parameters) -> Parameters:
-    """Copy of the model with a resting shaft at angle zero; friction in oil keeps its slope at the shaft's speed."""
+    """Copy of the model with a shaft at rest, at angle zero; friction in oil rises with slip as at running speed."""
     if model.slices is not None:
         law = law_at_speed(model.law, model.slices, rolling_speeds(model)[0], shaft_motion(0.0, model.drive)[0])
         model = model._replace(law=law, slices=model.slices._replace(critical_ratio=0.0))
@@ -219,7 +219,7 @@ def without_friction(model: Parameters) -> Parameters:
 
 
 def balance_scene(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatArray]:
-    """Parameters of the scene with a resting shaft, and state of static balance with zero velocities, [4 M + 12].
+    """Parameters of the scene's model with a resting shaft, and its state in static balance, with zero velocities.
 
     The cage is turned by `pitches` times the rollers' spacing.
     """
@@ -232,7 +232,7 @@ def balance_scene(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, Fl
 
 
 def linearise(model: Parameters, state: FloatArray) -> LinearSystem:
-    """Linearise `model` about `state`, [4 M + 12], at time zero."""
+    """Linearise the equations of motion of `model` about `state`, at time zero."""
     layout = layout_of(state)
     sizes = np.repeat([ANGLE_CHANGE_RAD, ANGULAR_CHANGE_RAD_S], layout.half)  # change of each coordinate
     sizes[layout.slide] = sizes[layout.ring] = LENGTH_CHANGE_M

@@ -55,7 +55,7 @@ class FmuVariable(NamedTuple):
 
 
 def load_fmu(path: Path) -> Any:
-    """Return a function that runs the FMU at `path` for a scene; this alone executes no code of the FMU.
+    """Return a function that runs the FMU at `path` for a scene; only a call of it executes code of the FMU.
 
     Raises `ConfigurationError` if a library is missing, if the FMU has no co-simulation, or for an unknown key,
     variable or unit; `DataError` if a file is missing or damaged.
@@ -103,7 +103,7 @@ def load_fmu(path: Path) -> Any:
 
 
 def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowed: tuple[str, ...]) -> FmuVariable:
-    """Convert an entry of the TOML file, checked against the FMU's variables and the units of `key`."""
+    """Convert a TOML entry; an error if `key` is not `allowed`, its variable not `known`, or the unit does not fit."""
     if key not in allowed:
         raise UnknownNameError.of(f"{place}: {key!r} is not known", key, allowed)
     codes: dict[str, Any] = {"variable": entry} if isinstance(entry, str) else dict(entry)

@@ -53,7 +53,7 @@ def solvers_of(name: str) -> tuple[str, ...]:
 def sources_of_model(name: str) -> list[Path]:
     """Source files of a model from outside, main file first.
 
-    A Python file and its imports from the same folder, a package, an FMU with its TOML file, or a command's files.
+    A Python file with its imports from its folder, a package, an FMU with its TOML file, or a command's files.
     """
     place = entry_points().get(name, name)
     if place.startswith(COMMAND):

@@ -139,7 +139,7 @@ def command_model(text: str) -> Model:
 
 
 def _place_and_text(error: BaseException) -> str:
-    """Describe an exception in one line, with the last line of the model's code in its traceback."""
+    """Describe an exception in one line, with file and line number of the model's code where it occurred."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [f for f in frames if f.filename != __file__ and "-packages" not in f.filename and f.filename[:1] != "<"]
     place = f", in {Path(own[-1].filename).name} line {own[-1].lineno}" if own else ""

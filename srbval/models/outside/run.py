@@ -91,7 +91,7 @@ def run_in_process(scene: Scene) -> OutsideResult:
 
 @contextlib.contextmanager
 def models_ended() -> Iterator[None]:
-    """Stop the models from outside of other threads (with `CancelledError`); none can start in the ``with`` block."""
+    """Stop all models from outside that are running (`CancelledError` there); none can start in the ``with`` block."""
     _ending.append(None)
     try:
         while _running:

@@ -1,11 +1,11 @@
 """Massless roller between two races: force on the outer ring as a function of the approach of the rings.
 
 `approach` is the displacement of the outer race towards the shaft at a roller's angle [m], in the bearing's radial
-direction. A roller slides in its slot of the cage until both races press equally. Spherical rollers touch a race on
-three circles. If a circle's normal leans by b from the slot and by a from the radial direction, the penetration is
-approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the inner race; e_o and e_i are the
-roller's radius minus the gap to the race. Forces follow `line.Patch`. They are tabulated once per run, over the
-approach; the force that a defect adds, over approach and position of the defect.
+direction. A roller slides in its slot of the cage, by `slide` towards the outer race, until both races press equally.
+Spherical rollers touch a race on three circles. If a circle's normal leans by b from the slot and by a from the radial
+direction, the penetration is approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the
+inner race, with constants e_o and e_i. Forces (see `line.Patch`) are tabulated once per run over the approach; the
+force that a defect adds, over approach and position of the defect.
 
 Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
 model hierarchy" of the theory, section "planar". The contact angle is constant.
@@ -48,7 +48,7 @@ POSITIONS = 64  # tabulated positions of a defect, from under the roller to the 
 
 
 class DefectHeight(NamedTuple):
-    """Heights `part` of a defect on a `circle` (0 to 2) of a race (0 outer, 1 inner), `middle_m` from the roller."""
+    """Defect on `circle` (0 to 2) of a `race` (0 outer, 1 inner), `middle_m` from the roller; `part`: its heights."""
 
     race: int
     circle: int
@@ -58,15 +58,15 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius minus gap to each race."""
+    """Contacts of a spherical roller with both races, outer first; `excess_m`: constants e_o and e_i of the module."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Returns a defect as a function of its distance from the roller, its reach and the race radius [m].
+        """Return a function that places the defect at a distance from the roller, its reach and the race radius [m].
 
-        Reach: largest distance at which the defect is felt; `deepest_m`: largest approach.
+        Reach: largest distance at which the roller touches the defect; `deepest_m`: largest approach of the rings.
         """
         circle = defect.circle - 1
         patch = self.patches[race][circle]
@@ -76,7 +76,7 @@ class Slot:
         return (lambda middle: DefectHeight(race, circle, part, middle)), reach_m, patch.race_radius_m
 
     def press(self, approach_m: FloatArray, raised: DefectHeight | None = None) -> FloatArray:
-        """Balance the roller between both races at each `approach_m`, any shape, by bisection of its slide.
+        """Balance the roller between both races at each `approach_m`, any shape, by bisection of its place in the slot.
 
         Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
         [m] as one array, [3, ...]. `raised`: a defect under the roller, None for undamaged races.
@@ -146,8 +146,8 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 class Race:
     """Contact of a ball or roller with one race, in strips: force per length = `stiffness` * penetration^`exponent`.
 
-    A ball's penetration is smaller by `fall_1_m` x^2 / 2 at x across the race; a roller's is constant over its
-    `length_m`. `along_1_m`: curvature of the gap along the race; `radius_m`: of the race.
+    At x from the middle across the race, a ball's penetration is smaller by `fall_1_m` x^2 / 2; a roller's is constant
+    over its `length_m`. `along_1_m`: curvature of the gap along the race; `radius_m`: radius of the race.
     """
 
     stiffness: float
@@ -181,7 +181,7 @@ class Race:
 
 
 class Opening(NamedTuple):
-    """Pit or bump of a race (0 outer, 1 inner): strips of half length `half_m` at `across_m`, each `strip_m` wide.
+    """Pit or bump of a race (0 outer, 1 inner): strips along it, of half lengths `half_m`, at the places `across_m`.
 
     `middle_m`: distance of the defect's middle from the ball or roller along the race, any shape.
     """
@@ -194,7 +194,7 @@ class Opening(NamedTuple):
     middle_m: FloatArray
 
     def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """Compute how much a strip of half length `half_m` raises the race; `along_1_m`: curvature of the gap [m]."""
+        """Height [m] that a strip of half length `half_m` adds to the race; `along_1_m`: curvature of the gap."""
         if self.height_m > 0:
             beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
             return np.maximum(0.0, self.height_m - along_1_m * beside**2 / 2)
@@ -213,7 +213,7 @@ class ElementSlot:
 
     @property
     def excess_m(self) -> tuple[float, float]:
-        """Element radius minus the gap to each race with the rings concentric, outer first."""
+        """Penetration at each race [m] with the rings concentric, outer first; negative for a gap."""
         return (-self.play_m / 2, -self.play_m / 2)
 
     def press(self, approach_m: FloatArray, raised: Opening | None = None) -> FloatArray:
@@ -247,7 +247,7 @@ class ElementSlot:
         return raised, float(half.max()) + bump, self.races[race].radius_m
 
     def deepest_m(self, load_n: float) -> float:
-        """Find an approach [m] at which one element carries at least `load_n`, from the play on in steps of 20 %."""
+        """Find an approach [m] at which one element carries `load_n` or more: the play, raised in steps of 20 %."""
         approach = LEAST_DEPTH_M + max(0.0, self.play_m)
         while self.press(np.array([approach]))[0, 0] < load_n:
             approach *= 1.2
@@ -255,7 +255,7 @@ class ElementSlot:
 
 
 def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Divide a defect into strips, to the edge of the widest contact: places across, half lengths, width of one."""
+    """Divide a defect, as far as contacts reach, into strips along the race: places across, half lengths, one width."""
     if defect.extent_m is None:
         raise ConfigurationError(
             f"a defect of {defect.points} points: the model of this bearing has no race points; give the defect an "
@@ -274,8 +274,8 @@ def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, F
 def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
     """Build the contacts of a ball or cylindrical roller of the scene with both races.
 
-    Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): of the gap along the outer race 2 / (d (1 +
-    gamma)), along the inner 2 / (d (1 - gamma)), gamma = d cos(alpha) / D; across 2 / d minus the groove's curvature.
+    Curvature of the gap (Harris & Kotzalas 2006, chapter 2; from memory): 2 / (d (1 + g)) along the outer, 2 / (d (1 -
+    g)) along the inner race, g = d cos(contact angle) / pitch diameter; across 2 / d minus the groove's; d: diameter.
     """
     d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
     races = []
@@ -350,9 +350,9 @@ ElementContact = Slot | ElementSlot
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceTable:
-    """Force [N], damping [N s/m], penetration [m] of an undamaged roller over the rings' approach: rows of `values`.
+    """Table `values` of an undamaged contact, over approach: rows of force [N], damping [N s/m], penetration [m].
 
-    Approaches: ``start_m + i step_m`` up to `deepest_m`; in tables of defects, from `start_m` by `bump_step_m`.
+    Approaches of the rings: from `start_m` up to `deepest_m` in steps of `step_m`, in tables of defects `bump_step_m`.
     """
 
     start_m: float
@@ -368,7 +368,7 @@ class ForceTable:
 
 
 def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
-    """Tabulate forces of an undamaged contact up to the approach `deepest_m`; `highest_m`: height of all defects."""
+    """Tabulate an undamaged contact up to the approach `deepest_m`; `highest_m`: sum of the heights of all defects."""
     scale = deepest_m / MAX_APPROACH_M
     start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
     values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
@@ -380,7 +380,7 @@ def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MA
 def tabulate_bump(
     slot: ElementContact, plain: ForceTable, defect: Defect, race: int
 ) -> tuple[FloatArray, float, float]:
-    """Tabulate the force that a defect of a race, or of a roller that meets it, adds [N], [approaches, positions].
+    """Tabulate the force [N] that a defect of a race, or of a roller touching it, adds, [approaches, positions].
 
     Approaches: see `ForceTable`. Positions are distances from roller to defect along the race, from 0, since defects
     are symmetric. Also returns the race's radius and the step of the positions [m].

@@ -60,7 +60,7 @@ class PlanarRing:
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
-        """Compute at each `time_s` the speed at which a contact passes a defect, row `table` of `kernel.defects`."""
+        """Compute at each `time_s` the speed of a contact over the defect in row `table` of `kernel.defects`."""
         step = 1e-4
         kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
         after, before = time_s + step, time_s - step
@@ -166,7 +166,7 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
-    """Compute the longest time step: 0.2 rad of the ring's highest mode, at most 1/40 of any defect passage."""
+    """Longest time step [s]: the shorter of 0.2 rad of the ring's fastest vibration and 1/40 of a defect's passage."""
     if not ring.own_step:
         return LONGEST_STEP_S
     softest = np.finfo(float).tiny
