@@ -85,7 +85,7 @@ def _add_pulses(
 ) -> None:
     """Add the force pulses of one defect on one race to `force` [N], [samples, 2].
 
-    `table`: index of the defect's pulse shapes in `ring`; `time_s`: times of the passages; `outwards`: unit vectors from
+    `table`: index of the defect's pulse shapes in `ring`; `time_s`: passage times; `outwards`: unit vectors from
     the bearing's centre to the roller; `balance_m`: displacement of the ring in static balance.
     """
     if len(time_s) == 0:  # the shaft is so slow that no roller passes
