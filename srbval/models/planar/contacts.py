@@ -4,8 +4,8 @@
 direction. A roller slides in its slot of the cage, by `slide` towards the outer race, until both races press equally.
 Spherical rollers touch a race on three circles. If a circle's normal leans by b from the slot and by a from the radial
 direction, the penetration is approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the
-inner race, with constants e_o and e_i. Forces (see `line.Patch`) are tabulated once per run over the approach; the
-force that a defect adds, over approach and position of the defect.
+inner race; e_o, e_i: roller radius minus the distance from each race to the roller's centre at no slide and approach.
+Forces (`line.Patch`) are tabulated over the approach, the force that a defect adds over approach and its position.
 
 Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
 model hierarchy" of the theory, section "planar". The contact angle is constant.
@@ -58,7 +58,7 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races, outer first; `excess_m`: constants e_o and e_i of the module."""
+    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius minus axis-race distance."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
