@@ -58,7 +58,7 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius minus axis-race distance."""
+    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius minus race distance."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
