@@ -17,15 +17,15 @@ out. State vector for N rollers (row 1 first, then row 2):
 With a cage for each row, D = 2N + 7: coordinates and velocities each end with one more entry, the angle by which row
 2's cage is ahead of row 1's about their common axis [rad], and its rate [rad/s]; see `second_cage_kernel`.
 
-Slot axes of a roller: x along the slot (outwards, tilted by alpha), y along the race, z along the roller. L = d_p /
-cos(alpha) is the distance of the roller's centre from the bearing's, u the slide, w the cage's angular velocity, s the
-spin; F and T are force and torque of both races on the roller, m, I_a and I_t its mass and moments of inertia about and
-across its axis. Newton-Euler projected on the generalised speeds (Kane & Levinson 1985, Dynamics, ch. 6):
+Slot axes of a roller: x along the slot (outwards), y along the race, z along the roller. L is the distance of the
+roller's centre from the bearing's, u the slide, w the cage's angular velocity, s the spin; F and T are force and torque
+of both races on the roller, m, I_a and I_t its mass and moments of inertia about and across its axis, I_c the cage's
+inertia, x x a dyad. Newton-Euler equations projected on the generalised speeds (Kane & Levinson 1985, Dynamics, ch. 6):
 
 * slide: m u'' = m (L + u) (w_y^2 + w_z^2) + F_x
 * spin: I_a s' = T_z; the roller is a symmetric top, so neither the cage nor the tilt enters
 * cage with its rollers: (I_c + sum [m (L+u)^2 (1 - x x) + I_t (1 - z z)]) w' = - w x (I_c w) + the sum of, in slot
   axes, x: T_x - G w_y; y: T_y + G w_x - (L+u) F_z + m (L+u)^2 w_x w_z - 2 m (L+u) u' w_y;
   z: (L+u) F_y - m (L+u)^2 w_x w_y - 2 m (L+u) u' w_z; with G = I_a s - I_t w_z
-* outer ring (o) with housing (h): (m_o + m_h) v' = F_load - K_h r - C_h v - the sum of the outer race's F
+* ring (o, displacement r), housing (h: spring K_h, damper C_h): (m_o + m_h) r'' = F_load - K_h r - C_h r' - sum outer F
 """

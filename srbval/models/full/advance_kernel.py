@@ -28,7 +28,7 @@ def time_of_step(first_step, number, step):
 def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, work, out):
     """Advance the state `y` in place with a Runge-Kutta method, from step number `first_step`, and fill `out`.
 
-    `out`: one row for every `steps_per_output` steps, columns see `models.outputs`; `method`: `Coefficients`; `work`:
+    `out`: one row per `steps_per_output` steps, for columns see `models.outputs`; `method`: `Coefficients`; `work`:
     `WorkingSpace`. Powers are averaged with the weights of the stages, so that the energy balance closes to the order
     of the method.
     """
@@ -70,9 +70,9 @@ ADVANCE = {RUNGE_KUTTA: advance_runge_kutta, ROSENBROCK: advance_rosenbrock, LEA
 
 @inlined
 def begin_interval(y, model, mean, out, i):
-    """Clear `mean`, the sums of an output interval, and write the energies at its start into row `i` of `out`.
+    """Clear the sums `mean` of an output interval, and write the energies at its start [J] into row `i` of `out`.
 
-    Returns the ring velocity x, y, z, the cage angle, and a second cage's angle relative to the first, 0 with one cage.
+    Returns the outer ring's velocity x, y, z, the cage's angle, and a second cage's angle ahead of it (0 without one).
     """
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)
@@ -91,7 +91,7 @@ def begin_interval(y, model, mean, out, i):
 def end_interval(y, start, interval, steps_per_output, mean, out, i):
     """Write means over an output interval of length `interval` [s] and its final displacements to row `i` of `out`.
 
-    `start`: result of `begin_interval`; `mean`: sums of the totals over the interval's `steps_per_output` steps.
+    `start`: result of `begin_interval`; `mean`: sums of forces and powers over the interval's `steps_per_output` steps.
     """
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)

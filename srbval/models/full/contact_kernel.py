@@ -189,12 +189,12 @@ def penetration(law, p_x, p_y, p_z):
 def point_spring_and_damper(law, depth, u_n, share, damping):
     """Compute a race point's spring force [N] and damping coefficient [N s/m], eq. (18), and its elastic force [N].
 
-    In the paper's eq. (18) a point that comes into contact meets the whole damper force, some 600 N, at once: a step
-    that finds it a little earlier or later causes first-order noise. Unless `damping` is None, spring and damper of an
-    approaching point are therefore averaged at constant speed over ``law.onset_s``, but over at most `LONGEST_ONSET_M`.
-    The average replaces the smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact
-    when the damper's pull equals the spring's push, without a jump. The elastic force is not averaged: additional work
-    of the averaged spring counts as lost. `u_n`: speed of separation; `share` of a whole point's stiffness and damping.
+    In the paper's eq. (18) a point that comes into contact meets the whole damper force, some 600 N, at once, so that
+    the force depends on when a step finds the contact. Unless `damping` is None, spring and damper of an approaching
+    point are therefore averaged over the way that it moves in the time ``law.onset_s``, at most `LONGEST_ONSET_M`; this
+    replaces the paper's smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact when
+    the damper's pull equals the spring's push, without a jump. The elastic force is the spring's without averaging.
+    `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share` of stiffness and damping.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -217,7 +217,7 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
 
 @inlined
 def normal_force(spring, viscous, u_n):
-    """Compute the force of a `spring` [N] and a damper (`viscous`, at speed of separation `u_n`), at least 0 [N]."""
+    """Compute the `spring` force minus the damper's (`viscous`) at speed of separation `u_n` [N], never negative."""
     normal = spring - viscous * u_n
     return normal if normal > 0.0 else 0.0
 
@@ -238,7 +238,7 @@ def point_friction(law, normal, q_x, q_y, q_z):
 
 @inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Compute the friction of a continuous contact (patch) as three parts of equal load; see `part_friction`."""
+    """Compute friction over slip [N s/m], friction [N], lost power [W] of a continuous contact; see `part_friction`."""
     reach = e_x * e_x + e_y * e_y + e_z * e_z
     third = normal * (1.0 / 3.0)
     drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)
@@ -254,10 +254,10 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
     """Compute friction force over slip [N s/m] of one part of a continuous contact (patch) with the load `normal`.
 
-    The slip varies over the part from q + e (`mean` - `half`) to q + e (`mean` + `half`); `reach` is the square of e.
-    When the contact pivots about its normal, slip across q is added: `pivot` is its square at the patch's edge. The
-    result is the paper's eq. (19) averaged over these slips: the critical velocity becomes at least their range, and
-    the excess of static over dynamic friction counts only for the part of the range in which it acts.
+    The slip is q [m/s] in the middle of the patch and grows with the square of the distance, to q + e at the ends. This
+    square, 1 at the ends, is `mean` - `half` to `mean` + `half` in the part; `reach` is the square of e. When the patch
+    pivots about its normal, slip across q is added, whose square is `pivot` at the ends. The paper's eq. (19) is
+    averaged over these slips approximately: the critical velocity becomes at least half their range.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean

@@ -2,14 +2,14 @@
 
 The secant damping matrix of a contact, force on its roller over the velocity u of the race relative to the roller, is
 
-    C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|,   c = C_c if the contact damps,
+    C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|
 
-with normal n, normal force N, slip u_t: the secant of the paper's eq. (19), never negative, and the damper of eq. (18).
-Left out: the damper's part of the normal force in the friction, and the decrease of mu with the slip. With u = V + W x
-p at a point p of the roller, the sums over a contact's points are the matrix of force and torque against V, W_y (index
-P) and W_z (index S). W_x, the rotation about the slot, is left out: its lever arm is only as long as the contact. In
-the generalised speeds (slide u', spin s, cage w_y and w_z, ring v; slot axes) and with L from the bearing's to the
-roller's centre: outer race V = (v_x - u', v_y - L w_z, v_z + L w_y), W = (., -w_y, -s); inner race the same without v.
+with normal n, normal force N, slip u_t, coefficient of friction mu (the paper's eq. 19) and damper c (eq. 18). Changes
+of N by the damper and of mu with the slip are left out. With u = V + W x p at a point p of the roller, V and W the
+race's velocity at the roller's centre and its angular velocity, both relative to the roller, the sums over a contact's
+points are the matrix of force and torque against V, W_y (index P) and W_z (index S). W_x is left out: its lever arm is
+only as long as the contact. Outer race, slot axes: V = (v_x - r, v_y - L w_z, v_z + L w_y), W_y = -w_y, W_z = -s, with
+slide rate r, spin s, cage w, ring velocity v and distance L of the roller from the bearing's centre; inner race: v = 0.
 
 With masses M, step h and damping D, M / h + D is an arrow matrix: a 2 x 2 block for each roller, bordered by cage and
 ring, 6 x 6. The blocks are eliminated, the border is factored by Cholesky's method (Golub & Van Loan 2013, sect. 4.2).
@@ -137,7 +137,7 @@ def factor(weight, model, totals, factors):
 
 @kernel_part
 def factor_relative(second, own, factors):
-    """Eliminate cage and ring from the equation of a second cage's relative speed; `own`: its diagonal entry."""
+    """Prepare `solve_relative` in `factors`; `own`: diagonal entry of the row of a second cage's relative speed."""
     if second is None:
         return
     b = col.RELATIVE_BORDER

@@ -11,8 +11,8 @@ A run is settled from its first sample (`test_a_run_is_settled_from_its_first_sa
 roller passes is 0.95 to 1.01 times the later RMS. Settling for two roller passages, 0.02 s at 710 rpm, is enough.
 
 The cage's tilt is not balanced: with the paper's roller diameter it grows to 20 microradians in 0.1 s, without effect
-on the ring. If the rollers alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need
-0.15 s: settle for one turn of the cage (0.2 s), and in proportion at other speeds.
+on the ring. If the rollers alone carry radial and axial load, the tilt, the axial position (by 1 %) and the cage speed
+(by 0.4 %) change for 0.15 s at 710 rpm, so that such a run should settle for one turn of the cage, 0.2 s.
 """
 
 from collections.abc import Callable

@@ -1,6 +1,6 @@
 """Kernels: friction of the oil film in a slice of a contact.
 
-Eyring's law at the slice's mean pressure p (see `srbval.models.film`), and the friction of touching asperities:
+The drag, force over slip, is Eyring's law at the slice's mean pressure p plus the friction of touching asperities:
 
     drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
 
@@ -38,10 +38,10 @@ LOG_MIDDLE, MIDDLE_BITS = 1.1, 1061158912  # the bits of 0.75
 class FilmLaw(NamedTuple):
     """Constants of the oil film's friction; all are numbers except `curve`.
 
-    `curve`, [2 races, 8]: polynomial in the mean pressure [GPa] for log2(viscosity / viscosity without pressure) -
-    log2(film / reference film); `hertz`: pi E* / 8 [Pa]; `thickness` of the reference film at 1 m/s [m];
-    `per_thickness`: Eyring's slip speed without pressure over the film [1/s]; `eyring`: Eyring's stress [Pa];
-    `roughness` [m]; `boundary`: coefficient of friction of asperities; `heating`: see `oil_kernel.OilLaw`.
+    `curve`, [2 races, 8]: coefficients of a polynomial in the mean pressure [GPa] for log2(viscosity / viscosity
+    without pressure) - log2(film / reference film); `hertz`: pi / 8 times the contact modulus [Pa]; `thickness` of the
+    reference film at 1 m/s [m]; `per_thickness`: Eyring's slip speed without pressure over film thickness [1/s];
+    `eyring`: Eyring's stress [Pa]; `roughness` [m]; `boundary`: friction of asperities; `heating`: see `OilLaw`.
     """
 
     curve: Any
@@ -66,9 +66,9 @@ def law_in_film(law, slices, cage, shaft):
 def film_at_speed(law, slices, film, cage, shaft):
     """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s].
 
-    Eyring's slip speed replaces the critical velocity; the film's share of the load, 1 - s, replaces the static
-    coefficient; the friction of the asperities, s mu_b, replaces the dynamic coefficient. The law is unchanged if
-    `film` is None or the critical slide-to-roll ratio of `slices` is 0.
+    In the law returned, the critical velocity is Eyring's slip speed, the static coefficient is multiplied by the
+    film's share of the load, and the dynamic one is the static one times the asperities' share and coefficient of
+    friction. The law is unchanged if `film` is None or the critical slide-to-roll ratio of `slices` is 0.
     """
     if film is None:
         return law

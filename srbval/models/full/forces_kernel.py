@@ -1,10 +1,10 @@
 """Kernels: forces of all contacts between rollers and races, damaged rollers included.
 
-A height h of a roller's surface is treated as if the race's point were higher by h along its own normal n_p. The spring
-force S of the contact (roller's normal n) then also does work on the angle th from the defect to the point, d(depth) =
--(n n_p) h'(th) d(th). Besides -S n, the roller therefore gets a force of -S (n n_p) h'(th) / rho along the direction
-e_th in which th grows, at the distance rho of the race's point (virtual work: Goldstein, Poole & Safko, Classical
-Mechanics, 2002, sect. 1.4).
+A height h of a roller's surface is treated as if the race's point were higher by h along the race's normal n_p. It
+depends on the angle th about the roller's axis from the defect to the point: if th grows by d(th), the penetration
+changes by -(n n_p) h'(th) d(th), with the roller's normal n. Besides the spring force S in direction -n, the roller
+therefore gets the force -S (n n_p) h'(th) / rho in the direction in which th grows, with the distance rho of the point
+from the axis (virtual work: Goldstein, Poole & Safko, Classical Mechanics, 2002, sect. 1.4).
 """
 
 import math
@@ -147,7 +147,7 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
     """Add the forces with which the flanks of a roller's defects push along the race to the sums of contact `column`.
 
     `spare`: window of race points filled by `raised_points`. The next column, free in its lane group, stores the sums
-    meanwhile. Only the spring pushes: force and energy balance both leave out the damper's work on the angle.
+    meanwhile. Only the contact's spring pushes; its damper is left out of these forces and of their energy balance.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)

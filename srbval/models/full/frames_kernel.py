@@ -73,7 +73,7 @@ def slot_axes(axes, c, s, along, across):
 
 
 class RaceLimits(NamedTuple):
-    """Limits of `RaceSearch` for finding race points, as inverse lengths [1/m]; sense of rolling (1 or -1)."""
+    """Constants of a `RaceSearch`, its lengths inverted [1/m], and the sense of rolling on the race (1 or -1)."""
 
     per_spacing: float
     per_clearance: float
@@ -85,8 +85,8 @@ class RaceLimits(NamedTuple):
 class SearchConstants(NamedTuple):
     """Constants for finding the race points near a roller.
 
-    `points`: number of points on a circle; `most`: largest number of them that one roller may touch; `lead_s`,
-    `most_lead`: time and largest distance before contact at which a point begins to act [s, m].
+    `points`: number on a circle, `per_radian` per radian, `per_point` its inverse; `most`: largest number that a roller
+    may touch; `lead_s`, `most_lead`: time and largest distance before contact at which a point begins to act [s, m].
     """
 
     points: float
@@ -100,7 +100,7 @@ class SearchConstants(NamedTuple):
 class SurfaceHeights(NamedTuple):
     """Surface heights [m] in equal steps of angle: `races`, [2 races, 2 rows, H], `rollers`, [rollers, K].
 
-    Angles begin at a race's first point, or at a roller's slot direction outwards at time zero; H = K = 0 if smooth.
+    Angles begin at a race's first point and at a roller's outermost point at time zero; H, K: steps, 0 if smooth.
     """
 
     races: Any
@@ -253,7 +253,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
     """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
 
     `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: additional depth
-    within the averaging time of an onset [m]; `aside`: largest distance of roller and slot meridian [m]; `angle` of the
+    within the averaging time of an onset [m]; `aside`: largest offset of race and slot along the race [m]; `angle` of the
     roller from the race's first point [rad]; `here`: True if the slot contains a roller; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
@@ -281,9 +281,9 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: penetration with all margins, over the gap at a point one spacing beside a touching roller; `depth_ahead`:
-    the same for points ahead, which act before they touch; `aside`: largest distance of roller and slot meridian, and
-    `position` in the direction of rolling, both in spacings. A `patch`, or slices (None), count as one point.
+    `depth`: penetration plus margins, divided by the gap at a point one spacing beside a touching roller;
+    `depth_ahead`: the same for points ahead, which act before they touch; `aside`: largest offset of race and slot
+    along the race, `position` in the direction of rolling, both in spacings. A `patch`, or slices (None), is one point.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -304,7 +304,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 
 @kernel_part
 def candidate_code(candidates):
-    """Encode a contact's number of points; a sum of codes counts the contacts with at least 1, 2 and 3 points."""
+    """Convert a number of points to a code; the sum of contacts' codes tells how many need at least 1, 2, 3 points."""
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
         + (NEEDS_TWO if candidates > 1.0 else 0.0)

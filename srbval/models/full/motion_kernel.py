@@ -205,7 +205,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 def couples_on_cages(law, row, model, slots, relative, on_cages):
     """Add the rollers' couples [N m], a `row` of the workspace, to the torques on the cages; no effect without `law`.
 
-    The couples act about the rollers' axes. `relative`: torque on a second cage's relative angle; `on_cages`: x, y, z.
+    The couples act about the rollers' axes. Returns both sums: `relative` (on a second cage's angle) and `on_cages`.
     """
     if law is None:
         return relative, on_cages

@@ -20,9 +20,9 @@ LEAST_RAD_S = 1e-6
 class OilLaw(NamedTuple):
     """Constants of the oil's forces on rollers; all are numbers except `rolling`.
 
-    `rolling`, [2 races, 2]: couple at 1 rad/s [N m], over the square root of the load for a contact shorter than its
-    roller, over the fourth root for a contact as long as its roller; `heating`: number L of shear heating at 1 m/s;
-    `drag`: force over the square of a roller's speed [kg/m]; `pocket`: coefficient of friction in the cage's pockets.
+    `rolling`, [2 races, 2]: resisting couple at 1 rad/s [N m] over the square root of the load [N] (contact shorter
+    than its roller) and over its fourth root (contact as long as its roller); `heating`: shear heating number L at a
+    rolling speed of 1 m/s; `drag`: force over a roller's speed squared [kg/m]; `pocket`: friction coefficient.
     """
 
     rolling: Any
@@ -39,7 +39,7 @@ def rolling_speed(slices, cage, shaft):
 
 @kernel_part
 def thermal_share(heating, rolling):
-    """Compute the share of film and resistance left by shear heating: 3.94 / (3.94 + L^0.62), L = heating rolling^2."""
+    """Compute shear heating's factor on film and resistance, 3.94 / (3.94 + L^0.62); L: `heating` `rolling`^2."""
     return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
 
 

@@ -37,7 +37,7 @@ MOST_LOADED = 5.0  # largest over mean roller load of a bearing with clearance, 
 
 
 class RaceSearch(NamedTuple):
-    """Limits for finding the points of one race that a roller may touch.
+    """Constants for finding the points of one race that a roller may touch.
 
     `spacing`: smallest distance of neighbouring points [m]; `clearance`: smallest gap between a roller that just
     touches and a point one spacing aside [m]; `own_middle`, `own_half`: middle and half width, counted in points, of
@@ -53,9 +53,9 @@ class RaceSearch(NamedTuple):
 class Races(NamedTuple):
     """Point clouds of both raceways for the kernels, outer race first, in windows; see `point_cloud.Windows`.
 
-    `points`, [2, W windows, col.POINT_ROWS, candidates]: at the end a spare window for each damaged roller; None if
-    contacts are slices; `starts`: [2, W, 4]; `window_of`: [2 races, 2 rows, points]; `highest`: [2, W] [m]; `plain`:
-    number of windows of undisplaced points; `height`: largest distance of a point from the mid-plane [m].
+    `points`, [2, W windows, rows, candidates]: the last windows spare for damaged rollers; None if contacts are slices;
+    `starts`, [2, W, 4]: first candidates of circles; `window_of`, [2, 2 rows, points]: each point's window; `highest`
+    displacement, [2, W]; `plain`: number of windows of undisplaced points; `height`: largest distance from mid-plane.
     """
 
     points: Any
@@ -225,7 +225,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
-    """Build the `Races` of a scene: windows of points with `spares` for damaged rollers, and limits of the search."""
+    """Build the `Races` of a scene: windows of points, `spares` more for damaged rollers, constants of the search."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
@@ -312,7 +312,7 @@ def _drive(scene: Scene) -> Drive:
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Convert the rollers' defects to an array for the kernels, one row per defect, shape [D, col.DEFECT_COLUMNS]."""
+    """Convert the rollers' defects to an array for the kernels, one row per defect; for its columns see `columns`."""
     rows, count = [], geometry.rollers_per_row
     for d in scene.defects:
         if d.kind is Fault.ROLLER:

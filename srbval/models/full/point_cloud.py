@@ -39,7 +39,7 @@ def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
 def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
     """Compute a circle of points of the inner raceway at p times the tilt angle alpha (the paper's eq. 17, corrected).
 
-    The radius is C_x **minus** R_x cos(p alpha); with the printed plus, the inner raceway would be outside the outer.
+    R cos(p alpha), R the profile's radius, is subtracted; the printed plus puts the inner race outside the outer.
     """
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(geometry.inner_centre_radial_m - radius * c, geometry.inner_centre_axial_m - radius * s, c, s)
@@ -58,7 +58,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """Place `count` evenly spaced points on a circle (eq. 16), displaced by `defects`; angles begin at `zone_rad`."""
+    """Place `count` evenly spaced points on a circle (eq. 16), displaced by `defects` (angles from `zone_rad`)."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -103,8 +103,8 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
     """Compute how many points on either side of the nearest one a roller touches if it is `DEPTH_LIMIT_M` deep.
 
-    A point at distance x along the race is x^2/2 (1/r + 1/R) clear of a roller that just touches the race (circles with
-    parallel axes; R is negative for the concave outer race). Points may be up to `highest_m` above the race.
+    A point at distance x along the race is x^2/2 (1/r + 1/R) clear of a roller that just touches the race, with the
+    roller's radius r and the race's R, negative for the outer race. Points may be up to `highest_m` above the race.
     """
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     reach_m = math.sqrt(2 * (DEPTH_LIMIT_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))

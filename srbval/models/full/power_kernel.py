@@ -1,12 +1,12 @@
 """Kernels: torque and powers of the forces that an implicit step applies.
 
-Forces F are evaluated at speeds v. Friction and contact damping D, linear in the speeds, then move the bodies (masses
-M) as at v + x: M k = F(v) - D x, with the accelerations k. The shaft's motion is prescribed, so no equation contains
-its torque; it follows from the shaft's own row d of D. With u = (v, shaft speed W) the losses are u D u:
+Forces F are evaluated at speeds v, but friction and contact damping act at v + x, after a change x of the speeds: with
+masses M, damping matrix D and accelerations k, M k = F(v) - D x. The shaft's motion is prescribed, so no equation
+contains its torque; it follows from the shaft's row d of D. With u = (v, shaft speed W) the losses are u D u:
 
     torque on the shaft = torque at v - d x,   losses = losses at v + (2 v + x) D x + 2 W d x,   D x = M (a - k)
 
-with the accelerations a at v. Evaluated at v alone, the drive's power is 26 % too large in the paper's scene and step.
+with the accelerations a at v. Without the terms in x, the drive's power is 26 % too large in the paper's scene.
 """
 
 import numpy as np
@@ -18,11 +18,10 @@ from srbval.models.jit import kernel_part
 
 @kernel_part
 def shaft_row(model, factors):
-    """Compute the damping torque on the shaft per slide, spin and cage rate: the shaft's row of D, sign reversed.
+    """Compute the torque of contact damping on the shaft per unit of each slide rate, spin and cage rate.
 
-    D is the matrix of `damping_kernel`. The results are stored in the workspace and in the row `SHAFT_ROW` of
-    `factors`. A turning shaft moves the inner race by (0, L z_z, -L y_z) past a roller and turns it by (., y_z, z_z),
-    with the components y_z and z_z of the slot's axes along the shaft.
+    It is the shaft's row of the damping matrix (see `damping_kernel`), sign reversed. The values for slides and spins
+    are stored in the workspace, those for the cage in the row `SHAFT_ROW` of `factors`.
     """
     space, second = model.scratch.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0

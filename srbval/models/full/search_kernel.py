@@ -69,20 +69,20 @@ def plan_contacts(slots, races, space, plan, count):
 
 @kernel_part
 def plan_group(plan, row, race, window, first):
-    """Enter in `plan` that the `LANES` contacts from column `first` on use the race points of `window`."""
+    """Enter in a `row` of `plan` that `LANES` contacts from column `first` on use the points in `window` of `race`."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
 @kernel_part
 def plan_copy(plan, row, column, points):
-    """Enter in `plan` that the contact in `column` is to be copied, and how many race points it needs."""
+    """Enter in a `row` of `plan` that the contact in `column` is to be copied and needs `points` per circle."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Enter in `plan` the groups of a race's copied contacts, each with the most points that one of them needs."""
+    """Add the groups of a race's copied contacts to the `groups` in `plan`; returns the new number of groups."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -135,7 +135,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """Choose the fastest number of points per circle for a lane group; returns it and the largest number needed.
+    """Choose the number of points per circle that computes a lane group fastest; also returns the largest needed.
 
     Contacts that need more points are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
     """
@@ -191,7 +191,7 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Turn the race axes of contact column `original` to the middle of its window of points, into column `copy`."""
+    """Turn a contact's race axes to its window of points, from column `original` to `copy`; see `angle_to_window`."""
     m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
     n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)

@@ -32,7 +32,7 @@ def turn_of_second(y, at, second):
 
 @kernel_part
 def cage_angle(second, cosine, sine, turned, side):
-    """Returns cosine and sine of the angle of the cage that guides a roller on this `side` (1: row 1, -1: row 2)."""
+    """Returns cosine, sine of the cage angle on `side` (1: row 1, -1: row 2); `turned`: from `turn_of_second`."""
     if second is None:
         return cosine, sine
     return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
@@ -40,7 +40,7 @@ def cage_angle(second, cosine, sine, turned, side):
 
 @kernel_part
 def roller_angle(second, angle, turned, side):
-    """Compute the angle of a roller on this `side` [rad] from `angle`, its angle if row 1's cage guided it."""
+    """Add a second cage's relative angle to a roller's `angle` [rad], if in row 2; `turned`: from `turn_of_second`."""
     if second is None:
         return angle
     return angle + turned[2] if side < 0.0 else angle
@@ -48,7 +48,7 @@ def roller_angle(second, angle, turned, side):
 
 @kernel_part
 def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
-    """Convert the angular velocity `w_x`, `w_z` of row 1's cage to that of a roller's cage, slot axes [rad/s]."""
+    """Convert x and z of row 1's cage's angular velocity to those of the cage on `side`, in slot axes [rad/s]."""
     if second is None:
         return w_x, w_z
     return (w_x - turned[3] * tilt_sine, w_z + turned[3] * tilt_cosine) if side < 0.0 else (w_x, w_z)
@@ -56,9 +56,9 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Compute torques on the second cage's relative angle and both cages [N m], minus the rate's gyroscopic terms.
+    """Compute the torque on a second cage's relative angle, and reduce `torque_on_cages` by gyroscopic terms [N m].
 
-    Also fills the relative rate's inertia in `totals`. `torque_on_cages` and the cages' `axis`: x, y, z, world axes.
+    Also fills the relative angle's inertia in `totals`. `torque_on_cages` and the cages' `axis`: x, y, z, world axes.
     """
     if second is None:
         return 0.0, torque_on_cages
@@ -108,7 +108,7 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
 
 @kernel_part
 def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
-    """Eliminate a second cage's relative rate; returns torque on the cages and inertia (xx, yy, zz, xy, xz, yz)."""
+    """Returns the cages' torque and inertia (xx, yy, zz, xy, xz, yz) after elimination of the relative rate."""
     if second is None:
         return on_cages, inertia
     g_x, g_y, g_z = on_cages
@@ -139,7 +139,7 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 @kernel_part
 def relative_border(second, weight, model, totals, factors):
-    """Compute the row of a second cage's relative rate in the matrix M / `weight` + D, in `factors`, see `factor`.
+    """Compute the row of a second cage's relative rate in the matrix that `damping_kernel.factor` factors.
 
     Returns the diagonal entry. Row 2's rollers turn about their own axes at `tilt_cosine` times the relative rate.
     """
@@ -181,7 +181,7 @@ def relative_border(second, weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Compute the right-hand sides of the cages (`g0` to `g2`, corrected) and of a second cage's relative rate."""
+    """Returns right-hand sides of an implicit step: cages (`g0` to `g2`, corrected), a second cage's relative rate."""
     if second is None:
         return g0, g1, g2, 0.0
     space, per = model.scratch.space, 1.0 / weight
@@ -215,7 +215,7 @@ def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
 
 @kernel_part
 def relative_energy(second, turned, along):
-    """Compute twice the energy added by a second cage's relative rate [J]; `along`: axial speed of cage 1 [rad/s]."""
+    """Compute twice the energy [J] that a second cage's relative rate adds; `along`: cage 1's speed about its axis."""
     if second is None:
         return 0.0
     return second.axial * turned[3] * (2.0 * along + turned[3])

@@ -1,8 +1,8 @@
 """Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008).
 
 A slice of a race is in the roller's meridian, or at the edge of an opening in the race, see `foot_of_slice`. Its gap to
-the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w the gap is linear: with the
-penetration running from e_2 to e_1, e_1 - e_2 = s, and the law q = k e^(10/9) of a line contact per length,
+the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w the penetration is linear,
+from e_2 to e_1 = e_2 + s; with the force per length q = k e^(10/9) of a line contact at the penetration e,
 
     force  F = (9/19) k w / s (e_1^(19/9) - e_2^(19/9)),  its slope dF/de = k w / s (e_1^(10/9) - e_2^(10/9)),
     energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)).
@@ -90,13 +90,13 @@ def ninth_root(x, inverse):
 def slice_spring(stiffness, depth, spread, bend, least):
     """Compute a slice's force [N], stiffness [N/m], twice its energy [J], touching share, and offset of its load.
 
-    `stiffness`: k w [N/m^(10/9)]; `depth`: mean penetration; `spread`: difference of it between the ends; `bend`:
-    curvature of the gap along the roller times w^2; `least`: smallest spread, above 0; all lengths in m. The offset is
-    the distance of the load's middle from the slice's middle towards the deeper end, over the slice's width w.
+    `stiffness`: force over penetration^(10/9); `depth`: mean penetration; `spread`: its difference between the ends;
+    `bend`: curvature of the gap along the roller times the width squared; `least`: smallest spread, above 0; in N, m.
+    The offset is the distance of the load's middle from the slice's middle towards the deeper end, over the width.
 
     If a slice touches on a share t of its width, a line replaces the bent gap: lower by bend (1 - t^2) / 12 at the
-    deeper end, flatter by bend (1 - t) / 2. With the deepest penetration e and r = spread / e, at most 1, e^(19/9) - (e
-    - r e)^(19/9) is r e^(19/9) times a polynomial in r, and so on: all results need one root.
+    deeper end, flatter by bend (1 - t) / 2. With the deepest penetration e and r = spread / e, at most 1, all results
+    are powers of e times polynomials in r, so that they need only one ninth root.
     """
     e = depth + 0.5 * spread
     t = e / spread
@@ -123,7 +123,7 @@ def friction_of_slice(law, slip, more):
     """Compute the friction coefficient over slip [s/m], averaged from `slip` - `more` to `slip` + `more`; both above 0.
 
     The paper's eq. (19) is a ramp to the static coefficient, minus a ramp half as wide by which it falls to the dynamic
-    coefficient; the average is the difference of the integral over the range.
+    coefficient; the average is its integral over the range, divided by the range.
     """
     critical = law.critical_velocity
     high, low = slip + more, abs(slip - more)

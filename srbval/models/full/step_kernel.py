@@ -21,7 +21,7 @@ from srbval.models.jit import inlined, kernel_part
 class WorkingSpace(NamedTuple):
     """Arrays in which a step is computed, and the running mean over an output interval.
 
-    `rates`, [stages, size], `trial` and `braked`, [size]: parts of a step; `factors`, [col.FACTOR_ROWS, BORDER], and
+    `rates`, [stages, size], `trial` and `braked`, [size of the state]: parts of a step; `factors`, [rows, 6], and
     `frozen`, [col.TOTALS]: factored matrix of cage and ring, and the totals from which it was computed; `totals` of the
     latest evaluation and their `mean`, see `add_to_mean`, both [col.TOTALS]; `ahead`, [size]: change of velocities
     predicted by the leapfrog's step before, zeros at the start of a run.
@@ -103,8 +103,8 @@ def runge_kutta_step(y, t, step, method, model, work):
 def rosenbrock_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a Rosenbrock method; add forces and powers to `work.mean`.
 
-    With equal weights of the stages, the mean force acts at each stage's speeds plus the stage's solution u (argument
-    `beyond` of `add_implicit_powers`).
+    Powers are those at each stage's speeds plus the change that the stage's linear equations give, where the mean
+    force acts if all stages have equal weights; see `add_implicit_powers`.
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
@@ -144,12 +144,12 @@ def rosenbrock_step(y, t, step, method, model, work):
 def leapfrog_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a leapfrog `method`; add forces and powers to `work.mean`.
 
-    `ahead` of `work`: predicted change of the velocities, at which forces are linearised; it is updated for the next
-    step. With x the velocities minus the predicted velocities, a their accelerations and J the damping, the equation is
-    x' = a + J x from x = -ahead. The rollers' angles move in the middle of the step, with the mean of both velocities;
-    if no roller is damaged or wavy, no force depends on these angles, and the predicted velocities suffice. The mean
-    force of the step acts at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead for two solutions k1 and k2 of the linear
-    equations, at gamma h k1 - ahead for one: the argument `beyond` of `add_implicit_powers`.
+    Forces are linearised at predicted velocities: those at the start plus `work.ahead`, which is updated for the next
+    step. With x the velocities minus the predicted ones, a the accelerations at the predicted ones and J their
+    derivative by the velocities (friction, damping), the equation is x' = a + J x, from x = -ahead. If a roller
+    is damaged or wavy, rollers turn half a step before the forces are evaluated and half a step at the end; otherwise
+    no force depends on their angles, and they turn at the predicted velocities. Powers are those at the velocities at
+    which the step's mean force acts, see `beyond` of `add_implicit_powers`.
     """
     size = y.shape[0]
     b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead

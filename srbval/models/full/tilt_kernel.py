@@ -2,9 +2,9 @@
 
 Without friction a contact's force acts on the line through the centres of the two arcs that touch. For a roller in
 balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through the centres
-of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. With this line along x',
+of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. With the tilted roller's x along it,
 
-    tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift w = o_z cos(tilt) - o_x sin(tilt)  along  z'
+    tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift along the tilted roller's axis = o_z cos(tilt) - o_x sin(tilt)
 
 turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; slices keep
 their place along the roller. The columns' frames then belong to the roller. Without skew, friction has no component
@@ -68,8 +68,8 @@ def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
 def sums_in_slots(free, model, slots):
     """Transform the rollers' forces, and the inner race's torque, from tilted frames to slot axes at the slot's centre.
 
-    The outer race's torque is set so that the sum of both torques acts on the cage about x and y, and on the roller's
-    spin about z; a couple about the slot's z is left for the cages. No effect if rollers are fixed (`free` is None).
+    The outer race's torque is set so that the sum of both races' torques is what acts on the cage about x and y and on
+    the roller's spin about z; a further couple on the cages about z is stored. No effect if `free` is None.
     """
     if free is None:
         return
@@ -87,7 +87,7 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Transform the force of contact `j` to slot axes; returns its torque [N m] about x', through the slot's centre."""
+    """Turn the force of contact `j` to slot axes; returns the contact's torque [N m] about the tilted roller's x."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y
