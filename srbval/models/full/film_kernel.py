@@ -125,7 +125,7 @@ def film_on_race(film, law, race):
 
 @kernel_part
 def film_drag(film, sagging, normal, length, square, more):
-    """Compute friction force over slip [N s/m] of a slice in an oil film, in single precision, which is faster.
+    """Compute friction force over slip [N s/m] of a slice in an oil film, in single precision to be fast.
 
     `film`: from `film_on_race`; `sagging`: half the curvature of the gap along the race [1/m]; `length` of contact [m];
     `square` of the slip; `more`: difference in slip between the slice's middle and its ends [m/s].

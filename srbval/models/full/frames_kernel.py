@@ -253,7 +253,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
     """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
 
     `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: additional depth
-    within the averaging time of an onset [m]; `aside`: largest offset of race and slot along the race [m]; `angle` of the
+    within the averaging time of an onset [m]; `aside`: largest offset of race and slot along race [m]; `angle` of the
     roller from the race's first point [rad]; `here`: True if the slot contains a roller; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M

@@ -54,7 +54,7 @@ def rate_power(rate):
 
 @kernel_part
 def resist_rolling(space, j, short, full):
-    """Add rolling resistance to the torque of contact `j`; returns its power [W]. `short`, `full`: see `OilLaw`."""
+    """Add rolling resistance to the torque of contact `j`; returns its power [W]. `short`, `full`: `OilLaw.rolling`."""
     root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
     shorter, longest = short * root, full * math.sqrt(root)
     rate = space[col.W_Z + j]

@@ -225,7 +225,7 @@ def drift(y, step):
 
 @kernel_part
 def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
-    """Compute the rates of the cage's three gimbal angles [rad/s] from two angles and the cage's world velocity `w`."""
+    """Compute the rates of the cage's gimbal angles [rad/s] from two of them and its angular velocity in world axes."""
     tilt = cage_tilt(tilt_x, tilt_y)
     w_z, rate_y = tilted_about_x(tilt, w_y, w_z)
     about = w_z / tilt.cos_y
