@@ -54,7 +54,7 @@ class Races(NamedTuple):
     """Point clouds of both raceways for the kernels, outer race first, in windows; see `point_cloud.Windows`.
 
     `points`, [2, W windows, rows, candidates]: the last windows spare for damaged rollers; None if contacts are slices;
-    `starts`, [2, W, 4]: first candidates of circles; `window_of`, [2, 2 rows, points]: each point's window; `highest`
+    `starts`, [2, W, 4]: circles' first points, end; `window_of`, [2, 2 rows, points]: each point's window; `highest`
     displacement, [2, W]; `plain`: number of windows of undisplaced points; `height`: largest distance from mid-plane.
     """
 

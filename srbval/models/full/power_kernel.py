@@ -21,7 +21,7 @@ def shaft_row(model, factors):
     """Compute the torque of contact damping on the shaft per unit of each slide rate, spin and cage rate.
 
     It is the shaft's row of the damping matrix (see `damping_kernel`), sign reversed. The values for slides and spins
-    are stored in the workspace, those for the cage in the row `SHAFT_ROW` of `factors`.
+    are stored in the workspace, those for the cages in the row `SHAFT_ROW` of `factors`.
     """
     space, second = model.scratch.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0

@@ -48,7 +48,7 @@ def roller_angle(second, angle, turned, side):
 
 @kernel_part
 def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
-    """Convert x and z of row 1's cage's angular velocity to those of the cage on `side`, in slot axes [rad/s]."""
+    """Convert the angular velocity `w_x`, `w_z` of row 1's cage to that of the cage on `side`, slot axes [rad/s]."""
     if second is None:
         return w_x, w_z
     return (w_x - turned[3] * tilt_sine, w_z + turned[3] * tilt_cosine) if side < 0.0 else (w_x, w_z)
