@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb outside the search windows, `off_pct` [%] from line `name`, as expected at the speed `shaft_hz`."""
+    """Comb outside the windows, `off_pct` [%] from line `name`: it is that line if the shaft turns at `shaft_hz`."""
 
     name: str
     found_hz: float
