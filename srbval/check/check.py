@@ -110,7 +110,7 @@ def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
 
 
 def _probe_full() -> ProbeOutputs:
-    """Compute regression-check numbers of the point-cloud model for two roller fits and several solvers."""
+    """Compute regression-check numbers of the point-cloud model for roller fits play and printed, and more solvers."""
     found = _probe_model("full", "paper", fits=("play", "printed"))
     own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
     for solver in PROBED_SOLVERS:

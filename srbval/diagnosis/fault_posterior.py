@@ -170,7 +170,7 @@ def log_likelihood(
 
     `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
     visible in only one of them. `lines` is, by part, 0 without a peak at its line, 1 for a peak that neither noise nor
-    a healthy record explains, 2 for a peak risen over a healthy record's; `stands` is true if there is any such peak.
+    a healthy record explains, 2 for a peak risen over a healthy record's; `stands` is true if any line has 1 or 2.
     `elsewhere` are the scores at a shaft speed that fits the record, but is outside the stated tolerance: if another
     comb is strongest there, a fault of an unknown part is more likely.
     """

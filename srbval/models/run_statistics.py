@@ -1,4 +1,4 @@
-"""Running sums over a run, from which status, results and balances are computed without its signals."""
+"""Running sums over a run, from which status, results, energy and force balances are computed without its signals."""
 
 import math
 import time

@@ -93,7 +93,7 @@ class Prose:
         explore: Explore | None = None,
         **values: Any,
     ) -> Figure:
-        """Make a figure with the caption, alternative text and label from the file; `id` is `name` by default."""
+        """Make a figure with the caption, alternative text and label in `texts.md`; `id` is `name` by default."""
         source = blocks.Badge(badge) if badge else None
         return Figure(
             id=id or name,

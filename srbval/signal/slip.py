@@ -68,7 +68,7 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor on a weak line's interval for a chance `steady` of no slip; `wide` is its width over that of noise."""
+    """Correct a weak line's interval: factor by probability `steady` of no slip and by `wide`, its width / noise's."""
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
     return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))

@@ -225,7 +225,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
-    """Build the `Races` of a scene: windows of points, `spares` more for damaged rollers, constants of the search."""
+    """Build the `Races` of a scene: race points in angular windows, of which `spares` are kept for damaged rollers."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]

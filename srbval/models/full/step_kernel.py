@@ -234,7 +234,7 @@ def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
 
 @kernel_part
 def turn_rollers(y, step, model):
-    """Advance the rollers' angles relative to their slots by `step` [s] with the rates in `y`."""
+    """Advance the rollers' rotation angles about their own axes by `step` [s] with the rates in `y`."""
     half = y.shape[0] // 2
     n = (half - 6) // 2
     at = state_indices(n, half)

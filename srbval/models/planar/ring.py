@@ -46,7 +46,7 @@ RING_BALANCE_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """Planar ring model of a scene; `kernel`: parameters of the integration, `plain`: table of an undamaged roller.
+    """Planar ring model of a scene; `kernel`: integration parameters, `plain`: force table of an undamaged roller.
 
     `defect_of`: index in `scene.defects` of each row of `kernel.defects`. `own_step`: True if the longest step is
     computed from the model, False if it is `LONGEST_STEP_S`.

@@ -45,7 +45,7 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """Return "yes" if BPFO + BPFI in shaft orders equals the number of rollers, else "no" or "no interval"."""
+    """Put the check of BPFO + BPFI = number of rollers into a word; "no interval" if its uncertainty is unknown."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 
