@@ -165,7 +165,7 @@ def test_noise_above_every_band_is_not_amplified():
 
 @pytest.mark.parametrize(
     ("unit", "derivative", "said"),
-    [("m/s2", 1, "in m/s2; it must be 1 for mm/s or 2 for um"), ("mm", 1, "samples in um;"), ("m/s", 2, "in mm/s;")],
+    [("m/s2", 1, "in m/s2; use 1 for mm/s or 2 for um"), ("mm", 1, "samples in um;"), ("m/s", 2, "in mm/s;")],
 )
 def test_a_derivative_that_contradicts_the_unit(tmp_path, unit, derivative, said):
     with pytest.raises(DataError, match=said):
