@@ -39,7 +39,7 @@ def rolling_speed(slices, cage, shaft):
 
 @kernel_part
 def thermal_share(heating, rolling):
-    """Compute shear heating's factor on film and resistance, 3.94 / (3.94 + L^0.62); L: `heating` `rolling`^2."""
+    """Compute shear heating's factor on film and resistance, 3.94 / (3.94 + L^0.62), L = heating rolling^2."""
     return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
 
 
