@@ -139,8 +139,8 @@ def write_campaign_table(folder: Path, table: CampaignTable) -> None:
     if not own and any(os.path.lexists(path) for path in (file, folder / RESULTS_CSV)):
         raise ConfigurationError(
             f"{folder}: its {CAMPAIGN_JSON} or {RESULTS_CSV} belongs to another campaign than {name!r}; nothing was "
-            "changed. Choose another folder with -o. If both are damaged files of this campaign, delete them and run "
-            "it again: the results of its cases are kept."
+            "changed. Choose another folder with -o; or, if these are damaged files of this campaign, delete both and "
+            "run it again: the results of its cases are kept."
         )
     with atomic_write(file) as part:
         part.write_bytes(json.dumps(to_json(table)).encode())

@@ -142,8 +142,8 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
             f"{' and '.join(unscaled)}: samples are whole numbers of a converter without a scale, so levels cannot be "
-            "compared. State the full scale (or 1) in the given unit with --scale F for the record, --healthy-scale F "
-            "for the healthy record; or give --unit unknown, to compare modulations relative to the mean."
+            "compared. State the value of one count (WAV files: of full scale) in the given unit: --scale F for the "
+            "record, --healthy-scale F for the healthy record. --unit unknown compares only shares of the mean."
         )
     found = analyse_by_parts(healthy, analysis.bearing, band_hz=processed.band_hz)
     compared = (

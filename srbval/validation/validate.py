@@ -212,7 +212,7 @@ def _read_and_compare(
     sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
     scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None
     if (scene is not None and scene.file) or any(source.scene for source in sources.values()):
-        raise ConfigurationError("name files or a scene for the simulated side, and only files for the measured.")
+        raise ConfigurationError("the simulated side needs either files or a scene, the measured side files.")
     loaded = {side: load_files(source, case.folder, side) for side, source in sources.items()}
     if empty := next((side for side, files in loaded.items() if not files), None):
         raise ConfigurationError(f"{empty} side: no file is named; give at least one.")

@@ -215,7 +215,7 @@ def test_nothing_simulated_passes_as_measured(tmp_path):
         ({"simulated.fs_hz": None}, DataError, "--set simulated.KEY=VALUE"),
         ({"simulated.state": "inner"}, ConfigurationError, "inner, but the pair of files that contains it states"),
         ({"bearing": "orders 0,0,0,0"}, ConfigurationError, "orders"),
-        ({"simulated.scene": "rig"}, ConfigurationError, "name files or a scene"),
+        ({"simulated.scene": "rig"}, ConfigurationError, "needs either files or a scene"),
     ],
 )
 def test_bad_input_is_refused_with_its_reason(changes, error, said, tmp_path):
