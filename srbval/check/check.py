@@ -5,8 +5,8 @@ scenes or shipped recordings and returns some tens of numbers, together called t
 within a tolerance with the file ``reports/fingerprint.json``, see `srbval.storage.stored_result`. The fingerprint
 changes with a constant of a model, but not if a function is renamed.
 
-In scenes with play the rollers rattle, and a small change of the motion doubles every 2 ms. Such scenes are run from
-rest for 12 ms, in which rounding errors grow from 1e-16 to 1e-13. Scenes without play are run for 50 ms.
+In scenes whose roller diameter follows from the radial play, unloaded rollers rattle, and a small change of the motion
+doubles every 2 ms. Such scenes are run from rest for only 12 ms, so that rounding errors stay below the tolerance.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 
 
 def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
-    """Yield a model's named regression-check scenes; `axes` may set roller `fits`, `states`, `seconds`, `changes`."""
+    """Yield scenes with names; `axes`: rules for roller diameters (`fits`), bearing `states`, `seconds`, `changes`."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
         common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
@@ -81,7 +81,7 @@ def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Sce
 
 
 def _numbers_of_run(run: Run) -> ProbeOutputs:
-    """Return status, cage ratio, load share, power, displacement, vibration and time-step errors of a run."""
+    """Return a run's status, cage ratio, rollers' share of the load, power, displacement, vibration, step errors."""
     along, fs_hz = along_sensor(run.acceleration_m_s2), run.scene.output_rate_hz
     found: ProbeOutputs = {
         "status": run.status.value,
@@ -110,7 +110,7 @@ def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
 
 
 def _probe_full() -> ProbeOutputs:
-    """Compute regression-check numbers of the point-cloud model for roller fits play and printed, and more solvers."""
+    """Compute regression-check numbers of the point-cloud model, for two roller diameters and several solvers."""
     found = _probe_model("full", "paper", fits=("play", "printed"))
     own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
     for solver in PROBED_SOLVERS:
@@ -178,7 +178,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute for the regression check cage ratios of shipped recordings, and sums of numbers in two input files."""
+    """Compute cage ratios of shipped recordings, and weighted sums of two TOML files, for the regression check."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -269,7 +269,7 @@ def reference_path() -> Path:
 
 
 def write_reference(now: Fingerprint) -> None:
-    """Replace the reference by the fingerprint `now`; raises `ConfigurationError` if a cage ratio is not finite."""
+    """Replace the reference fingerprint by `now`; raises `ConfigurationError` for a cage ratio of NaN or infinity."""
     for part, values in now.items():
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):

@@ -1,11 +1,12 @@
 """Configuration of Sphinx, which builds the documentation: ``sphinx-build -W -q srbval/docs FOLDER``.
 
-A page ``api/ROOM.md`` describes a subpackage; its line `MODULES` becomes the reference of the modules, from the
-docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of all commands with their options
-and `SCENE_KEYS` a list of the keys of a scene file. A page `notebooks/NAME.md` contains the stored notebook `NAME` with
-its output. An expression such as `{{ amplitudes.counts.locked.of }}` becomes a number of a stored result, see
-`stored_numbers`. A line `PICTURE alt text` in the guide becomes the picture that the preceding command or Python
-example draws from the shipped recordings. Formulas become MathML, which browsers display without a network.
+A page ``api/NAME.md`` describes the subpackage `NAME`. Its line `MODULES` becomes the reference of the subpackage's
+modules, made from their docstrings. On other pages in ``api``, a line `NAMES` becomes a list of the package's public
+names, `COMMANDS` a list of all commands with their options, `SCENE_KEYS` a list of the keys of a scene file. A page
+``notebooks/NAME.md`` contains the stored notebook `NAME` with its output. An expression such as
+`{{ amplitudes.counts.locked.of }}` becomes a number of a stored result, see `stored_numbers`. A line `PICTURE alt text`
+on a page in ``guide`` becomes the picture that the preceding command or Python example draws from the shipped
+recordings. Formulas become MathML, which browsers display without a network.
 """
 
 import argparse
@@ -100,7 +101,7 @@ myst_substitutions = stored_numbers()
 
 
 def modules_of(room: str) -> list[str]:
-    """List the dotted names of all modules of the subpackage or module `room`, each package before its modules."""
+    """List dotted names of all modules of `room`, a subpackage or module of srbval, each package before its modules."""
     files = [p.relative_to(PACKAGE.parent) for p in (PACKAGE / room).rglob("*.py")] or [Path("srbval", f"{room}.py")]
     return sorted(".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files)
 
@@ -135,7 +136,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """Run example code (`kind`: python or sh) beside the shipped recordings; return its picture `file` as HTML."""
+    """Run example code (python or sh) in a copy of the recordings' folder; return its picture `file` as HTML."""
     import matplotlib
 
     from srbval.cli import run_command_line

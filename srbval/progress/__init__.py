@@ -1,8 +1,8 @@
 """Progress of work: one type of callback for the whole package, and its display on standard error.
 
 A function that takes long has the option ``progress: Progress = silent``. It calls `progress` with the name of the task
-and the fraction that is done. `ProgressDisplay` is a callback that displays the progress: on a terminal in one line,
-elsewhere in at most ten lines per task. All callbacks may be called from several threads.
+and the fraction that is done, None if unknown. `ProgressDisplay` is a callback that displays the progress: on a
+terminal in one line, elsewhere in at most ten lines per task. All callbacks may be called from several threads.
 """
 
 import contextlib
@@ -71,7 +71,7 @@ class ProgressDisplay:
             self._write("")
 
     def __call__(self, task: str, fraction: float | None) -> None:
-        """Store and display the progress of a task."""
+        """Store and display the progress of a task; for `fraction` see `Progress`."""
         now = time.monotonic()
         with self._lock:
             if task not in self._running:
@@ -96,7 +96,7 @@ class ProgressDisplay:
                     self._report_if_due(task)
 
     def _report_if_due(self, task: str) -> None:
-        """Write a progress line of `task` if the last one is old enough and, in a log, the task has advanced enough."""
+        """Write a progress line of `task` if the last is old and, except on a terminal, the task has advanced."""
         now, (fraction, started_at, reported_at, count) = time.monotonic(), self._running[task]
         elapsed = now - started_at
         if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:

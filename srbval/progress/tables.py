@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 
 def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Table of aligned columns as text; numbers are aligned to the right and have six digits."""
+    """Table of aligned columns as text; numbers are aligned right, with six significant digits."""
     texts = [[_text(value) for value in row] for row in rows]
     widths = [
         max(len(title), *(len(row[i]) for row in texts)) if texts else len(title) for i, title in enumerate(columns)
@@ -29,7 +29,7 @@ def format_uncertain(value: float | None, ci95: float | None) -> str | None:
 
 
 def text_rows(rows: Sequence[Mapping[str, object]], columns: Mapping[str, str] | None = None) -> str:
-    """Table of the rows as text; `columns` maps titles to keys (default: all keys), numbers have four digits."""
+    """Table of the rows as text; `columns` maps titles to keys (default: all keys); four significant digits."""
     shown = columns or {key: key for key in rows[0]} if rows else {}
     values = ([row[key] for key in shown.values()] for row in rows)
     return text_table(tuple(shown), [[float(f"{v:.4g}") if isinstance(v, float) else v for v in row] for row in values])

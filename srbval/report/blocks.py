@@ -234,7 +234,7 @@ Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | ReportTa
 class VerdictBox:
     """Main result at the top of the page: headline, short line above it (`kicker`), list of `points`, figure.
 
-    `blocks` follow below the headline; on the HTML page they replace `points` and `figure`.
+    `blocks` follow below the headline; if there are any, the HTML page omits `points` and `figure`.
     """
 
     tone: Tone

@@ -72,7 +72,7 @@ def require_typst() -> Any:
     try:
         import typst
     except ImportError:
-        raise MissingLibraryError("the PDF (--no-pdf leaves it out)", "typst") from None
+        raise MissingLibraryError("writing a PDF (--no-pdf omits the PDF)", "typst") from None
     return typst
 
 

@@ -97,7 +97,7 @@ class Oil(Limited):
         """Compute ln(viscosity under pressure / viscosity without pressure) by C. Roelands 1966, see page "Oil".
 
         As in Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the
-        same constants in Stachowiak & Batchelor); `pressure_viscosity_1_pa` determines its exponent.
+        same constants in Stachowiak & Batchelor); `pressure_viscosity_1_pa` sets the exponent of this law.
         """
         scale = math.log(self.viscosity_pa_s) + ROELANDS_LOG
         exponent = self.pressure_viscosity_1_pa * ROELANDS_PA / scale

@@ -21,10 +21,10 @@ CLOSEST_S = 1e-9  # least time between two entries of a profile: below it the sl
 
 @dataclass(frozen=True, kw_only=True)
 class Housing(Limited):
-    """Housing: point mass on the outer ring, spring and damper to ground in all three directions.
+    """Housing: point mass on the outer ring, and a spring and a damper from the ring to ground, in all directions.
 
-    The paper uses mass, spring and damper, with the load path `housing`. With the load path `bearing` the spring has no
-    effect; a scene may state a damper for the power that the structure around the ring absorbs.
+    The scene's key ``load.path`` decides which of them act. With ``housing``, as in the paper, all three act. With
+    ``bearing`` the spring does not act, and the damper represents power lost in the structure around the ring.
     """
 
     mass_kg: float = quantity("mass", least=0)
@@ -34,12 +34,12 @@ class Housing(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Bodies(Limited):
-    """Masses: density of rollers and outer ring, mass of one cage, or of two together (not in the paper).
+    """Masses: density of rollers and outer ring, mass of the cage, or of both cages together.
 
-    Two `cages`, one for each row, turn independently and tilt together. `row_stagger`: angle of row 2 ahead of row 1 in
-    the cage, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest random distance of a roller from the
-    middle of its cage pocket along the pitch circle (uniform distribution). Only the models full, line and slices use
-    cages, stagger and offset. `free_rollers`: rollers tilt and slide along their axes (slices model only).
+    `cages`: 1, as in the paper, or 2, one for each row; two cages turn independently but tilt together. `row_stagger`:
+    angle of row 2 ahead of row 1, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest random distance of
+    a roller from the middle of its cage pocket along the pitch circle (uniform distribution). Only the models full,
+    line and slices use cages, stagger and offset. `free_rollers` (slices only): rollers tilt and slide axially.
     """
 
     density_kg_m3: float = quantity("density", above=0)
@@ -59,10 +59,10 @@ class RollerFit(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Contact(Limited):
-    """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
+    """Contact between a roller and a point of a raceway (paper, eqs 18 and 19, Table 4).
 
-    A race has circles of `points_per_circle` points; `stiffness_n_m` and `damping_ns_m` are per point. `radial_play_m`
-    is the gap between the raceways at a roller, minus the roller's diameter.
+    The paper replaces a raceway by three circles of `points_per_circle` points for each row of rollers; `stiffness_n_m`
+    and `damping_ns_m` are per point. `radial_play_m` is the gap between the raceways minus the roller's diameter.
     """
 
     stiffness_n_m: float = quantity("stiffness", above=0)
@@ -154,8 +154,8 @@ class Defect(Limited):
     defect is the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in
     the rolling direction with the given `shape`; `refinement` times as many points, each with proportionally less
     stiffness, may replace the race's points there. `angle_rad`: angle of the defect's middle at time zero, on a race
-    from the middle of the load zone, on a roller about its axis from its slot's outward direction. `row` is 1 (+z) or
-    2, `circle` 1 to 3; `roller` counts from 1, for a roller's defect.
+    from the middle of the load zone, on a roller about the roller's axis from the side away from the shaft. `row` is 1
+    (+z) or 2, `circle` 1 to 3; `roller` counts from 1, for a roller's defect.
 
     The slices model uses the true shape. A `hole` is `extent_m` across; any other shape is `width_m` wide along the
     roller (None: the distance of the circles) and may have ramps of `ramp_m` at both ends along the race. The defect's

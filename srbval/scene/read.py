@@ -109,8 +109,8 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
 
     Load, contact, housing, masses, defect and step scale with the pitch diameter (see `for_size`), and the rollers
     carry the whole load unless `path`, the scene's load path, is ``housing``. For a bearing without dimensions only the
-    model changes, to ``impulse``. For a bearing of the same geometry nothing changes, but the path ``bearing`` removes
-    the housing's spring and damper. Raises the errors of `load_bearing`.
+    model changes, to ``impulse``. For a bearing of the same geometry `base` is returned, but if `path` is ``bearing``,
+    without the housing's spring and damper. Raises the errors of `load_bearing`.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
@@ -225,13 +225,13 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """Read inputs and their ranges: ``input`` of scene `rig`, ``oil`` of scene `rig-oil`, ``position`` of the hole."""
+    """Read uncertain inputs: ``input`` of scene `rig`, ``oil`` of `rig-oil`, ``position`` of the rig's drilled hole."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that set each input to a share (0 to 1) of its range; an input of two points takes an end."""
+    """Build scene changes that set each input to a share (0 to 1) of its range, inputs of two `points` to an end."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):

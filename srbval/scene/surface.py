@@ -47,7 +47,7 @@ class Surface(Limited):
         super().__post_init__()
         if self.roughness_class is None and not any(self.given_m):
             raise ConfigurationError(
-                "surface: no height: state roughness_class, or one of outer_waviness, inner_waviness, roller_waviness."
+                "surface: no wave height: state roughness_class, outer_waviness, inner_waviness or roller_waviness."
             )
         if self.shortest_m >= self.longest_m:
             raise ConfigurationError(

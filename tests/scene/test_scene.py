@@ -65,7 +65,7 @@ REFUSED = [
     ({"contact": {"stiffness_n_m": 1e300}}, "1e\\+300"),
     ({"seed": -1}, "seed = -1"),
     ({"load": {"direction_rad": 1e300}}, "1e\\+300"),
-    ({"surface": {}}, "no height: state roughness_class"),
+    ({"surface": {}}, "no wave height: state roughness_class"),
     ({"surface": {"outer_waviness": "-1 um"}}, "between 0 and 0.0001"),
     ({"surface": {"roughness_class": "N13"}}, "'N13' is not known"),
     ({"surface": {"roughness_class": "N3", "exponent": 3}}, "exponent = 3 must be between 0 and 2"),

@@ -27,10 +27,10 @@ Side = Mapping[Fault, Analysis]
 class Findings:
     """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
 
-    `validation` covers every recording of the rig, `analyses` one recording for each bearing state. The keys of
-    `analyses` are ``paper`` (model at 710 rpm), ``model`` (model at the recording's speed) and ``rig`` (recording);
-    `views` (arrays for figures) and `scalograms` have only ``model`` and ``rig``. The keys of `runs` are ids of
-    simulation cases.
+    `validation` covers every recording of the rig. `analyses` contains one analysis for each side and bearing state;
+    the sides are ``paper`` (model at 710 rpm), ``rig`` (one recording per state) and ``model`` (model at the speed of
+    this recording). `views` (arrays for figures) and `scalograms` have only the sides ``model`` and ``rig``. The keys
+    of `runs` are ids of simulation cases.
     """
 
     data: Mapping[str, Any]

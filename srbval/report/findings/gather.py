@@ -108,19 +108,19 @@ def gather(
 
 
 def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
-    """Raise `DataError` if a bearing state of the paper is not in `found`; the message lists the `failed` pairs."""
+    """Raise `DataError` if a bearing state of the paper is not in `found`; list the pairs that `failed`, and why."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
         raise DataError(
-            f"no recording of the rig can be read for: {', '.join(missing)}. srbval is shipped with one of each "
-            f"state: reinstall it, and list damaged files with `srbval data verify`.{unusable}"
+            f"no recording of the rig can be read for: {', '.join(missing)}. srbval is shipped with recordings "
+            f"of each state: reinstall it, and list damaged files with `srbval data verify`.{unusable}"
         )
 
 
 def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load (see `printed`); if `stored` has simulations, only at their speeds."""
+    """Select recordings at the paper's load (in `printed`), and at the speeds that the study result `stored` covers."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]

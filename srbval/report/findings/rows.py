@@ -82,7 +82,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Return mean and 95 % half width [Hz] of the fault frequency of a row's defect, from simulations in `stored`."""
+    """Return mean and 95 % half width [Hz] of a Table 6 `row`'s fault line in scene `rig`, simulated in `stored`."""
     fault, variants = Fault(row["defect"]), stored.get("variants", ())
     analysis = rig[fault]
     found = [
@@ -120,13 +120,13 @@ def picture_rows(
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Compare a quantity of model and rig; `alike` is true if they differ by at most a limit in dB or % of the rig."""
+    """Compare a quantity of model and rig: `alike` if within a limit, in dB or as a share of the rig's value."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
 def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
-    """List the rig's cage `ratios` and their `change` with speed, with the model's `stated` errors by scene."""
+    """List the rig's cage `ratios`, their `change` with speed, and the model's errors by scene (verdicts `stated`)."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"

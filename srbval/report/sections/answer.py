@@ -67,7 +67,7 @@ def worst_tone(answers: Iterable[str]) -> Tone:
 
 
 def finding_sentence(stated: Sequence[ReportRow]) -> str:
-    """State in which scenes and at which speeds the simulated cage speed misses its tolerance (verdicts `stated`)."""
+    """State in which scenes and at which speeds the cage speed misses its tolerance; `stated`: its verdicts."""
     missed = []
     for scene, name in SCENE_NAMES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
@@ -174,7 +174,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """List the rig records that served to fit the model, and those predicted before being known; count the others."""
+    """List the rig records used to fit levels, and those unknown before the comparison; count all other records."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -45,7 +45,7 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """Put the check of BPFO + BPFI = number of rollers into a word; "no interval" if its uncertainty is unknown."""
+    """Answer if BPFO + BPFI is the number of rollers times the shaft speed; "no interval" if this is not known."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 
