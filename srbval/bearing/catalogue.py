@@ -1,10 +1,10 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
-The page "Your own bearing" of the guide describes the file. The bearings known by name are files in `known` and rows of
-`catalogue.csv`. Its columns are the keys of the tables `[elements]` and `[orders]`, a key of `catalogue_sources.csv`
-(source) and other designations of the bearing (also). If a row has dimensions and orders, the dimensions are used; the
-orders are the maker's rounded values. A name may also be a printed designation (`designations`), or numbers:
-``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
+The page "Your own bearing" of the guide describes the file. A bearing known by name has a file in the folder `known` or
+a row in `catalogue.csv`. Columns of this catalogue are `name`, `title`, all keys of the tables `[elements]` and
+`[orders]`, `source` (a key of `catalogue_sources.csv`), and `also` (other designations of the same bearing). If a row
+contains dimensions and orders, the dimensions are used, because makers round the orders. Instead of a name, a printed
+designation (see `designations`) or numbers are accepted: ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
 """
 
 import dataclasses
@@ -58,10 +58,10 @@ class Ratings(Limited):
 class Bearing(NotebookObject):
     """Rolling bearing with its kinematic orders.
 
-    `rolling_elements` counts one row. `geometry`: only for spherical roller bearings that the full model can simulate,
-    `elements`: for other bearings with known dimensions; if both are None, `orders` come from the published table in
-    `source`. `ratings`: of load and speed (catalogue), if known. `largest_slip`: largest mean slip of the cage,
-    as a share of its speed, for which the search for fault lines allows.
+    `rolling_elements` counts one row. `geometry` contains all dimensions of a double-row spherical roller bearing,
+    `elements` the main dimensions of any bearing. If both are None, `orders` are published values, taken from `source`.
+    `ratings` are the catalogue's load and speed ratings, if known. `largest_slip` is the largest mean slip of the cage,
+    as a share of the cage speed, for which the search for fault lines allows.
     """
 
     name: str
@@ -102,7 +102,7 @@ class Bearing(NotebookObject):
         if not 0 < largest_pct <= MOST_SLIP_PCT:
             raise ConfigurationError(
                 f"largest slip of the cage, {largest_pct:g} %: must be positive and at most {MOST_SLIP_PCT:g} %, "
-                "because in wider windows one line is mistaken for another."
+                "because a wider search for one fault line finds other lines."
             )
         return dataclasses.replace(self, largest_slip=largest_pct / 100)
 
@@ -171,8 +171,8 @@ def find_bearings(text: str) -> tuple[Bearing, ...]:
 def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     """Load a bearing by name (see `known_bearings`) or from a TOML file; a `Bearing` is returned unchanged.
 
-    A name may also be a designation as printed on ring and box; the title then names the bearing whose dimensions are
-    used. The file may describe a machine, with the bearing's tables below `[bearing]`.
+    A name may also be a designation as printed on ring and box; the `title` of the result then also names the known
+    bearing that is used for it. The file may also be a machine file, with the bearing's tables below `[bearing]`.
 
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
@@ -193,7 +193,7 @@ def _read_bearing_file(path: Path, content: bytes) -> Bearing:
 
 @cache
 def _find_bearing(text: str) -> Bearing:
-    """Find a bearing by name, designation or numbers; cached, because a campaign does so ten times per case."""
+    """Find a bearing by name, designation or `INLINE` numbers; cached, as each case of a campaign asks ten times."""
     if text.partition(" ")[0] in INLINE:
         return bearing_from_table(_parse_inline(text), text)
     if text in catalogue_rows():
@@ -205,13 +205,13 @@ def _find_bearing(text: str) -> Bearing:
         return dataclasses.replace(found, title=f"{text.strip()}, taken as {found.title}")
     raise UnknownNameError(
         f"bearing {text!r} is not known.{_nearest_known(text)} `srbval bearing list` shows the known ones; or give a "
-        ".toml file, its dimensions with --elements or its orders with --orders."
+        ".toml file, the bearing's dimensions with --elements or its orders with --orders."
     )
 
 
 @cache
 def _printed_names() -> tuple[tuple[str, Designation], ...]:
-    """List pairs of a known bearing's name and a printed designation of it, from titles and the column "also"."""
+    """List pairs of a known bearing's name and a designation in its title, or in column `also` of the catalogue."""
     files = ((path.stem, read_toml(path)["title"], "") for path in (FOLDER / "known").glob("*.toml"))
     rows = ((row["name"], row["title"], row["also"] or "") for row in read_table("catalogue.csv"))
     found = (
@@ -223,7 +223,7 @@ def _printed_names() -> tuple[tuple[str, Designation], ...]:
 
 
 def _match_designation(text: str) -> list[str]:
-    """List names of known bearings with the designation `text`, the same maker's first, then in catalogue order."""
+    """List names of known bearings with the designation `text`; those of the maker named in `text` come first."""
     printed = read_designation(text)
     for alike in printed.alike if printed else ():
         found = [(one.maker, name) for name, one in _printed_names() if one[1:] == alike]

@@ -1,8 +1,9 @@
 """Designations as printed on a bearing and its box, and static load ratings by designation.
 
 A designation contains the maker, the type, the size and suffixes. Suffixes for cage, seals, clearance and grease do not
-change the kinematics and are ignored. The suffix `mark` changes them: contact angle ``B`` of angular contact ball
-bearings, reinforced design ``E`` of cylindrical roller bearings, ``ETN9`` for more balls in a deep groove ball bearing.
+change the fault orders and are ignored. `Designation.mark` contains a suffix that changes the orders: contact angle
+``B`` of angular contact ball bearings, reinforced design ``E`` of cylindrical roller bearings, or ``ETN9`` for more
+balls in a deep groove ball bearing.
 """
 
 import csv
@@ -76,9 +77,10 @@ def read_designation(text: str) -> Designation | None:
 
 
 def static_load_n(text: str) -> float | None:
-    """Look up the static load rating C_0 [N] of the bearing that `text` designates; None if it is not in the table.
+    """Look up the static load rating C_0 [N] of the bearing with the designation `text`; None if it is not known.
 
-    The table contains SKF's catalogue ratings [kN] by series and bore; other makers' ratings differ by some per cent.
+    The source is ``static_ratings.csv``, SKF's catalogue ratings [kN] by series and bore. Ratings of other makers
+    differ by some per cent.
     """
     printed = read_designation(text)
     if printed is None or printed.kind not in ("", *CYLINDRICAL):

@@ -1,4 +1,4 @@
-"""Geometry of a double-row spherical roller bearing, after the paper's Table 1 and Figure 1."""
+"""Geometry of a double-row spherical roller bearing, after Giraudo et al., Sensors 25 (2025) 2419 ("the paper")."""
 
 import math
 from dataclasses import dataclass
@@ -17,14 +17,16 @@ MIN_ROLLER_SHARE = 0.85  # least roller over printed diameter: fit tolerance, an
 
 @dataclass(frozen=True, kw_only=True)
 class SphericalRollerGeometry(Limited):
-    """Dimensions of Table 1 of the paper in SI units, and derived quantities.
+    """Dimensions of a double-row spherical roller bearing (the paper's Table 1 and Figure 1) and derived quantities.
 
-    The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of an inner raceway
-    is an arc of the same radius about the circle of centres (`inner_centre_radial_m`, `inner_centre_axial_m`).
-    `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only as a radius does it give the paper's fault
-    frequencies. `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's, 1 in the
-    paper; only the slices model uses other values. They change the rollers and the inner arc (its centre moves along
-    the contact normal), but not the outer raceway. Geometries that differ only in these two are equal.
+    The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of each inner
+    raceway is an arc of the same radius; its centre is `inner_centre_radial_m` from the shaft's axis and
+    `inner_centre_axial_m` from the middle of the bearing. `pitch_radius_m` is the paper's d_p, which Table 1 calls a
+    diameter; only as a radius does it give the paper's fault frequencies.
+
+    `outer_osculation` and `inner_osculation` are the profile radius of a roller divided by the profile radius of the
+    outer and inner raceway: 1 in the paper; only the model `slices` uses other values. These change the profiles of
+    rollers and inner raceways, but not the outer raceway. Geometries that differ only in osculation are equal.
     """
 
     raceway_radius_m: float = quantity("length", above=0)
@@ -47,8 +49,8 @@ class SphericalRollerGeometry(Limited):
         assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
         if self.roller_width_m / 2 <= self.raceway_radius_m * math.sin(self.tilt_rad / 2):
             raise ConfigurationError(
-                f"roller_width_m = {self.roller_width_m} is too short to reach the outer circles of the "
-                f"raceway at {self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m from its middle."
+                f"roller_width_m = {self.roller_width_m} is too short: the contact points of the model `full` need "
+                f"more than {2 * self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m."
             )
         # the gap between the raceways must be about as large as the roller
         if not self.roller_centre_distance_m < self.raceway_radius_m < self.outer_diameter_m / 2:
@@ -59,9 +61,10 @@ class SphericalRollerGeometry(Limited):
             )
         if not abs(self.zero_play_diameter_m / self.roller_diameter_m - 1) <= FIT_TOLERANCE:
             raise ConfigurationError(
-                f"the raceways leave a gap of {self.zero_play_diameter_m:.6g} m for rollers of "
-                f"{self.roller_diameter_m:.6g} m; they must agree within {FIT_TOLERANCE:.0%}. Usually the centres of "
-                f"the two profiles mirror each other: inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
+                f"the gap between the raceways is {self.zero_play_diameter_m:.6g} m, the roller diameter "
+                f"{self.roller_diameter_m:.6g} m; they must agree within {FIT_TOLERANCE:.0%}. Usually a roller's "
+                "centre is midway between the bearing's centre and the centre of the inner profile: "
+                f"inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
                 f"inner_centre_axial_m = {2 * self.pitch_radius_m * math.tan(self.tilt_rad):.6g}."
             )
         raceway, roller = self.raceway_radius_m, self.roller_diameter_m / 2
@@ -70,8 +73,9 @@ class SphericalRollerGeometry(Limited):
         outer = raceway * math.cos(CIRCLES[-1] * self.tilt_rad)
         if not (lower < MIN_ROLLER_SHARE * roller < MIN_ROLLER_SHARE**2 * outer and inner > 0):
             raise ConfigurationError(
-                f"rollers of {roller:.6g} m radius ({lower:.6g} m smaller at the ends) do not fit raceways of "
-                f"{inner:.6g} m and {outer:.6g} m: all radii must be positive, the rollers' below the outer raceway's."
+                f"rollers of {roller:.6g} m radius do not fit: the radius is {lower:.6g} m less at the ends, which "
+                f"must be below {MIN_ROLLER_SHARE:.0%} of it; the radius must be below {MIN_ROLLER_SHARE:.0%} of the "
+                f"outer raceway's radius, {outer:.6g} m; the inner raceway's, {inner:.6g} m, must be positive."
             )
 
     @property
@@ -87,7 +91,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def roller_centre_distance_m(self) -> float:
-        """Distance of a roller centre from the bearing centre: pitch radius / cos(contact angle) (eq. 12) [m]."""
+        """Distance of a roller centre from the bearing centre [m]: pitch radius / cos(contact angle), paper eq. 12."""
         return self.pitch_radius_m / math.cos(self.tilt_rad)
 
     @property
@@ -102,7 +106,7 @@ class SphericalRollerGeometry(Limited):
 
     @property
     def zero_play_diameter_m(self) -> float:
-        """Roller diameter without play [m]: sum of a roller centre's distances from both races along their normal."""
+        """Diameter of a roller without play [m]: sum of the distances of its centre from outer and inner raceway."""
         distance = self.roller_centre_distance_m
         centre = math.hypot(
             self.inner_centre_radial_m - self.pitch_radius_m,

@@ -79,11 +79,11 @@ class ElementShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RollingElements(Limited):
-    """Rolling elements: number in one row, diameters and contact angle; other values are used for contact forces only.
+    """Rolling elements: their number in one row, diameters and contact angle; other fields affect only contact forces.
 
-    `outer_groove`, `inner_groove`: radius of the groove in which a ball runs, over the ball's diameter (0.515 to 0.53
-    are usual; quoted from memory, not checked). `length_m`: contact length of a roller; None for its diameter. All
-    `rows` are alike, in phase, and share the load evenly.
+    `outer_groove` and `inner_groove` are the radius of a raceway's groove divided by the ball diameter (usually 0.515
+    to 0.53; quoted from memory, not checked). `length_m` is the contact length of a roller; if it is None, the roller
+    diameter is used. All `rows` are alike, in phase, and share the load evenly.
     """
 
     rolling_elements: int = limited(least=1)
@@ -122,10 +122,9 @@ _SCENE_NONE = "none"  # no defect, in scene files, campaigns and on the command 
 class Fault(enum.StrEnum):
     """Health state of a bearing: healthy, or the part that carries a localized defect.
 
-    `line` names the fault's line in the envelope spectrum and `sidebands` the spacing of the sidebands about it
-    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485), None if there are none; `code` is the short form in
-    tables and in file names of the paper's rig, `label` the part in words. ``Fault("none")`` is `HEALTHY`,
-    ``Fault("ball")`` is `ROLLER`.
+    `line` names the fault's line in the envelope spectrum, `sidebands` the spacing of the sidebands about this line
+    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485); None if there are none. `code` is the short form in
+    tables and figures, `label` the part in words. ``Fault("none")`` is `HEALTHY`, ``Fault("ball")`` is `ROLLER`.
     """
 
     line: str | None

@@ -42,7 +42,7 @@ def load_recording(path: str | Path, settings: RecordingSettings | None = None, 
 
     `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
     `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. They take precedence
-    over `settings`, and both over the file. Settings in the register are not used (see `registry.load_registered`).
+    over `settings`, and both over the file. Only `registry.load_registered` uses settings that were registered.
     Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
     """
     file = Path(path)
@@ -115,7 +115,7 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 
 
 def recording_from_run(run: Run) -> Recording:
-    """Create a recording of a run of any status: ring accelerations and, if simulated, the sensor signal to analyse."""
+    """Create a recording of a run of any status: outer ring accelerations and, if simulated, the sensor's signal."""
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR_CHANNEL: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
@@ -191,9 +191,9 @@ def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, 
 
     `rows` are rows of the set's `metadata()`, by default all vibration signals. The speed is measured by the speed
     signal recorded with the vibration if there is one, otherwise it is the set point with a tolerance of
-    `SET_POINT_PCT`. `stated` are fields of `RecordingSettings`, which take precedence over the data set; only a `unit`
-    is ignored for signals whose unit the set states. A unit that the set lacks must be stated here, a
-    bearing or speed that it lacks only if an analysis needs it.
+    `SET_POINT_PCT`. `stated` are fields of `RecordingSettings`, which take precedence over the data set, except that
+    `unit` applies only to signals without a unit in the set; these signals require it. A bearing or speed that the set
+    lacks must be stated only if an analysis needs it.
     """
     whole = public_set.metadata()
     kinds = whole["quantity"] if "quantity" in whole else whole["fs"].map(lambda _: "unknown")

@@ -50,9 +50,9 @@ class FileStatus(enum.StrEnum):
 class RegisteredRecording:
     """Entry of one file in the register of recordings; hash, size and modification time are from its registration.
 
-    `reason` explains every status except ok, and lists the open questions of an ok file. A fact is None if neither the
-    file nor the user states it; `cautions` is None if the file was not read. `registered` is false for a file
-    that was used but not registered.
+    `reason` explains a status other than ok. For an ok file it lists facts that an analysis needs and that neither file
+    nor user states, and settings that do not fit. A fact that is not stated is None; `cautions` is None if the file was
+    not read. `registered` is false for a file that was read but not registered; its entry saves reading it again.
     """
 
     file: str
@@ -102,7 +102,7 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 def inspect_file(
     path: Path, settings: RecordingSettings | None = None, old: RegisteredRecording | None = None
 ) -> RegisteredRecording:
-    """Create the register's entry for a file; `status` states a failure, `reason` explains it or lists open questions.
+    """Create the register's entry for a file; `status` states a failure, `reason` explains it or lists missing facts.
 
     If the content has changed since the `old` entry, the old entry is returned with the new status. An unchanged file
     is read again only if the settings differ.
@@ -221,7 +221,10 @@ def manifest_path() -> Path:
 
 
 def read_manifest() -> EntriesByFile:
-    """Entries by file path, except those of unregistered files that have changed; `DataError` if damaged."""
+    """Read the entries by file path; `DataError` if the manifest is damaged.
+
+    An entry of a file that was read but not registered is left out if the file has changed.
+    """
     path = manifest_path()
     try:
         entries = _parse_manifest(path.read_bytes()) if os.path.exists(path) else ()

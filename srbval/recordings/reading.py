@@ -79,9 +79,9 @@ class Channel:
 class Reading(SourceFacts):
     """Interpreted contents of a file; `channel` and `fs_hz` are None if the file does not determine them.
 
-    `rate_problem` is the reason why the sampling rate is not determined. `times` contains the times of the samples, by
-    the number of samples of a signal. `speed_problem` is the reason not to trust the speed in the file; only a speed
-    stated by the user resolves it.
+    `rate_problem` is the reason why the sampling rate is not determined. `times` maps the number of samples of a signal
+    to the times of these samples. `speed_problem` is the reason not to trust the speed in the file; only a speed stated
+    by the user resolves it.
     """
 
     channels: Mapping[str, Channel]

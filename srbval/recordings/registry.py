@@ -119,14 +119,14 @@ def remove(name: str | Path) -> RegisterListing:
     if not removed:
         raise DataError(
             f"{wanted}: no registered file, folder or data set, or the name of several files; nothing was removed. "
-            f"Give a path of `srbval data list`. Files in {RECORDINGS_VARIABLE} are listed while it is set."
+            f"Give a path of `srbval data list`. Files listed only because of {RECORDINGS_VARIABLE} are not registered."
         )
     update_manifest(lambda entries: {file: entry for file, entry in entries.items() if entry not in removed})
     return RegisterListing(removed)
 
 
 def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
-    """Compare all registered files, and files in the folder of the variable SRBVAL_RECORDINGS, with their entries.
+    """Compare registered files, and files in the folder that the variable SRBVAL_RECORDINGS names, with their entries.
 
     Files are hashed if their size or modification time has changed, or always with `hash_all`. With `or_none` an
     unreadable register counts as empty, and the listing contains the reason in `unreadable`.
@@ -216,7 +216,7 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect_and_store(
     files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
-    """Inspect `files`, unchanged ones only if `again`; store new ones, marked as not registered, to read them once."""
+    """Inspect `files`, unchanged ones only if `again`; store new entries as not registered, so as not to read twice."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
     new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
     if new:

@@ -214,7 +214,7 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
     time, fs_hz = reading.time, reading.fs_hz
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
-            raise DataError(f"{path}: {time.problem}; --fs would treat them as even. Give --resample without --fs.")
+            raise DataError(f"{path}: {time.problem}; --fs would ignore this. Give --resample without --fs.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))
@@ -237,7 +237,9 @@ def _prepare_signals(
     wanted, unit, time = settings.derivative, reading.main.recording_unit, reading.time
     if wanted is not None and DERIVATIVES.get(unit) != wanted:
         fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
-        raise DataError(f"{path}: derivative {wanted} of samples in {unit}; use {fitting}, or correct --unit.")
+        raise DataError(
+            f"{path}: --derivative {wanted} does not fit samples in {unit}; use {fitting}, or another --unit."
+        )
     derivatives = DERIVATIVES if wanted is not None or reading.origin is Origin.SIMULATED else {}
     times_s = time.times_s if time is not None and settings.resample_hz else None
     is_other_rate = times_s is not None or settings.resample_hz != reading.fs_hz

@@ -78,9 +78,9 @@ def resample_channels(
 ) -> Reading:
     """Resample all channels sampled at `times_s` to `fs_hz`, and estimate the error for the channel to analyse.
 
-    The error is the RMS difference between cubic and quintic splines over the signal's RMS, both in the demodulation
-    band and of accelerations (`derivatives` maps units to orders of derivative). Raises `DataError` if
-    the steps are too long for the band, or the rate does not fit the record.
+    The error is the RMS difference between cubic and quintic splines divided by the signal's RMS in the demodulation
+    band. For velocities and displacements it is the error of the acceleration (`derivatives` maps units to orders of
+    derivative). Raises `DataError` if the steps are too long for the band, or the rate does not fit the record.
     """
     main, band_hz = reading.main, reading.main.band_hz
     cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
@@ -106,17 +106,18 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
         low = max(low, band_hz[1] / PASSED)
     if not low <= fs_hz <= high:
         raise DataError(
-            f"{path}: --resample {fs_hz:g} Hz must be between {low:.6g} and {high:.6g} Hz: at most "
-            f"{MOST_SAMPLES} times as many samples as in the file, and the band ends below {PASSED:g} times the rate."
+            f"{path}: --resample {fs_hz:g} Hz must be between {low:.6g} and {high:.6g} Hz: at least "
+            f"{1 / PASSED:g} times the upper edge of the demodulation band, and at most {MOST_SAMPLES} times as many "
+            "samples as in the file."
         )
     at, highest_hz = int(np.argmax(steps)), band_hz[1] if band_hz else kept_hz
     longest, limit = float(steps[at]), (LONGEST_STEP if band_hz else LONGEST_WITHOUT_BAND) / highest_hz
     carried_hz = LONGEST_STEP / longest
     if longest > limit:
         raise DataError(
-            f"{path}: a step of {longest:.4g} s at {times_s[at]:.6g} s is too long for {highest_hz:g} Hz; the limit is "
-            f"{limit:.4g} s. Let the solver write steps of at most that, cut the step off (--skip S), or use a band "
-            f"below {carried_hz:.4g} Hz (--band LO HI)."
+            f"{path}: a time step of {longest:.4g} s at {times_s[at]:.6g} s is too long for signals of up to "
+            f"{highest_hz:g} Hz; the limit is {limit:.4g} s. Let the solver write shorter steps, cut the step off "
+            f"(--skip S), or use a band below {carried_hz:.4g} Hz (--band LO HI)."
         )
     if band_hz is None and carried_hz < kept_hz:
         return (f"steps of up to {longest:.4g} s: resampled signals are reliable below {carried_hz:.4g} Hz only",)

@@ -109,7 +109,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
         fs_hz = reading.fs_hz if channel.samples.size == main.samples.size else channel.fs_hz
     try:
         if fs_hz is None:
-            raise DataError("its sampling rate is not known.")
+            raise DataError("the sampling rate of this channel is not known.")
         if channel.rotates:
             if factor is not None:
                 values_hz = channel.samples * factor

@@ -37,7 +37,7 @@ def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path):
         ({"roller_width_m": 0.02}, "too short"),
         ({"rollers_per_row": 0}, "rollers_per_row = 0 must be 1 or more"),
         ({"raceway_radius_m": 0.19}, "must be between"),
-        ({"inner_centre_radial_m": 0.25}, "leave a gap of .* = 0.28362, inner_centre_axial_m = 0.0500"),
+        ({"inner_centre_radial_m": 0.25}, "gap between the raceways .* = 0.28362, inner_centre_axial_m = 0.0500"),
     ],
 )
 def test_impossible_geometry_is_refused(change, message):
@@ -122,7 +122,7 @@ def test_a_search_looks_at_every_word():
     assert len(find_bearings("")) == len(known_bearings())
 
 
-OUTSIDE_ONLY = "is not known.* its dimensions with bearing=.* or its orders with bearing="  # of the size
+OUTSIDE_ONLY = "is not known.*'s dimensions with bearing=.* or its orders with bearing="  # of the size
 
 
 @pytest.mark.parametrize(

@@ -22,8 +22,9 @@ class MatchRule:
     If `file_required`, the regular expression `file` must match the file's name. Each pattern of `variables` must match
     the name of a variable. With `columns` the file must be a text table with one of these numbers of columns. With
     `vectors` it must have this number of arrays. Named groups of `file` are facts: ``label`` (of the fault), ``rpm``,
-    ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end`` (of the motor), ``record`` (number), ``hp`` (motor load). Label
-    and speed from the variables `label_variable` and `nominal_rpm_variable`, if present, replace those in the name.
+    ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end`` (motor end with the faulty bearing), ``record`` (number), ``hp``
+    (motor load). Label and speed from the variables `label_variable` and `nominal_rpm_variable`, if present, replace
+    those in the name.
     """
 
     file: str | None = None
@@ -136,8 +137,8 @@ class RecordRange:
 class ExpectedFile:
     """File of a data set; it can be downloaded if it has `url` and `sha256`.
 
-    `used_for` is ``fit`` if the model was fitted to the file, ``withheld`` if the file was only inspected, None if it
-    was never opened.
+    `used_for` is ``fit`` if a parameter of the model was fitted to the file, ``withheld`` if the file was seen but not
+    used for a fit, None if neither is known.
     """
 
     name: str
@@ -159,7 +160,7 @@ class OperatingGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """Description of a data set; `reader` is the layout of its files: ``variables`` (named) or ``signal-structs``.
+    """Description of a data set; its files contain named arrays (`reader` ``variables``) or ``signal-structs``.
 
     The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. `labels` maps patterns of the
     fault label in a file to states of the bearing; `orders` contains published fault orders of bearings. If

@@ -172,7 +172,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Value [rpm] and False (its unit is not certain) if `name` is a name of a shaft speed; otherwise None."""
+    """Shaft speed [rpm] if `name` is a name of one, and False because its unit is never certain; otherwise None."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -188,7 +188,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number that `meaning` finds by its name, or None; and a problem: numbers conflict or it is outside `likely`."""
+    """Number whose name `meaning` knows, or None; and a problem if several conflict or it is outside `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

@@ -1,7 +1,8 @@
 """Interpretation of files with one struct per quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
 
-Full recordings of the Torino rig have this layout (export by LMS Test.Lab). The quantity's label is its display unit;
-``unit_transformation.factor`` converts stored values, usually in SI units, to the display unit.
+Full recordings of the test rig at Politecnico di Torino have this layout (exported by LMS Test.Lab). The text
+``y_values.quantity.label`` is the unit in which values are displayed; ``unit_transformation.factor`` converts stored
+values, usually in SI units, to this unit.
 """
 
 import math
@@ -37,8 +38,8 @@ class StructSignal(NamedTuple):
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
     """Read acceleration and speed from the structs of a file; None if no struct contains an acceleration.
 
-    The bearing is known only if the file is named as in this data set, because other rigs export the same layout. The
-    user must choose the channel if there are several and they are not those of the description.
+    Other rigs export the same layout, so the bearing is known only if the file's name matches `description`. The user
+    must choose the channel if there are several and `description` does not list them.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION_TO_SI))]
@@ -119,7 +120,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
 def _sensors(
     raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
-    """Samples by channel name, and the channel to analyse: the tested bearing's or the only one, None if unclear."""
+    """Samples by channel, and the channel to analyse: the sensor at the tested bearing, else the only one, or None."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")

@@ -90,7 +90,7 @@ def load_table(path: Path) -> RawFile:
 
 
 def load_json(path: Path) -> RawFile:
-    """Read one JSON document, or one per line: lists of samples, blocks of samples with a time, or single samples."""
+    """Read samples from one JSON document, or one per line: in lists, in blocks with a time each, or one by one."""
     import pandas as pd
 
     text = path.read_text("utf-8-sig", "replace")

@@ -156,7 +156,7 @@ def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
 
 
 def _find_table(path: Path, lines: list[str]) -> TableLayout:
-    """Find the table: first to last line whose fields are of the kinds (number, text etc.) in the file's middle."""
+    """Find the table: lines whose fields are of the same kinds (number, text etc.) as those of the middle line."""
     filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     stated = re.fullmatch(r'"?sep=(.)"?;*', lines[filled[0]]) if filled else None
     if stated:
@@ -229,7 +229,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Equalise empty last fields; `DataError` for gaps, unequal rows, or numbers in comments or above the table."""
+    """Add or drop empty fields at row ends; `DataError` for blank lines, unequal rows, or numbers in comments."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -309,7 +309,7 @@ def _is_statement(fields: list[str]) -> bool:
 
 
 def _check_names(where: str, names: list[str], table: TableLayout) -> None:
-    """`DataError` if a name looks like a number or occurs twice, except of columns of text or an unnamed first one."""
+    """Raise `DataError` if a name of a column of numbers or times looks like a number or is not unique."""
     needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
     if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _counts_up(names)]:
         raise DataError(
