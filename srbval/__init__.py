@@ -4,7 +4,8 @@ Names are loaded when they are first used, so that ``import srbval`` is fast::
 
     import srbval
 
-    run = srbval.simulate(srbval.paper_scene(defect="outer", duration="2 s"))
+    scene = srbval.paper_scene(defect="outer", duration="2 s")  # inputs of Giraudo et al. (2025)
+    run = srbval.simulate(scene)
     analysis = srbval.analyse(run)
 """
 
@@ -43,7 +44,7 @@ def __getattr__(name: str) -> object:
 
 
 class _Package(type(sys)):  # type: ignore[misc]  # class of modules
-    """Class of the module `srbval`: `plan` and `report` stay functions although two sub-packages have these names."""
+    """Class of the module `srbval`: importing the sub-packages `plan` and `report` hides no function of that name."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name not in ("plan", "report"):

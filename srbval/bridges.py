@@ -1,7 +1,7 @@
 """Links from the package's objects to notebooks, pandas and xarray.
 
-The report draws objects such as runs and recordings, and imports their modules. To be drawn without a circular import,
-an object looks up the drawing function among the public names of `srbval` when it is needed (`load_public`).
+The modules that draw figures import the modules of runs and recordings. To avoid a circular import, a run or recording
+looks up the drawing function among the public names of `srbval` only when it is drawn (`load_public`).
 """
 
 import functools
@@ -50,7 +50,7 @@ class NotebookObject:
     """Base class of objects that a notebook displays as a headline with a table, and that `plot` draws."""
 
     def summary_table(self) -> tuple[str, Mapping[str, Any] | Sequence[Mapping[str, Any]]]:
-        """Headline and table (values by name, or one mapping per row); by default all numerical and text fields."""
+        """Headline and table (values by name, or one mapping per row); by default all fields with a number or text."""
         facts = {name: x for name, x in vars(self).items() if isinstance(x, str | float | int) and x == x}
         return repr(self).strip("<>"), facts
 

@@ -47,7 +47,7 @@ class ConfigurationError(SrbvalError):
 
 
 class UnknownNameError(ConfigurationError):
-    """Error for an unknown key, unit or other word; `known` contains the known words unless the message lists them."""
+    """Error for an unknown key, unit or other word; `known` is empty if the message lists all known words."""
 
     known: Collection[str] = ()
 

@@ -38,6 +38,6 @@ def test_the_graded_benchmark_is_the_stored_one():
     columns = ["records", "right", "wrong", "public_right", "public_wrong"]
     every = stored[stored["part"] == "all"].set_index("grade")[columns]
     records, right, wrong, *public = every.loc[["Y1", "Y2"]].sum().tolist()
-    records = f"Of the {records} diagnosable records (grades Y1 and Y2) of the graded CWRU benchmark, srbval names"
-    counts = f"{right} right and {wrong} wrong, a public tool {public[0]} right and {public[1]} wrong"
-    assert f"{records} {counts}" in " ".join(README.split())
+    ours = f"For the {records} diagnosable recordings (grades Y1 and Y2), srbval names {right} faults correctly"
+    theirs = f"a public diagnosis program {public[0]} correctly and {public[1]} wrongly"
+    assert f"{ours} and {wrong} wrongly, {theirs}" in " ".join(README.split())

@@ -30,9 +30,9 @@ GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow
 class CampaignCase:
     """One case of a campaign.
 
-    `key` names the result file; `point` contains the changes of the base scene by dotted key. `expected_s` is the wall
-    time [s] on the machine on which the models were measured, None if unknown; `planned_s` is the same or, if unknown,
-    a rough guess. `refused` is the reason if the point gives no valid scene.
+    `key` names the result file; `point` contains the changes of the base scene by dotted key, such as ``defect.kind``.
+    `expected_s` is the wall time [s] that follows from stored timings of the model, None if there are none; `planned_s`
+    is the same or, without timings, a rough guess. `refused` is the reason if the changed scene is not valid.
     """
 
     index: int
@@ -51,7 +51,7 @@ def plan_cases(campaign: Campaign) -> list[CampaignCase]:
 
 
 def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """Build the base scene with the changes `point`, by dotted key; its model may still be ``auto``."""
+    """Build the base scene with the changes `point`, by dotted key; a model ``auto`` is not yet replaced."""
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
         table = merge(table, nest_value(key, value))
@@ -62,7 +62,7 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Count the cases; sum their expected time [s on one core] and disk space, where equal cases are included once."""
+    """Count all cases; sum the expected time [s on one core] and disk space of the cases to run, equal cases once."""
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),
@@ -101,7 +101,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
 
 
 def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Planned and expected wall time [s] of a scene: both as measured or, without measurements, a guess and None."""
+    """Planned and expected wall time [s] of a scene, equal if the model was timed; otherwise a rough guess and None."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s

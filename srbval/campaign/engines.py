@@ -1,4 +1,4 @@
-"""Engines that run cases by `run_isolated`: worker processes of this machine, or a Dask cluster."""
+"""Engines that run the cases of a campaign: in worker processes of this machine, or on a Dask cluster."""
 
 import contextlib
 import functools
@@ -40,10 +40,11 @@ def run_tasks(
     check: Callable[[], None] = lambda: None,
     lost: tuple[type[Exception], ...] = (),
 ) -> Generator[CaseResult]:
-    """Run `tasks` by `submit`, at most `MAX_SUBMITTED_CASES` at a time; yields each result when its case has ended.
+    """Submit the `tasks`, at most `MAX_SUBMITTED_CASES` at a time, and yield each result when its case has ended.
 
     `submit` returns a future of `concurrent.futures` or Dask. If no case ends for `WORKER_CHECK_S` [s], `check` is
-    called. A case whose future raises one of the exceptions `lost` gets the status ``crashed``.
+    called; for Dask it raises an error if the cluster has no worker. A case whose future raises one of the exceptions
+    `lost` gets the status ``crashed``.
     """
     waiting, running, ended = iter(tasks), dict[Any, CaseTask](), SimpleQueue[Any]()
     while True:
@@ -128,7 +129,7 @@ class DaskEngine:
 
     @contextlib.contextmanager
     def _client(self) -> Iterator[Any]:
-        """Context with the Dask client; an error of the cluster becomes a `DataError`, and Dask logs nothing."""
+        """Context with the Dask client; errors of the cluster become a `DataError`, and Dask's log is suppressed."""
         from distributed import Client
 
         before = logging.root.manager.disable
@@ -220,11 +221,11 @@ def choose_engine(
     ``local`` runs cases in `jobs` processes of this machine. ``dask`` uses the cluster of a `scheduler` (its address, a
     `Client` or a cluster object). Without a `scheduler` it starts a cluster of `jobs` workers of a `cluster_class`,
     such as ``dask_jobqueue.PBSCluster``, with `cluster_options`, or else a ``LocalCluster``. With `adapt` the number of
-    workers follows the work, at most `jobs`. Without a `name` the engine is ``dask`` if a cluster option is given, else
-    ``local``. `jobs` is by default one per usable core. `wait_s` limits the time without any worker [s], by default two
-    minutes, or an hour for a `cluster_class`.
+    workers follows the work, at most `jobs`. Without a `name` the engine is ``dask`` if `scheduler`, `cluster_class`,
+    `cluster_options` or `adapt` is given, else ``local``. `jobs` is by default one per usable core. `wait_s` limits the
+    time without any worker [s], by default two minutes, or an hour for a `cluster_class`.
 
-    Raises `ConfigurationError` for an unknown name, options that do not fit it, or missing packages.
+    Raises `ConfigurationError` for an unknown name, options that exclude each other, or missing packages.
     """
     given = {"--scheduler": scheduler, "--cluster-class": cluster_class, "--cluster-option": cluster_options}
     stated = [option for option, value in (given | {"--adapt": adapt}).items() if value]
@@ -236,8 +237,8 @@ def choose_engine(
         )
     if (name == LOCAL and stated) or (scheduler and len(stated) > 1):
         raise ConfigurationError(
-            f"engine {name!r} with {', '.join(stated)}: --scheduler excludes the other options, and all of "
-            "them need --engine dask."
+            f"engine {name!r} with {', '.join(stated)}: --scheduler excludes --cluster-class, --cluster-option and "
+            "--adapt, and all four need --engine dask."
         )
     workers = jobs or usable_cores()
     if name == LOCAL:

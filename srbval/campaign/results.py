@@ -1,8 +1,8 @@
-"""Result of one case of a campaign: status with reason, numbers with units, and file.
+"""Result of one case of a campaign: status with reason, numbers with units and, if requested, signals.
 
-A result is one HDF5 file, readable by xarray and named by its content; the same case gives the same bytes on every
-machine. A result with signals is also a run file, so every command that reads run files accepts it. Status, reason and
-numbers are also stored as a line of JSON after the HDF5 part, so that they can be read without HDF5.
+A result is one HDF5 file, readable by xarray. Its name is a hash of the case's scene, outputs and code; either engine
+writes the same bytes. A result with signals is also a run file, so every command that reads run files accepts it.
+Status, reason and numbers are also stored as a line of JSON after the HDF5 part, so that they can be read without HDF5.
 """
 
 import enum
@@ -30,7 +30,11 @@ SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_sha
 
 
 class Output(enum.StrEnum):
-    """Requested content of a result: numbers (``summary``, ``statistics``), signals (``acceleration``, ``signals``)."""
+    """Requested content of a result.
+
+    ``summary``: cage ratio, race lines, load share and energy balance. ``statistics``: numbers such as RMS and kurtosis
+    of the acceleration. ``acceleration``: signals of ring and sensor. ``signals``: all signals of a run file.
+    """
 
     SUMMARY = "summary"
     STATISTICS = "statistics"
@@ -50,7 +54,7 @@ def _summary(run: Run) -> Iterator[NamedQuantity]:
 
 
 def _statistics(run: Run) -> Iterator[NamedQuantity]:
-    """Yield statistics of the ring's vertical acceleration, the largest penetration and the mean ring position."""
+    """Yield numbers of the outer ring's vertical acceleration and mean height, and a roller's deepest penetration."""
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis
@@ -92,7 +96,7 @@ class CaseTask:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """Result of a case: its numbers, and the status of its run, or ``refused``, ``crashed`` or ``timed-out``."""
+    """Numbers of a case, and the `status` of its run or, without a run, ``refused``, ``crashed`` or ``timed-out``."""
 
     key: str
     status: str
@@ -101,7 +105,7 @@ class CaseResult:
 
     @property
     def usable(self) -> bool:
-        """True if the simulation was completed and its result describes the bearing's vibration."""
+        """True if the simulation was completed, even if the bearing skids or time-step errors exceed the tolerances."""
         return self.status in USABLE
 
     @property
@@ -140,7 +144,7 @@ def read_case_result(path: Path) -> CaseResult:
             raise ValueError("it has no checksum" if summary is None else "it is not a file")
         result = build(CaseResult, parse_json(summary), "result")
         if result.key != path.stem:
-            raise ValueError(f"it is the result of case {result.key[:32]!r}")
+            raise ValueError(f"the file contains the result of case {result.key[:32]!r}")
         return result
     except (OSError, ValueError, ConfigurationError) as error:
         raise DataError(f"{path}: damaged: it is not a result of this case ({error}).") from None

@@ -61,8 +61,9 @@ class CampaignTable:
     def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
         """Data set along ``case``: changed inputs and models as coordinates, status, reason and numbers as variables.
 
-        With `signals` it also contains signals along ``time_s``, and state, speed, loads and defect size, which are
-        NaN for cases that were refused, failed or are inaccurate. Raises `DataError` if sampling rates differ.
+        With `signals` it also contains signals along ``time_s``, and state, speed, loads and defect size by case. For
+        cases that were refused, failed or are inaccurate, these numbers are NaN and the state is empty. Raises
+        `DataError` if sampling rates differ or no case has signals.
         """
         results = read_results(self.folder, self)
         rows = result_rows(self, results)
@@ -97,7 +98,7 @@ def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
 
 
 def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
-    """Load the signals of cases with `accepted` keys along ``case`` and ``time_s``, and state, speed, loads, defect."""
+    """Load signals along ``case`` and ``time_s``, state, speed, loads and defect; `accepted`: keys of cases to load."""
     engine, found, rates, labels = require_xarray(), {}, set[float](), dict[str, Any]()
     for case in table.cases:
         if case.key not in accepted:
@@ -308,12 +309,14 @@ def run_campaign(
     """Run all cases that have no result yet, longest first, and write the results table in the folder `path`.
 
     A failed case has a result with the reason; a case whose process died is run again the next time. `engine` is an
-    engine of `choose_engine` or its name, by default ``local``. `progress` weights the cases of this call by their
-    expected cost. `message` is called with a line about each of the first cases that fail.
+    engine of `choose_engine` or its name, by default ``local``. `progress` is called with the share of the work that is
+    done, estimated from the planned times of the cases. `message` is called with a line about each of the first cases
+    that fail.
 
-    Returns `summarise_campaign` with `engine`, cases run by this call (`ran`), `wall_s` and path of the CSV (`table`).
-    Raises `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that
-    cannot be written or a disk that is full.
+    Returns the dictionary of `summarise_campaign` with four more keys: the name of the `engine`, the number of cases
+    that this call ran (`ran`), its wall time [s] (`wall_s`) and the path of the CSV file (`table`). Raises
+    `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that cannot
+    be written or a disk that is full.
     """
     started, folder = time.perf_counter(), Path(path).resolve()
     campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign

@@ -1,4 +1,4 @@
-"""Campaign file: base scene, axes, seeds, repeats and outputs; and the points that follow from it.
+"""Campaign file: base scene, the inputs that vary (axes), seeds, repeats and outputs; and the points of its cases.
 
 A point is the set of changes that a case makes to the base scene, by dotted key of a scene file.
 """
@@ -48,10 +48,11 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 
 @dataclass(frozen=True, kw_only=True)
 class Axes(Limited):
-    """Inputs that one method, `kind`, varies from case to case. Keys are dotted keys or nested tables of a scene file.
+    """Inputs of a scene that the method `kind` varies from case to case.
 
-    `values` contains a list of choices for each key, `cases` complete sets of inputs, `ranges` the lowest and highest
-    value for each key, both in the same unit.
+    An input is named as in a scene file, by a dotted key such as ``defect.kind`` or by nested tables. `values` contains
+    a list of choices for each input, `cases` complete sets of inputs, `ranges` the lowest and highest value of each
+    input in the same unit, from which `samples` sets are drawn.
     """
 
     kind: Sampling
@@ -67,10 +68,10 @@ class Axes(Limited):
         if given != needed:
             wrong = sorted(needed - given) or sorted(given - needed)
             verb = "needs" if needed - given else "does not use"
-            raise ConfigurationError(f"axes of kind {self.kind.value!r}: it {verb} {', '.join(wrong)}.")
+            raise ConfigurationError(f"axes of kind {self.kind.value!r}: this kind {verb} {', '.join(wrong)}.")
 
     def factors(self, seed: int) -> list[list[Point]]:
-        """Lists of changed inputs; every combination of one element per list is a case. `seed` is for sampling."""
+        """Lists of points; each combination of one point from every list is a case. `seed` is for random samples."""
         if self.kind is Sampling.LIST:
             return [[flatten_point(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):
@@ -107,9 +108,10 @@ class Axes(Limited):
 class Campaign(Limited):
     """Campaign file: every combination of inputs in `axes` runs `repeats` times with seeds `seed`, `seed` + 1, ...
 
-    `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene` changes the base scene `scene_file`,
-    a file or the name of a bundled scene. A case may take `limit_factor` times its planned time, but at least
-    `least_limit_s` [s], before its process is ended; a factor of 0 sets no limit.
+    If a scene's model is ``auto``, the cheapest model is used that answers `question` with an error within
+    `tolerance_pct` [%]. `scene` changes the base scene `scene_file`, a file or the name of a bundled scene. A case may
+    take `limit_factor` times its planned time, but at least `least_limit_s` [s], before its process is ended; a factor
+    of 0 sets no limit.
     """
 
     name: str

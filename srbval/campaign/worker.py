@@ -39,7 +39,7 @@ _prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()
 
 
 def prepare(scene: Scene) -> str:
-    """Compile or load the kernels of `scene`; returns the version of this process's code."""
+    """Compile or load the kernels (inner loops) of a scene's model; returns the version of this process's code."""
     if not level_of(scene.model).outside:
         shortest_s = max(COMPILE_RUN_S, 1 / scene.output_rate_hz)
         with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case itself reports the error
@@ -122,7 +122,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
             return result
     if not ready:
         why = f"within {PREPARE_LIMIT_S:g} s" if over else f"but died {ATTEMPTS} times ({how})"
-        raise NumericsError(f"a worker process did not compile its kernels {why}. See: srbval doctor")
+        raise NumericsError(f"a worker process did not compile the model's kernels {why}. See: srbval doctor")
     if not over:
         return write_crash(task, f"process died {ATTEMPTS} times ({how})")
     limit = f"its limit of {task.limit_s:.6g} s, so its process was ended; the other cases were run"

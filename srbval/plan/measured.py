@@ -1,4 +1,4 @@
-"""Measured errors of every model on bundled scenes (study ``model_levels``), and the scenes that they cover."""
+"""Errors of every model, measured by the study ``model_levels``, and the scenes to which they apply."""
 
 import hashlib
 import math
@@ -63,8 +63,8 @@ class MeasuredErrors:
     """Measured errors of models on scenes near the bundled scene `base`, against the model `reference` at a finer step.
 
     Each run lasts `seconds`. `ranges` contains the least and greatest value of each axis (varied setting), `values` the
-    settings of the measured scene by dotted key, `pace` the wall time of each model per simulated second [s/s].
-    `models` are sorted from the simplest to the most detailed.
+    settings of the scene `base` when the errors were measured, by dotted key, `pace` the wall time of each model per
+    simulated second [s/s]. `models` are sorted from the simplest to the most detailed.
     """
 
     base: str
@@ -77,13 +77,16 @@ class MeasuredErrors:
     bounds: Mapping[BoundKey, Bound]
 
     def bound(self, scene: Scene, model: str, question: Question) -> Bound | None:
-        """Error bound of a model on scenes with the roller fit and defect of `scene`; None if too few were measured."""
+        """Error bound of a model on scenes with the defect and roller fit of `scene`; None if too few were measured.
+
+        The roller fit is the rule for the roller diameter: computed from the radial play, or as printed in the paper.
+        """
         key = scene.contact.roller_fit.value, scene.defect.kind.scene_word, model, question
         found = self.bounds.get(key)
         return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
     def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
-        """Settings, except varied ones, in which a scene (`own`: its `scene_values`) differs from the measured one."""
+        """Settings, except varied ones, in which `scene` differs from `values`; `own`: its `scene_values`, if known."""
         own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."

@@ -19,7 +19,7 @@ MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record with a noise floor
 
 @dataclass(frozen=True, kw_only=True)
 class RunMeasures:
-    """Quantities of a run: cage over shaft speed, noise floor (None for a short record), band RMS at the sensor."""
+    """Cage speed over shaft speed, `noise_floor` (None for short runs), RMS acceleration at the sensor, 500-1500 Hz."""
 
     cage_ratio: float
     noise_floor: float | None

@@ -35,7 +35,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Model chosen for a question; `met`: its error is within the tolerance; `outside`: why its error is unknown."""
+    """Model chosen for a question. `met`: a model's error is within the tolerance; `outside`: why no error is known."""
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 
@@ -72,10 +72,10 @@ def make_plan(
 ) -> Plan:
     """Choose the cheapest model that answers `question` on `scene` (or its name or file) within `tolerance_pct`.
 
-    A model is accurate enough if its largest error on random scenes with the same defect and roller fit, against the
-    reference model at a finer step, is within the tolerance (see `measured.Bound`). If no model is, or nothing was
-    measured, the reference model is chosen and `met` is False. Raises `ConfigurationError` for a tolerance that is not
-    positive, a question that does not apply to the scene's defect, and a scene that no model can run.
+    A model is accurate enough if its largest error on random scenes with the same defect and rule for the roller
+    diameter, against the reference model at a finer step, is within the tolerance (see `measured.Bound`). If no model
+    is, or nothing was measured, the reference model is chosen and `met` is False. Raises `ConfigurationError` for a
+    tolerance that is not positive, a question that does not apply to the defect, or a scene that no model can run.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if question not in list(Question):

@@ -1,7 +1,7 @@
 """Questions about a scene, their answers from a run, and the error of an answer [%].
 
-Amplitudes are read as in the rig's records, from the vibration of the ring and without the rig's background noise.
-Errors of levels are converted to per cent of the amplitude: 3 dB are 41 %.
+Amplitudes are read from the simulated vibration in the same way as from the paper's recordings of its test rig, but
+without the background noise of the rig. Errors of levels are converted to per cent of the amplitude: 3 dB are 41 %.
 """
 
 import enum
@@ -99,9 +99,9 @@ def answer_questions(
 ) -> dict[Question, AnswerValues | None]:
     """Compute the answers of a successful run to all questions; None if the run is too short or has no answer.
 
-    The level increase by the defect needs `healthy`, a record of the same model without the defect. Line frequencies
-    follow from the mean cage speed (BPFO for a healthy bearing, none for a roller defect), since reading a line from a
-    short record is uncertain by some tenths of a per cent, more than the errors of the models.
+    The level increase by the defect needs `healthy`, a record of the same model without the defect. The line frequency
+    is computed from the mean cage speed, because a line read from a short record is uncertain by some tenths of a per
+    cent, more than the errors of the models. It is BPFO for a healthy bearing; there is none for a roller defect.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, AnswerValues | None] = dict.fromkeys(Question)
@@ -127,7 +127,7 @@ def answer_questions(
 def _amplitudes(
     record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
 ) -> dict[Question, AnswerValues | None]:
-    """Answer the questions on amplitudes for defect `kind` with its line at `order`; empty if sampled too slowly."""
+    """Answer the questions on amplitudes; `order`: of the defect's line. Empty if the sampling rate is too low."""
     if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
         return {}
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
@@ -143,7 +143,7 @@ def _amplitudes(
 
 
 def error_pct(question: Question, own: AnswerValues | None, right: AnswerValues | None) -> float | None:
-    """Error [%] of a model's answer `own` against the reference `right`; None if a quantity of `right` is missing."""
+    """Error [%] of answer `own` against reference `right`; None if one is missing or `own` lacks a value of `right`."""
     if own is None or right is None:
         return None
     # Quantities that are present in the reference; the error is infinite if the quantity is missing in `own`.

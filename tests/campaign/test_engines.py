@@ -156,7 +156,7 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
         ({"name": "threads"}, "'threads' is not known"),
         ({"name": "slurm"}, "'slurm' is not known.*--cluster-class dask_jobqueue.SLURMCluster"),
         ({"name": "local", "adapt": True}, "engine 'local' with --adapt"),
-        ({"scheduler": "tcp://x:1", "adapt": True}, "--scheduler excludes the other options"),
+        ({"scheduler": "tcp://x:1", "adapt": True}, "--scheduler excludes --cluster-class"),
         ({"cluster_class": "distributed.Nothing"}, "is not a class of Dask clusters"),
         ({"cluster_class": "queue.Queue"}, "is not a class of Dask clusters"),
         ({"cluster_class": "no_such.Cluster"}, "needs dask.*-m pip install .*dask-jobqueue"),

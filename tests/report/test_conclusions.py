@@ -61,8 +61,8 @@ READ = [SimpleNamespace(record=name) for name in ("OR_877rpm_sample.mat", "H_877
 SENTENCES = [  # text, words that it has, words that it has not
     (
         answer.finding_sentence(STATED),
-        "A finding about the model, not a failure of the program: the cage speed misses its tolerance of 0.1 % in the "
-        "paper's scene (at 877 rpm) and in the rig's scene (its change from 877 to 353 rpm). "
+        "A finding about the model, not a failure of the program: the cage ratio (cage over shaft speed) misses its "
+        "tolerance of 0.1 % in the paper's scene (at 877 rpm) and in the rig's scene (its change from 877 to 353 rpm). "
         "A scene is all inputs of a simulation.",
         None,
     ),
