@@ -96,8 +96,8 @@ class Traction(enum.StrEnum):
 class LineContact(Limited):
     """Contact between a roller and a race, divided into slices along the roller; for the slices model.
 
-    `slices`: their number. `damping_s`: damping over stiffness of a contact, also for the planar model's balls and
-    cylindrical rollers. With lubricated `traction` the coefficient of friction rises by `traction_slope` over the
+    `slices`: their number. `damping_s`: a contact's damping divided by its stiffness, also for the planar model's balls
+    and cylindrical rollers. With lubricated `traction` the coefficient of friction rises by `traction_slope` over the
     slide-to-roll ratio up to `traction_limit`; for dry traction see `Contact`. `outer_osculation`, `inner_osculation`:
     see `SphericalRollerGeometry`; None for the bearing's values.
     """

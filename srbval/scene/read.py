@@ -92,7 +92,7 @@ def bundled_table(name: str) -> Mapping[str, Any]:
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge `over` into `base`, also in nested tables; ``radial_n`` (with unit) replaces ``radial`` and vice versa."""
+    """Merge `over` into `base`, also in nested tables; keys with and without unit (``radial_n``) replace each other."""
     merged = dict(base)
     for key, value in over.items():
         for suffix in SI_SUFFIX.values():

@@ -43,7 +43,7 @@ class Scene(Limited):
     must be a whole number of solver steps. `detail_rate_hz`: rate of the detailed outputs (spins, contact loads), 0 for
     none. A profile replaces the constant speed or load and must cover the recorded time; its first value applies while
     settling. `slip_jitter`: relative standard deviation of the spacing of a defect's passages, in the impulse model;
-    `cage_slip`: relative lag of the cage behind pure rolling, in models that prescribe its speed. `sensor_path`:
+    `cage_slip`: relative lag of the cage behind pure rolling, in models that prescribe the cage speed. `sensor_path`:
     structure between ring and sensor, None for none; it does not affect the motion. `surface`: waves of races and
     rollers, None for perfectly round ones. `oil`: None for no losses by rolling, drag and cage pockets.
     """

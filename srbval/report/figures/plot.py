@@ -99,7 +99,7 @@ def _validation(of: Validation, axes: Any) -> None:
 
 
 def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:
-    """Draw signal and envelope in the middle of a record, and below them its envelope spectrum (see `plot`)."""
+    """Draw signal and envelope of a record's middle, and below them the record's envelope spectrum (see `plot`)."""
     record, _ = record_views(analysis, healthy)
     figure = new_figure((7.6, 5.4))
     upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))

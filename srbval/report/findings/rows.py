@@ -82,7 +82,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Return mean and 95 % half width [Hz] of a Table 6 `row`'s fault line in scene `rig`, simulated in `stored`."""
+    """Return mean and 95 % half width [Hz] of the line in Table 6's `row`, simulated in scene `rig` (`stored`)."""
     fault, variants = Fault(row["defect"]), stored.get("variants", ())
     analysis = rig[fault]
     found = [

@@ -140,7 +140,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """Run the model at a record's speed with defect `part` (default: the record's); None if unsuitable, or an error."""
+    """Run the model for a record with the defect `part`, or the record's; None if unsuitable, or why the run failed."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None
