@@ -15,9 +15,10 @@ BLOCKS = 8  # blocks of a piece; the larger scatter of blocks and of pairs count
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """Estimated relative `error` of the result named `of`, and `scatter`, the standard error of this estimate.
+    """Estimated relative `error` of one result due to the time step, and `scatter`, the standard error of the estimate.
 
-    `kind`: key of `ERROR_TOLERANCE`; `blocks`: effective number of blocks of the run from which `scatter` is computed.
+    `of`: name of the result, such as "drive power"; `kind`: its kind, which has a tolerance in `ERROR_TOLERANCE`;
+    `blocks`: effective number of blocks of the run, from whose differences `scatter` is computed.
     """
 
     kind: str
@@ -53,9 +54,9 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class StepError:
-    """Estimated errors due to the solver's time step, in mean cage speed, drive power and RMS in each frequency band.
+    """Estimated errors due to the solver's time step: of mean cage speed, drive power and RMS of vibration by band.
 
-    `energy`: part of the energy imbalance that finer steps would remove, as a share of the losses; NaN if unknown.
+    `energy`: part of the energy imbalance that finer steps would remove, over the dissipated energy; NaN if unknown.
     `stalled`: true if finer steps were tried and did not reduce the errors.
     """
 
@@ -80,7 +81,7 @@ class StepError:
         return tuple(estimate for estimate in self.estimates if estimate.undecided)
 
     def improves_on(self, coarser: "StepError") -> bool:
-        """True if an error above tolerance with `coarser` steps is now below `MAX_REMAINING_SHARE` of that error."""
+        """True if less than `MAX_REMAINING_SHARE` remains of an error that exceeds tolerance with `coarser` steps."""
         return any(
             abs(own.error) < MAX_REMAINING_SHARE * abs(theirs.error)
             for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
@@ -89,7 +90,7 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is 100 % or more; the state from which the compared runs start is then wrong, too."""
+        """True if an error is 100 % or more; the settled state at the start of the estimate is then wrong, too."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":
@@ -101,15 +102,16 @@ class StepError:
         )
 
     def averaged_with(self, coarser: "StepError") -> "StepError":
-        """Average each estimate with that extrapolated from `coarser` steps, weighted by inverse variances.
+        """Average each error with the error extrapolated from `coarser` steps, weighted by inverse variances.
 
-        Half of the extrapolated error is a further standard error, because the order of convergence is uncertain.
+        Because the order of convergence is uncertain, the variance of an extrapolated error contains the square of half
+        the error.
         """
         expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
-        """Largest error and its standard error [%] for each kind in `ERROR_TOLERANCE`; NaN without estimates."""
+        """Largest error and its standard error [%] for cage speed, band RMS and drive power; NaN without estimates."""
         found: dict[str, float] = {}
         for kind in ERROR_TOLERANCE:
             none = Estimate(kind=kind, of="", error=math.nan, scatter=math.nan)

@@ -1,4 +1,4 @@
-"""Oil films between rollers and races, their heating, and rolling resistance: closed forms in SI, floats or arrays.
+"""Oil films between rollers and races, their heating, and rolling resistance: formulas in SI, for floats or arrays.
 
 The page "Oil" of the theory has the formulas and their limits. Sources: D. Dowson & S. Toyoda 1979; B. J. Hamrock & D.
 Dowson 1977, J. Lubr. Technol. 99, 264 (only the abstract was read); J. F. Murch & W. R. D. Wilson 1975; B. Jacod, C. H.

@@ -41,7 +41,7 @@ class FullRun:
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Integrate `intervals` output intervals from number `first`; each `per_detail`-th has details (0: none)."""
+        """Integrate `intervals` output intervals from number `first`; each `per_detail`-th with rollers (0: none)."""
         return take_steps(
             self.model,
             self.state,
@@ -127,7 +127,7 @@ def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> di
 
 
 def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
-    """Tilt, shift and loads of free rollers after `whole` output intervals, for `free_rollers` of `RunSummary`."""
+    """Results after `whole` output intervals for rollers that tilt and slide axially: `RunSummary.free_rollers`."""
     from srbval.models.slices import MIN_LOAD_SHARE  # the only model with free rollers
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n[0].sum(axis=1).reshape(2, -1)

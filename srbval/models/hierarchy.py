@@ -24,11 +24,11 @@ class FidelityLevel:
     """Model of the hierarchy: `name`, short `title`, `place` (``module:function``) of the function that runs it.
 
     `parameters`: place of the function that assembles the parameters of a model with the full model's equations.
-    `columns`: columns of `outputs` that the model fills; the others are NaN. `own_solver`: name of the model's
-    integrator, None if the scene chooses the solver. `coarser`: number of the scene's steps that the model combines
-    into one, as far as the output interval allows. `lacks`: questions that the model cannot answer in any scene, and
-    the reasons. `needs`: table of a bearing's file that the model requires, one of `KNOWN_OF_BEARING`. `outside`: true
-    if the model is not part of the package.
+    `columns`: numbers of the columns in `outputs` that the model computes; the others are NaN. `own_solver`: name of
+    the model's integrator, None if the scene chooses the solver. `coarser`: the model's step is at most this many times
+    the scene's, and a whole number of steps fills an output interval. `lacks`: questions that the model cannot answer
+    in any scene, and the reasons. `needs`: table of a bearing's file that the model requires, one of
+    `KNOWN_OF_BEARING`. `outside`: true if the model is not part of the package.
     """
 
     name: str
@@ -80,7 +80,7 @@ class FidelityLevel:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules that a run with this model loads (for a model from outside, of all models)."""
+        """Names of the modules that a run with this model loads; a model from outside may call all other models."""
         if self.outside:
             return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)

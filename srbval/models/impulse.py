@@ -65,7 +65,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
 def _defect_passages(
     scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Passages over defect `number` of the scene, [k] each: time [s], race (0 outer, 1 inner), angle [rad]."""
+    """Passages over defect `number` of the scene, [k] each: time [s], race (0 outer, 1 inner), roller's angle [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
 
     def jitter(count: int) -> FloatArray:
@@ -135,9 +135,9 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
 
 
 def _move_mass(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:
-    """Velocity [m/s], [n, 2], of a mass on springs and dampers, [2, 2] each; `force`, [n, 2]: linear between samples.
+    """Velocity [m/s], [n, 2], of a mass on a spring and a damper (2 x 2 matrices) under a `force` of n samples, [n, 2].
 
-    The modes of vibration are computed separately; their coupling by damping is neglected.
+    The force is linear between samples. Each mode is computed alone: coupling by damping is neglected.
     """
     import scipy.signal
 

@@ -113,7 +113,7 @@ def passage_times(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Yield chunks of outputs, from prescribed motion and the `acceleration` in the plane [m/s2], [intervals, 2]."""
+    """Yield chunks of outputs from prescribed motion and the ring's `acceleration`, x and y [m/s2], [intervals, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
         out = np.full((whole, col.COLUMN_COUNT), np.nan)
@@ -124,7 +124,7 @@ def prescribed_outputs(
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the kinematic model; arguments as in `srbval.models.hierarchy`. A click is divided between two samples."""
+    """Run the kinematic model; arguments as in `srbval.models.hierarchy`. The two samples next to a click share it."""
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = PrescribedMotion(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)

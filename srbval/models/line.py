@@ -1,22 +1,24 @@
-"""Line model: the full model with continuous contact patches instead of points, three along each roller and race.
+"""Line model: the full model, with continuous contacts in place of the points of which its races consist.
 
-Only the contact differs from the full model. For force F and damping of a patch see "Continuous contact" on the page
-"Contact" of the theory; at the penetration d in its middle, the elastic energy is 2/5 F d. The full model's contact,
-about three points, differs by some per cent. Where a defect raises the race by h, the penetration is d + h.
+A race touches a roller on three circles, in one patch on each. Only this contact differs from the full model. For force
+F and damping of a patch see "Continuous contact" on the page "Contact" of the theory; at the penetration d in its
+middle, the elastic energy is 2/5 F d. The force of the full model, in which about three points touch, differs by some
+per cent. Where a defect raises the race by h, the penetration is d + h.
 
 The damping force depends on the rate of penetration in the middle: rolling adds as much to the rate on one side of the
-middle as it removes on the other. At xi half lengths from the middle the penetration is d (1 - xi^2). A race that turns
-at the angular speed W relative to a roller of radius rho slips faster there by W d (1 + 1/(kappa rho)) xi^2 (kappa:
-curvature of the gap), and also sideways if it turns about the contact's normal. Both slips are far above the critical
-velocity of eq. (19), the friction law. The patch therefore has three parts of equal load, each with its mean slip, and
-the law is averaged over the slips within a part. Neglected: the couples by which dampers resist rolling and friction
-resists pivoting, their power, and the inclination of the normal along a patch.
+middle as it removes on the other. At xi half lengths from the middle the penetration is d (1 - xi^2). If the race turns
+at the angular speed W relative to a roller of radius rho, the slip at xi is larger than in the middle by W d (1 +
+1/(kappa rho)) xi^2, with the curvature kappa of the gap. If the race turns about the contact's normal, it also slips
+sideways. Both slips are far above the critical velocity of the friction law, eq. (19) of the paper. The patch therefore
+has three parts of equal load, each with its mean slip, and the law is averaged over the slips within a part. Neglected:
+the couples by which dampers resist rolling and friction resists pivoting, their power, and the inclination of the
+normal along a patch.
 
-Near a defect, which may raise only a part of the patch, contact consists of `DENSER` times as many points as in the
-full model, with the stiffness and damping of each divided by this number. Elsewhere no points pass, so that a time step
-may be three times the full model's (RMS in 500-1500 Hz accurate to 1 %).
+Near a defect, which may raise only a part of the patch, the race consists of points as in the full model, but `DENSER`
+times as many; stiffness and damping of each are divided by this number. Elsewhere no points pass the roller, so that a
+time step may be three times the full model's (RMS in 500-1500 Hz accurate to 1 %).
 
-Answers: all questions, without the excitation by passing points. Cannot answer: this excitation; defects on rollers.
+Answers: all questions. Cannot answer: excitation by points that pass a roller in the full model; defects on rollers.
 """
 
 from __future__ import annotations
@@ -64,12 +66,12 @@ def _with_denser_points(scene: Scene) -> Scene:
 
 
 def _denser_defect(defect: Defect) -> Defect:
-    """Multiply the points of a defect by `DENSER` if no extent is given, so that the defect's length stays the same."""
+    """Multiply the points of a defect without extent by `DENSER`: the points are closer, but its length stays."""
     return defect if defect.extent_m is not None else replace(defect, points=DENSER * defect.points)
 
 
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
-    """Force and damping of a patch at 1 m of penetration, slip factor 1 + 1/(kappa rho), squared half length at 1 m."""
+    """Force, damping, rise of slip to the ends at 1 rad/s, squared half length of a patch, at 1 m of penetration."""
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
@@ -80,8 +82,9 @@ class Patch:
     """Contact patch between a roller and one of the three contact circles of a race.
 
     `stiffness_n_m2`, `damping_ns_m2`: stiffness and damping of a contact point in the full model, divided by
-    `spacing_m`, the distance between these points; `curvature_1_m`: curvature of the gap along the race; `lean_rad`,
-    `normal_rad`: angle of the circle's normal from the roller's slot, and from the bearing's radial direction.
+    `spacing_m`, the distance between these points; `curvature_1_m`: curvature of the gap along the race. The circle's
+    normal leans by `lean_rad` from the direction in which the roller slides in its pocket of the cage, and by
+    `normal_rad` from the bearing's radial direction.
     """
 
     stiffness_n_m2: float
@@ -103,7 +106,7 @@ class Patch:
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force [N] added by a raised piece with its middle at `middle_m` from the patch's middle; arrays broadcast."""
+        """Force [N] that a raised piece of race adds at the distance `middle_m` from the patch; arrays broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -119,7 +122,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Raised piece of a race, in parts of length `part_m`: their distances from its middle and heights, [parts]."""
+    """Raised piece of a race: offsets from its middle and heights, [parts], of parts of the length `part_m` each."""
 
     offset_m: FloatArray
     height_m: FloatArray
@@ -153,7 +156,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
 
 
 def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
-    """Convert a defect to a raised piece of its length: `extent_m`, or its number of points times `spacing_m`."""
+    """Convert a defect to a raised piece of race; length: `extent_m`, or the number of points times `spacing_m`."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
     parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5

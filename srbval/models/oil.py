@@ -1,8 +1,8 @@
 """Oil in the slices model: constants of traction, rolling resistance, drag and friction in cage pockets.
 
 The page "Oil" of the theory describes rolling resistance, drag, and what is neglected. The length of an elliptical
-contact follows B. J. Hamrock & D. Brewe 1983 (quoted from memory; for a circle it is Hertz's radius to 1 %). The area
-of the drag is a roller's length times its diameter, the density is the oil's density times `Oil.fill` (T. A. Harris &
+contact follows B. J. Hamrock & D. Brewe 1983 (quoted from memory; for a circle it is Hertz's radius to 1 %). The drag
+on a roller is computed with the area length times diameter and the oil's density times `Oil.fill` (T. A. Harris &
 M. N. Kotzalas, Advanced Concepts of Bearing Technology, 2006; quoted from memory)."""
 
 import math
@@ -45,13 +45,13 @@ class ContactShape:
         return float(min(found, self.roller_length_m))
 
     def rolling_couple_nm(self, oil: Oil, rate_rad_s: float, load_n: float, length_m: float) -> float:
-        """Couple of rolling resistance [N m]: 2 R `rolling_force_n`; R: reduced radius, `rate_rad_s`: speed / R."""
+        """Couple of rolling resistance [N m], 2 R `rolling_force_n`; `rate_rad_s`: rolling speed / reduced radius R."""
         force = rolling_force_n(oil, rate_rad_s * self.along_m, load_n, self.along_m, length_m)
         return 2 * force * self.along_m
 
 
 def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
-    """Constants of traction by oil films in the contacts `shapes`; fit of viscosity / thickness accurate to 5 %."""
+    """Constants of the friction of oil films in contacts `shapes`; fitted viscosity / thickness is accurate to 5 %."""
     films = [[line_film_m(oil, 1.0, line_load_n_m(p, s.along_m), s.along_m) for p in PRESSURES_PA] for s in shapes]
     thickness = min(line_film_m(oil, 1.0, line_load_n_m(REFERENCE_PA, s.along_m), s.along_m) for s in shapes)
     thicker = np.array([oil.log_thickening(p) for p in PRESSURES_PA]) - np.log(np.array(films) / thickness)

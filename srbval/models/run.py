@@ -82,9 +82,9 @@ class RunSummary:
     `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` the ratio of pure rolling,
     `cage_course` the ratio at the run's start and end. `roller_load_share` is the share of the mean radial load on the
     rollers (NaN without a load; the housing spring carries the rest), `balanced_share` their share in static balance.
-    `drive_power_w` is the mean power of the shaft's drive; `energy_imbalance` and `missing_n` (along the load): see
-    `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration, `idle_share` the
-    share of the time without any contact.
+    `drive_power_w` is the mean power of the shaft's drive. For `energy_imbalance` and `missing_n` (part along the
+    load) see `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration,
+    `idle_share` the share of the time without any contact.
 
     `step_error`: errors due to the step, None if not estimated; `step_limit_s`: longest stable step
     (`step_limits.elastic_limit_s`), `default_limit_s`: of the default solver; `check_wall_s`: wall time of checking the
@@ -195,14 +195,14 @@ class Run(RunSummary, Outputs, NotebookObject):
         return np.arange(len(self.out)) / self.scene.output_rate_hz
 
     def to_frame(self) -> pandas.DataFrame:
-        """Convert to a pandas table with a row for each output interval: time, and the variables of a run file."""
+        """Convert to a pandas table with a row for each output interval: start `time_s`, variables of a run file."""
         import pandas
 
         columns = {name: self.out[:, variable["column"]] for name, variable in VARIABLES.items()}
         return pandas.DataFrame({"time_s": self.time_s} | columns)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Convert to the data set that xarray reads from the run's file, with units, names and attributes."""
+        """Convert to the data set that xarray reads from the run's file, with units; times are ends of intervals."""
         engine = require_xarray()
         with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
             load_public("write_run")(self, path := Path(folder) / "run.h5")

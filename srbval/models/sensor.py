@@ -83,8 +83,8 @@ class SensorFilter:
     """Filter that converts the ring's acceleration to the sensor's; without a `path`, the component along its axis.
 
     The path's frequency response is converted to an impulse response of the length `FILTER_S`, one for each direction
-    of the ring's acceleration, and multiplied by a Hann window; this smooths the response within 40 Hz of each band's
-    edge. The output is delayed by `FILTER_S` / 2 and begins at rest.
+    of the ring's acceleration, and multiplied by a Hann window; this smooths the response within 40 Hz of the edges of
+    the path's third octaves. The output is delayed by `FILTER_S` / 2 and begins at rest.
     """
 
     def __init__(self, path: SensorPath | None, fs_hz: float, load_direction_rad: float) -> None:

@@ -1,14 +1,14 @@
 """Slices model: the full model with contacts cut into slices along the roller, after ISO/TS 16281.
 
 Only the contact differs from the full model, see "Contact cut into slices" on the page "Contact" of the theory. A
-defect is an opening of its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a
-roller; slices are finer there.
+defect has its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a roller; slices
+are narrower there.
 
 Neglected: variation of slip within a slice, both along the race and, by pivoting about the normal, across its width;
 crowned ends of rollers; support of slices by their neighbours.
 
-Answers: all questions. Cannot answer: excitation by passing points, which no real raceway has; two defects that one
-roller touches at the same time.
+Answers: all questions. Cannot answer: excitation by the points of which only races of the full model consist; two
+defects that one roller touches at the same time.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def films_m(
 def _slice_table(
     races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float], on_rollers: int
 ) -> SliceTable:
-    """Join the tables of slices of both races; those of `on_rollers` defects on rollers are last, in reverse."""
+    """Join the tables of slices of both races; those of `on_rollers` defects on rollers are last, last one first."""
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
     table, middle, reach = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows)), np.zeros((2, windows))
@@ -160,8 +160,8 @@ class Openings(NamedTuple):
     """Tables of slices of the contact with one race, [col.SLICE_ROWS constants, slices] each.
 
     `rows`: a table for the undamaged race, then one for each defect on the race; `of_rollers`: one for each defect on a
-    roller; `middle_rad`: angle from the x axis to the middle of the defect, for each table in `rows`; `window_of`, [2
-    rows of rollers, RACE_POSITIONS angles]: index in `rows` of the table for a roller at each angle.
+    roller; `middle_rad`: angle from the x axis to the middle of the defect, for each table in `rows`; `window_of`, [2,
+    RACE_POSITIONS]: index in `rows` of the table for a roller of the bearing's row 1 or 2, at each angle.
     """
 
     rows: list[FloatArray]
@@ -196,10 +196,11 @@ class SlicedContact:
         return ContactShape(float(self.gap_curvature_1_m(np.zeros(1))[0]), across, self.geometry.roller_width_m)
 
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Points on a race: radius about the shaft, distance from the mid-plane [m]; normal, radial and axial part.
+        """Points on a race: radius about the shaft, distance from mid-plane [m]; normal's radial and axial component.
 
-        `axial_m`: the points' outward distances from the roller's middle along the roller. The races' profiles are the
-        arcs of the paper's eq. (17); the inner arc's centre is shifted by the difference of the profile radii.
+        `axial_m`: distances of the points from the roller's middle, along the roller away from the mid-plane. The
+        races' profiles are the arcs of the paper's eq. (17); the inner arc's centre is shifted by the difference of the
+        profile radii.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m

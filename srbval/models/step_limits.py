@@ -1,9 +1,9 @@
 """Longest stable step of each solver: for a linear system, for a run's stiffest roller, and for the whole bearing.
 
 A model is linearised about static balance by central differences of its equations of motion, with the shaft and all
-bodies at rest. Every contact then sticks: friction rises most steeply with slip, or in oil as steeply as at the running
-speed. Effects of rotation (gyroscopic torques, points that enter and leave contact, impacts of a defect) are not
-included. Each step is a linear map, as in `step_kernel`: friction and damping implicit, stiffness explicit.
+bodies at rest. No contact slips then, so that friction rises most steeply with slip; in oil the rise is that at the
+running speed. Effects of rotation (gyroscopic torques, points that enter and leave contact, impacts of a defect) are
+not included. Each step is a linear map, as in `step_kernel`: friction and damping implicit, stiffness explicit.
 
 The rollers are the lightest bodies on the stiffest springs, so the roller that bounces fastest between the races limits
 the step of a run. This limit does not include friction, which chatters within bounds if it is integrated explicitly.
@@ -133,7 +133,7 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
 
 
 def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
-    """Matrix by which a step of an implicit method multiplies q and v (imex1, imex2: and predicted change of v)."""
+    """Matrix by which a step of an implicit method multiplies q and v, in imex1 and imex2 also v's predicted change."""
     coefficients = method.coefficients
     damping = np.eye(len(system.damping)) - coefficients.implicit_coefficient * step_s * system.damping
     damp = np.asarray(np.linalg.inv(damping), dtype=np.float64)
@@ -142,7 +142,7 @@ def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
 
 
 def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix by which a step `h` of imex1 or imex2 multiplies q, v, predicted change of v; `damp`: `_rosenbrock`."""
+    """Matrix by which a step `h` of imex1 or imex2 multiplies q, v, v's predicted change; `damp`: see `_rosenbrock`."""
     coordinates, speeds = system.motion.shape
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping

@@ -2,12 +2,12 @@
 
 The TOML file ``bearing.toml`` beside ``bearing.fmu`` names the variables of the FMU::
 
-    [scene]                                # key of a scene, in SI = variable that is set before the run
+    [scene]                                # setting of the scene (key with SI unit) = variable that receives it
     shaft_speed_rad_s = "shaft_speed"
     "load.radial_n" = { variable = "radial_load", unit = "kN" }
     "defect.kind" = { variable = "defect", none = 0, outer = 1, inner = 2, roller = 3 }
 
-    [signals]                              # signal of `SimulatedSignals`, vectors by axis = output variable
+    [signals]                              # signal of `SimulatedSignals` (vectors: each axis) = output variable
     acceleration_x_m_s2 = "housing.a_x"
     acceleration_y_m_s2 = "housing.a_y"
     cage_angle_rad = "cage.phi"
@@ -37,7 +37,7 @@ FMU_SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for ax
 
 
 class FmuVariable(NamedTuple):
-    """Variable `name` of an FMU for `key`, the key of a setting of the scene or of a signal.
+    """Variable `name` of an FMU, which receives the scene's setting `key` or computes the signal `key`.
 
     `unit`: the variable's unit in SI, such as 1000 for kN; `codes`: numbers that encode words, such as outer = 1.
     """

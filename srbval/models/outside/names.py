@@ -53,7 +53,8 @@ def solvers_of(name: str) -> tuple[str, ...]:
 def sources_of_model(name: str) -> list[Path]:
     """Source files of a model from outside, main file first.
 
-    A Python file with its imports from its folder, a package, an FMU with its TOML file, or a command's files.
+    They are a Python file and the files in its folder that it imports, all Python files of a package, an FMU and its
+    TOML file, or the files that a command names.
     """
     place = entry_points().get(name, name)
     if place.startswith(COMMAND):

@@ -5,7 +5,8 @@ point contact, cylindrical rollers in line contact, see `contacts`.
 
 Suitable for: harmonics of fault lines, sidebands by load-zone modulation, amplitude, roller passage (variable
 compliance) of a healthy bearing. Not suitable for: slip (the cage only lags by the scene's constant `cage_slip`), noise
-floor (no rattling or chatter), axial load or motion, excitation by the points of the paper's raceways, energy, roller
-dynamics. A defect of a ball stays on the ball's running track. The contact angle does not change with the load. The
-axial force that a radial load causes in a tapered or angular contact bearing is assumed to be carried elsewhere.
+floor (no rattling or chatter), axial load or motion, energy, roller dynamics, and the excitation by points of which the
+races of the full model consist. A defect of a ball stays on the ball's running track. The contact angle does not change
+with the load. The axial force that a radial load causes in a tapered or angular contact bearing is assumed to be
+carried elsewhere.
 """

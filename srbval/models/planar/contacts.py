@@ -4,8 +4,9 @@
 direction. A roller slides in its slot of the cage, by `slide` towards the outer race, until both races press equally.
 Spherical rollers touch a race on three circles. If a circle's normal leans by b from the slot and by a from the radial
 direction, the penetration is approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the
-inner race; e_o, e_i: roller radius minus the distance from each race to the roller's centre at no slide and approach.
-Forces (`line.Patch`) are tabulated over the approach, the force that a defect adds over approach and its position.
+inner race. Without slide and approach the penetrations are e_o and e_i: the roller's radius minus the distance of its
+centre from the race. The force of `line.Patch` is tabulated over the approach; a second table contains the force that a
+defect adds, over the approach and the defect's position.
 
 Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
 model hierarchy" of the theory, section "planar". The contact angle is constant.
@@ -48,7 +49,7 @@ POSITIONS = 64  # tabulated positions of a defect, from under the roller to the 
 
 
 class DefectHeight(NamedTuple):
-    """Defect on `circle` (0 to 2) of a `race` (0 outer, 1 inner), `middle_m` from the roller; `part`: its heights."""
+    """Raised piece `part` on a contact `circle` (0 to 2) of a `race` (0 outer, 1 inner), `middle_m` from the roller."""
 
     race: int
     circle: int
@@ -58,15 +59,16 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races, outer first; `excess_m`: roller radius minus race distance."""
+    """Contacts of a spherical roller with both races, outer first; `excess_m`: see `ElementSlot`."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Return a function that places the defect at a distance from the roller, its reach and the race radius [m].
+        """Return the defect as a function of its distance from the roller, then its reach and the race's radius [m].
 
-        Reach: largest distance at which the roller touches the defect; `deepest_m`: largest approach of the rings.
+        The reach is the largest distance at which the roller touches the defect; `deepest_m`: largest approach of the
+        rings.
         """
         circle = defect.circle - 1
         patch = self.patches[race][circle]
@@ -144,10 +146,11 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 
 @dataclass(frozen=True)
 class Race:
-    """Contact of a ball or roller with one race, in strips: force per length = `stiffness` * penetration^`exponent`.
+    """Contact of a ball or roller with one race, in strips along the race.
 
-    At x from the middle across the race, a ball's penetration is smaller by `fall_1_m` x^2 / 2; a roller's is constant
-    over its `length_m`. `along_1_m`: curvature of the gap along the race; `radius_m`: radius of the race.
+    Force of a strip = width * `stiffness` * penetration^`exponent`. The penetration of a ball falls across the race, by
+    `fall_1_m` x^2 / 2 at the distance x from the middle; that of a roller is constant over its `length_m`. `along_1_m`:
+    curvature of the gap along the race; `radius_m`: radius of the race.
     """
 
     stiffness: float
@@ -181,7 +184,7 @@ class Race:
 
 
 class Opening(NamedTuple):
-    """Pit or bump of a race (0 outer, 1 inner): strips along it, of half lengths `half_m`, at the places `across_m`.
+    """Pit or bump of a race (0 outer, 1 inner), in strips along the race with half lengths `half_m`, at `across_m`.
 
     `middle_m`: distance of the defect's middle from the ball or roller along the race, any shape.
     """
@@ -255,11 +258,11 @@ class ElementSlot:
 
 
 def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Divide a defect, as far as contacts reach, into strips along the race: places across, half lengths, one width."""
+    """Cut a defect, as far as contacts reach, into strips along the race: positions, half lengths, common width."""
     if defect.extent_m is None:
         raise ConfigurationError(
-            f"a defect of {defect.points} points: the model of this bearing has no race points; give the defect an "
-            "extent, for example extent = '0.5 mm'."
+            f"a defect of {defect.points} points: races of this bearing's model have no points; give the defect's "
+            "length, for example extent = '0.5 mm'."
         )
     if defect.shape is DefectShape.COSINE:
         raise ConfigurationError("defect shape = 'cosine': use 'flat' or 'hole' with balls or cylindrical rollers.")
@@ -323,7 +326,7 @@ def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
 
     After Harris & Kotzalas, Essential Concepts of Bearing Technology (2006), chapter 6 (quoted from memory; compared
     with the displacement of a half-space under the pressure found, in ``tests/models/test_elements.py``); the equation
-    of the ratio k of the ellipse's axes is on the page "The model hierarchy" of the theory.
+    of the ratio of the ellipse's axes is on the page "The model hierarchy" of the theory.
     """
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
@@ -350,9 +353,10 @@ ElementContact = Slot | ElementSlot
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceTable:
-    """Table `values` of an undamaged contact, over approach: rows of force [N], damping [N s/m], penetration [m].
+    """Table of an undamaged contact; rows of `values`: force [N], damping [N s/m], penetration [m].
 
-    Approaches of the rings: from `start_m` up to `deepest_m` in steps of `step_m`, in tables of defects `bump_step_m`.
+    Columns: approaches of the rings from `start_m` up to `deepest_m`, in steps of `step_m`. Tables of the forces that
+    defects add have steps of `bump_step_m`.
     """
 
     start_m: float
