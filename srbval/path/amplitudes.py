@@ -42,7 +42,7 @@ LEVEL_BANDS = {f"{hz:.0f} Hz": edges for hz, edges in third_octaves(WHOLE_HZ).it
 class Amplitude:
     """Quantity of a record, such as a level or kurtosis, with the half width `ci95` of its 95 % interval.
 
-    `present` is true if the quantity exceeds the noise; `least` is the smallest value that would exceed it.
+    `present` is false if noise may explain the value; `least` is the smallest value that noise does not explain.
     """
 
     value: float
@@ -57,7 +57,10 @@ def decibels(power: float) -> float:
 
 
 def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]]) -> dict[str, float]:
-    """Power in each band [(m/s2)^2] by Welch's method, corrected for the averaging of a simulated signal's samples."""
+    """Power in each band [(m/s2)^2] by Welch's method.
+
+    The samples of a simulated record are means over the sampling interval; the attenuation is compensated.
+    """
     fs_hz, found = recording.fs_hz, {}
     at_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
     if recording.origin is Origin.SIMULATED:
@@ -91,7 +94,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Level per third octave of the power that repeats with a fault line [dB re 1 m/s2], see `locked_powers`."""
+    """Level per third octave of power that recurs at each passage over a defect [dB re 1 m/s2], see `locked_powers`."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)
@@ -107,7 +110,7 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 def pattern(
     recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands of a fault line over its first harmonic [dB], its depth [%], kurtosis in two bands."""
+    """Harmonics and sidebands of a fault line relative to its first harmonic [dB], modulation depth [%], `kurtoses`."""
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
@@ -132,7 +135,7 @@ def pattern(
 
 
 def kurtoses(recording: Recording) -> dict[str, Amplitude]:
-    """Kurtosis in each of `KURTOSIS_BANDS`; intervals by the jackknife over blocks (Efron & Stein 1981)."""
+    """Kurtosis of a record in each of `KURTOSIS_BANDS`; intervals by the jackknife over blocks (Efron & Stein 1981)."""
     found = {}
     for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(BAND_FILTER_ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
@@ -161,8 +164,8 @@ def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: flo
     """Standard deviation tau of the level between mountings of a bearing [dB]: posterior mean and 95 % interval.
 
     `pairs` are (faulty, healthy) records. Only third octaves in which the faulty record is quieter are used, since a
-    fault adds power. The differences in them are half-normal with variance 2 tau^2 + u^2, u from both readings; the
-    prior of tau is half-normal with scale `prior_db`.
+    fault adds power. Their level differences are half-normal with variance 2 tau^2 + u^2, u being the random error
+    of a difference of two finite records; the prior of tau is half-normal with scale `prior_db`.
     """
     off, u = [], []
     for faulty, healthy in pairs:

@@ -1,7 +1,8 @@
 """Identification of the path to the sensor from records of a known fault; equations: theory, "The path to the sensor".
 
-Gains are identified from the lowest to the highest third octave with significant power that repeats with the fault,
-and interpolated between. Sidebands are compared in the band of the record's data set, or else in the path's band.
+The path has gains from the lowest to the highest third octave in which the power that repeats with the fault exceeds
+its standard deviation; missing gains between are interpolated. The sidebands of record and run are compared in the band
+stated for the record, or else in the band of the path.
 """
 
 import json
@@ -45,11 +46,12 @@ Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowe
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identified:
-    """Path to the sensor, with the powers and sidebands of a record and a simulated run from which it follows.
+    """Path to the sensor, with the powers and sidebands from which it was identified.
 
-    `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the power that repeats with the fault in
-    the record (NaN if not present) and in the run along and across the load. `sidebands_db` [2, 2] are the sidebands of
-    the record and of the run behind the path, at one and two spacings; None without a record of an inner-race fault.
+    `bands` has a row for each third octave: the gains of the path and, in dB re 1 m/s2, the power that repeats with the
+    fault in the record (NaN if not present) and in the ring's simulated motion along and across the load.
+    `sidebands_db` [2, 2] are sidebands relative to the fault line: of the record and of the run with the path (rows),
+    one and two shaft frequencies from the line (columns). It is None without a record of an inner-race fault.
     """
 
     path: SensorPath
@@ -81,11 +83,12 @@ def identify(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> Identified:
-    """Identify the path to the sensor behind which the run of `pair` has the power of its record in all third octaves.
+    """Identify the path to the sensor that gives the run of `pair` the power of its record in all third octaves.
 
-    The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on
-    the inner race. Power of a `healthy` record at the same shaft order is subtracted. Raises `DataError` for unusable
-    records, `ConfigurationError` for an unknown fault or a band beyond a record (default: `DEFAULT_BAND_HZ`).
+    "Power" is the power that repeats with the fault; if a `healthy` record is given, its power that repeats at the same
+    frequency is subtracted. The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of
+    `pair` if its fault is on the inner race. Raises `DataError` for unusable records, `ConfigurationError` for an
+    unknown fault or a band beyond a record (default: `DEFAULT_BAND_HZ`).
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
@@ -207,7 +210,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Level of a run's power that repeats at shaft order `order`, in each band wide enough for it [dB re 1 m/s2]."""
+    """Level of a run's power that repeats at shaft order `order`, in each sufficiently wide band [dB re 1 m/s2]."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "
@@ -225,7 +228,7 @@ def _interpolate_missing(values: FloatArray) -> FloatArray:
 def _fit_cross_ratio(
     pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
 ) -> tuple[float, float, FloatArray]:
-    """Fit the gain across the load over that along it: ratio, uncertainty [dB], sidebands [dB] of record and run."""
+    """Fit the ratio of gains across and along the load; returns ratio, error [dB], sidebands [dB] of record and run."""
     from scipy.optimize import minimize_scalar
 
     any_path = path_with(1.0)
@@ -239,8 +242,8 @@ def _fit_cross_ratio(
     wanted, u, present = sidebands(pair.record, found_order(pair.record, bearing, band_hz))
     if pair.record.state is not Fault.INNER or not present.all():
         raise DataError(
-            f"{pair.record.name}: the ratio of the path's directions follows from the sidebands of an inner-race "
-            "fault, which are not detected here. Use another record for --cross-from."
+            f"{pair.record.name}: the ratio of the path's gains across and along the load follows from the sidebands "
+            "of an inner-race fault, which are not detected here. Use another record for --cross-from."
         )
     run_order = line_order(pair.run, bearing)
 

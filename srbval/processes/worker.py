@@ -42,9 +42,10 @@ def wait_for_result(future: Future[Result]) -> Result:
 
 @contextlib.contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Context that delays Ctrl-C; processes started in it never receive it; a handler set in it is removed at its end.
+    """Context in which Ctrl-C is delayed. Processes that are started in it never receive Ctrl-C.
 
-    For example, importing `runner` of dask-jobqueue sets a handler that ends the program as if all work were done.
+    If code in the context sets a handler of Ctrl-C, the former handler is restored at the end: the import of `runner`
+    of dask-jobqueue, for example, sets a handler that ends the program as if all work were done.
     """
     masks, handler = hasattr(signal, "pthread_sigmask"), signal.getsignal(signal.SIGINT)
     main, came = threading.current_thread() is threading.main_thread(), list[int]()
@@ -83,9 +84,9 @@ class WorkerProcess:
     """Process that runs ``python -m module``, which calls `serve_calls`; if it died, the next `call` starts it again.
 
     `environment` is added to the environment of this process. With `own_group`, child processes of the worker end with
-    it. With `may_fork`, the worker is a forked copy of this process and need not repeat its imports, unless other
-    threads make that unsafe; it then passes the function `prepare_worker` of `module` to `serve_calls`. Requests and
-    answers are pickled, so the worker must run trusted code.
+    it. With `may_fork`, the worker is a forked copy of this process, which need not repeat imports, unless other
+    threads make a fork unsafe; the copy calls `serve_calls` with the function `prepare_worker` of `module`. Requests
+    and answers are pickled, so the worker must run trusted code.
     """
 
     def __init__(

@@ -79,7 +79,7 @@ class Analysis(SpeedSearch, NotebookObject):
         return self.line(fault.line or "")
 
     def to_frame(self, rows: str = "lines") -> "pandas.DataFrame":
-        """Pandas table of all lines or, if `rows` is ``families``, of the first harmonics with their states."""
+        """Pandas table of all lines or, if `rows` is ``families``, of the first harmonics (see `families`)."""
         import pandas
 
         lines = [vars(line) | {"false_alarm": line.false_alarm} for line in self.lines]
@@ -159,13 +159,14 @@ def analyse(
     """Read the fault lines of a bearing in a recording, a file or a run.
 
     The default `bearing` is the one stated in the record. `stated` are fields of `RecordingSettings` such as `rpm`,
-    `channel`, `fs_hz`, `unit`. `speed` and `band_hz` [Hz] override the recording's. With `auto_band`, or if no band is
-    stated, the band is chosen from the record (`bands_of_record`) and is limited to the range of a `healthy` record to
-    compare with; with `whole_band` the whole band is used if no band is stated. A nominal speed is replaced by a more
-    certain speed within its tolerance (`speed_search.search`). Frequencies refer to the mean speed. `trials` is the
-    number of parts of a long record among which this part was chosen; the record itself is not divided (see
-    `analyse_by_parts`). Raises `ConfigurationError` for a missing speed or bearing or an impossible band, `DataError`
-    for a constant or short record, and the errors of `load_recording`.
+    `channel`, `fs_hz`, `unit`. `speed` and `band_hz` [Hz] override the values of the recording. With `auto_band`, or if
+    no band is stated, the band is chosen from the record (`bands_of_record`), below half the sampling rate of a
+    `healthy` record so that both can be compared; with `whole_band` the whole band is used if no band is stated. If a
+    more certain speed within the tolerance of a nominal speed is found in the record, it is used instead
+    (`speed_search.search`). Frequencies refer to the mean speed. `trials` is the number of parts of a long record among
+    which this part was chosen; the record itself is not divided (see `analyse_by_parts`). Raises `ConfigurationError`
+    for a missing speed or bearing or an impossible band, `DataError` for a constant or short record, and the errors of
+    `load_recording`.
     """
     recording = recording_of(source, settings_of(stated))
     bearing = bearing_of(recording, bearing)
@@ -210,9 +211,9 @@ def _clearest(
         revolutions = round(left_s * known_speed.value_hz, 1)
         if revolutions < LEAST_REVOLUTIONS:
             raise ShortRecordError(
-                f"{recording.name} lasts {left_s:.3g} s without its ends, {revolutions:g} revolutions; "
-                f"at least {LEAST_REVOLUTIONS} are needed to separate a fault line from shaft lines. Record at least "
-                f"{LEAST_REVOLUTIONS / known_speed.value_hz + 2 * ends_s:.3g} s."
+                f"{recording.name}: without the ends, which the filter distorts, {left_s:.3g} s ({revolutions:g} "
+                f"revolutions) remain; at least {LEAST_REVOLUTIONS} revolutions are needed to separate a fault line "
+                f"from shaft lines. Record at least {LEAST_REVOLUTIONS / known_speed.value_hz + 2 * ends_s:.3g} s."
             )
         processed = replace(process(recording, band_hz=band.band_hz, tracking=tracking), trials=trials)
         found = search(processed, bearing, known_speed)

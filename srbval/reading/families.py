@@ -1,4 +1,4 @@
-"""Families (a bearing line, its harmonics and sidebands): search windows, and placebos (combs of no bearing line)."""
+"""Families (a bearing line, its harmonics and sidebands): search windows, and frequencies without a bearing line."""
 
 import math
 from dataclasses import dataclass
@@ -72,7 +72,7 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Frequencies [Hz], [n], within an octave of `scale` times a family's line at which the bearing has no line."""
+    """Frequencies without a bearing line [Hz], [n], within an octave of a family's line (`is_placebo_order`)."""
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -83,9 +83,10 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each of `candidates_hz` [n] that is near no shaft harmonic, bearing line or simple ratio of one.
+    """True for each of `candidates_hz` [n] that is near no shaft harmonic, bearing line or simple ratio of a line.
 
-    Lines are expected at `scale` times the `speed`; "near" is within `APART` times `relative`, as a share of the line.
+    Lines are expected at `scale` times their frequencies at `speed`. A candidate is near a line if their relative
+    distance is below `APART` times `relative`, the relative half width of a search window.
     """
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in SIMPLE_RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
@@ -104,11 +105,12 @@ def identity_probability(
     """Probability that the peak of `reading`, searched about `centre_hz`, is the bearing's line and not another source.
 
     d is the peak's distance from the centre, w the half width of the window, both as shares of `centre_hz`. The odds of
-    the line are t(d / s) 2 w / (s F B). t is Student's density: for the line d scatters by s, s^2 = SLIP_SPREAD^2 +
-    u^2, with u the relative standard uncertainty of reading and speed. F is the share of t within the window, in which
-    d is uniform for another source. B = -e p ln p (1 from p = 1/e) is the least Bayes factor for another source, p =
-    `other_chance` its chance of so strong a peak (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory,
-    not checked). Half of the excess of `largest_slip` over `LARGEST_SLIP` adds to s as a root sum of squares.
+    the line are t(d / s) 2 w / (s F B). For the line, d has Student's density t with the scale s, the root sum of
+    squares of `SLIP_SPREAD`, half of the excess of `largest_slip` over `LARGEST_SLIP`, and the relative standard
+    uncertainty of reading and speed; F is the probability that the line is inside the window. For another source, d is
+    uniform in the window, and B = -e p ln p (1 from p = 1/e) is the least Bayes factor in favour of such a source, if
+    p = `other_chance` is the probability that it has so strong a peak (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62,
+    quoted from memory, not checked).
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2

@@ -26,7 +26,7 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 
 
 def features_of(analysis: Analysis) -> dict[str, Any]:
-    """Compute the features of the analysed channel, minus its mean; `velocity_missing` explains a missing velocity.
+    """Compute the features of the analysed channel without its mean; `velocity_missing` explains a missing velocity.
 
     The features of a long record describe the whole record, except `band_rms`, which describes the analysed part.
     """
@@ -65,7 +65,7 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
 def velocity_rms(
     samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION_UNIT
 ) -> float:
-    """RMS of the velocity in a band [m/s], under a Hann window, from samples [n] in a unit of `VELOCITIES`."""
+    """RMS of the velocity in a band [m/s], under a Hann window, from samples [n] in m/s2, mm/s or µm."""
     window, (exponent, factor) = np.hanning(samples.size), VELOCITIES[unit]
     spectrum = np.fft.rfft(window * (samples - samples.mean()))
     frequency = np.fft.rfftfreq(samples.size, 1 / fs_hz)

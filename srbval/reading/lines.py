@@ -55,10 +55,11 @@ class NotDetected(enum.StrEnum):
 class Line:
     """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
 
-    `deviation_pct` is relative to `kinematic_hz`; only its interval includes the uncertainty of the speed. The first
-    harmonic comes from the joint fit of all harmonics and is ranked among combs of no bearing line (placebos);
-    harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio or another
-    explanation of the peak. `identity_probability` is the probability that a first harmonic's peak is this line.
+    `deviation_pct` is the deviation from `kinematic_hz`; `deviation_ci95_pct` includes the uncertainty of the speed,
+    `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics and is ranked among combs at
+    frequencies without a bearing line (placebos); harmonics and sidebands are read one by one. `explained_by`
+    names a stronger line at a simple ratio or another explanation of the peak. `identity_probability` is the
+    probability that a first harmonic's peak is this line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -157,10 +158,11 @@ def read_lines(
 ) -> tuple[Line, ...]:
     """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, at a shaft speed.
 
-    All lines are searched near `scale` times their kinematic frequencies; with a nominal speed the first detected line
-    also sets the scale of the others. The cage line is read by itself, since its harmonics coincide with other lines.
-    First harmonics are ranked among `combs` placebos (combs of no bearing line). With `brief` only first harmonics are
-    read, and only those that noise does not explain are ranked; the detected lines are the same.
+    All lines are searched near `scale` times their kinematic frequencies. At a nominal speed, the scale is replaced by
+    the ratio of the first detected line to its kinematic frequency. The cage line is read by itself, since its
+    harmonics coincide with other lines. First harmonics are ranked among `combs` placebos (combs at frequencies without
+    a bearing line). With `brief` only first harmonics are read, and only those that noise does not explain are ranked;
+    the detected lines are the same.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families

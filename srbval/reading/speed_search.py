@@ -1,4 +1,4 @@
-"""Search for the lines and the shaft speed of a processed record, in windows as wide as slip and speed require.
+"""Search for the lines and the shaft speed of a processed record, within the tolerances of slip and speed.
 
 A nominal speed may be wrong by more than a window. The speed is then estimated from the record; if this fails, lines
 are read at several trial speeds. A speed outside the tolerance, or a line outside all windows, is only reported.
@@ -34,7 +34,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb outside the windows, `off_pct` [%] from line `name`: it is that line if the shaft turns at `shaft_hz`."""
+    """Comb outside the search windows, `off_pct` [%] from line `name`: this line if the shaft turns at `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -199,7 +199,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """Find the strongest comb outside the windows and all lines at its shaft speed, unless a fault line was found."""
+    """Find the strongest comb outside the windows and the lines at the speed it implies, if no fault line was found."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
@@ -249,8 +249,8 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
     """Follow the speed of a drifting shaft by the comb of a fault that is clear in all parts of a record.
 
-    The comb is the highest within `SEARCH_SHARE` of a fault line's kinematic frequency. None if the combs are less
-    probable with a fault than without (`LOG_RATIO_ONSET`), or move by less than the search window of a steady shaft.
+    The comb is the highest within `SEARCH_SHARE` of a fault line's kinematic frequency. Returns None if such combs are
+    more probable in a sound bearing (`LOG_RATIO_ONSET`), or if their frequency varies by less than the search window.
     """
     size = processed.squared.size // DRIFT_PARTS
     part_s = size / processed.squared_fs_hz

@@ -56,7 +56,7 @@ class LineReading:
 
 
 def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
-    """True if a line is explained neither by noise nor, if ranked, by placebos (combs of no bearing line)."""
+    """True if a line is explained neither by noise nor, if ranked, by placebos (combs without a bearing line)."""
     return noise_false_alarm < FALSE_ALARM and (placebo_false_alarm or 0.0) < PLACEBO_FALSE_ALARM
 
 

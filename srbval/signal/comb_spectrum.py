@@ -36,8 +36,8 @@ class CombSpectrum:
     def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float, harmonics: int) -> CombSpectrum:
         """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`, equally many per record.
 
-        The mean of n records scatters less by the root of n: the distances of log(1 + S/N) from their median are
-        multiplied by it, to be comparable with those of one record. Depths then follow from the power above noise.
+        The mean of n records scatters less by the root of n, so the distances of log(1 + S/N) from their median are
+        multiplied by this root, to be comparable with those of one record; depths are computed without the noise power.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)
@@ -64,7 +64,7 @@ class CombSpectrum:
         return int(first + np.argmax(self.score[first:end])) if end > first else None
 
     def typical(self, relative: float) -> float:
-        """Score of a typical comb: median over all fundamentals of the highest score within the share `relative`."""
+        """Score of a typical comb: median, over all fundamentals, of the highest score within +-`relative` of each."""
         if self.score.size == 0:
             return 0.0
         half = max(1, round(relative / self.step))

@@ -1,10 +1,10 @@
 """False-alarm probability of a line: from noise alone, and by its rank among placebos of the same record.
 
 `neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives how often its sum
-over harmonics rises above a level in the window. Real noise contains lines of other machines, so a comb (line with
-harmonics) is also ranked among placebos, combs of no bearing line. The harmonics of a whole placebo belong to one
-fundamental; in a mixed placebo each is taken from one of two fundamentals at random. There are only some tens of whole
-placebos, but they can be real combs of other sources; `joint_false_alarm` weights both ranks.
+over harmonics rises above a level within a search window. Real noise contains lines of other machines, so a comb (line
+with harmonics) is also ranked among placebos, combs at frequencies without a bearing line. The harmonics of a whole
+placebo belong to one fundamental; in a mixed placebo each is taken from one of two fundamentals at random. There are
+only some tens of whole placebos, but they can be real combs of other sources; `joint_false_alarm` weights both ranks.
 """
 
 import math
@@ -117,7 +117,7 @@ def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
 
 
 class PlaceboRank(NamedTuple):
-    """Ranks of a comb: among mixed placebos, the same by a fitted tail (`neg_log_rank`), and among whole placebos."""
+    """Ranks of a comb: among mixed placebos, counted and with a tail (`neg_log_rank`), and among whole placebos."""
 
     false_alarm: float
     tail_false_alarm: float

@@ -26,9 +26,10 @@ _STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and o
 
 @dataclass(frozen=True, kw_only=True)
 class Posterior:
-    """Mean shift of the line and half width of its 95 % credible interval [Hz]; `steady` is the probability of no slip.
+    """Mean shift of a line from its assumed frequency, and half width of the 95 % credible interval [Hz].
 
-    As a confidence interval it is too wide without slip and too narrow with little slip: see `slip.weak_factor`.
+    `steady` is the probability of no slip. As a confidence interval, the credible interval is too wide without slip and
+    too narrow with little slip: see `slip.weak_factor`.
     """
 
     shift_hz: float
@@ -39,8 +40,9 @@ class Posterior:
 def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> Posterior:
     """Compute the posterior of a line from sums [c, blocks] over blocks of `block_s`, for its harmonics `number` [c].
 
-    Sums are in units of noise. The prior is flat in frequency and `JITTERS`; no jitter has `STEADY_WEIGHT`. Amplitudes
-    are the likeliest for each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
+    Sums are in units of noise. All frequencies are equally probable beforehand, and so are all `JITTERS`; no jitter has
+    the prior weight `STEADY_WEIGHT`. Amplitudes are the likeliest for each jitter (expectation maximisation, Dempster
+    et al. 1977, J. R. Stat. Soc. B 39, 1).
     """
     step_rad2 = (2 * math.pi * JITTERS) ** 2 * line_hz * block_s
     rad_per_hz = 2 * math.pi * block_s
@@ -111,14 +113,14 @@ def _rotations(number: FloatArray, circle: int) -> ComplexArray:
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood ratio of a line to none per block, row w of amplitudes and phase, [blocks, w, CIRCLE]."""
+    """Log likelihood ratio of a line to no line for each block, set of amplitudes and phase, [blocks, sets, CIRCLE]."""
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for each row of `steps`; `which` [b] is the index of its row of amplitudes."""
+    """Log likelihood [b] of the record for each row of `steps`; `which` [b] is the index of its set of amplitudes."""
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
     density = likelihood[0][which] / CIRCLE
@@ -132,7 +134,7 @@ def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[n
 
 
 def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Probability of each phase per block and row of amplitudes given all blocks, [blocks, rows, CIRCLE]."""
+    """Probability of each phase in each block, given all blocks and a set of amplitudes, [blocks, sets, CIRCLE]."""
     likelihood = np.exp(block_likelihood - block_likelihood.max(axis=2, keepdims=True))
     forward = np.empty_like(likelihood)
     density = np.ones(likelihood.shape[1:])

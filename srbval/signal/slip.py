@@ -41,9 +41,9 @@ def frequency_error_hz(information: float, seconds: float) -> float:
 def slip_interval() -> dict[str, Any]:
     """Calibrated table of interval widths (`slip_interval.toml`).
 
-    The log spread is the weighted mean of log(1 + ratio of walk to noise). The half width is ``floor`` standard errors
-    up to the log spread ``start``, and above it ``factor`` times the spread, interpolated linearly between the knots
-    ``log_spread``. For weak lines see `weak_factor`.
+    The log spread s is the mean of log(1 + ratio of walk to noise), weighted by the posterior of the ratio. The half
+    width is ``floor`` standard errors for s up to ``start``, and above it ``factor`` times exp(s / 2) standard errors,
+    with ``factor`` linear between the knots ``log_spread``. For weak lines see `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
@@ -68,7 +68,7 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Correct a weak line's interval: factor by probability `steady` of no slip and by `wide`, its width / noise's."""
+    """Factor for a weak line's interval; `steady`: probability of no slip, `wide`: width over width by noise alone."""
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
     return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))
@@ -185,7 +185,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at a line over noise nearby (1 unless residuals are far larger), weights of walk ratios, log evidence."""
+    """Noise at a line over noise nearby (1 unless residuals are far larger), weights of `WALK_RATIOS`, log evidence."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
@@ -198,9 +198,9 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 class Modes:
     """Orthonormal `contrasts` [n - 2, n] of n phases about a straight line, in which walk and noise are uncorrelated.
 
-    `slope` [n] are the weights for the phases' slope, `slope_variance` is the slope's variance from noise of variance
-    one. A random walk that adds the same variance to the slope has the variance `share` [n - 2] in the contrasts, and
-    their covariance with the slope is `with_slope`.
+    `slope` [n] are weights that give the slope of the phases, `slope_variance` is its variance from noise of variance
+    one. For a random walk that gives the slope as much variance as this noise, `share` [n - 2] is the variance of the
+    contrasts and `with_slope` [n - 2] their covariance with the slope.
     """
 
     contrasts: FloatArray

@@ -119,7 +119,7 @@ def prewhitened(samples: FloatArray) -> FloatArray:
 class Kurtogram:
     """Excess kurtosis [k] of the complex envelope in each band, `band_hz` [k, 2], widest bands first.
 
-    It is zero for Gaussian noise of any spectrum, -1 for a steady tone, large for rare impulses.
+    Excess kurtosis is zero for Gaussian noise of any spectrum, -1 for a steady tone, large for rare impulses.
     """
 
     band_hz: FloatArray
@@ -129,7 +129,7 @@ class Kurtogram:
     def best_hz(self) -> tuple[float, float]:
         """Most impulsive band [Hz]; `DataError` if the kurtogram of the record contains no band."""
         if self.kurtosis.size == 0:
-            raise DataError("kurtogram: no band fits; use a longer record, a higher sampling rate or narrower bands.")
+            raise DataError("the record has no band of the required width; use a longer record or a higher rate.")
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
         return float(low), float(high)
 
