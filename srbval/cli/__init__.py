@@ -24,14 +24,14 @@ LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Interrupted(KeyboardInterrupt):
-    """Interruption by a signal such as Ctrl-C; a class of its own lets ``python -m srbval`` return the exit code."""
+    """Interruption by a signal such as Ctrl-C; after a plain `KeyboardInterrupt`, Python may replace our exit code."""
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
-    Exit codes: 0 success, 1 out of tolerance, 2 wrong use, 3 bad data, 4 failed simulation, 70 internal error, 128 + n
-    ended by signal n.
+    Exit codes: 0 success, 1 out of tolerance or stale, 2 wrong use, 3 bad data, 4 failed or inaccurate simulation,
+    70 internal error, 128 + n ended by signal n.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     as_json = any(len(word) > 2 and "--json".startswith(word) for word in given)
@@ -106,7 +106,7 @@ def internal_error(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def _signals_as_exceptions() -> Iterator[None]:
-    """Context in which Ctrl-C, SIGTERM and SIGHUP raise `Interrupted` once; ignored signals (`nohup`) stay ignored."""
+    """Context in which the first Ctrl-C, SIGTERM or SIGHUP raises `Interrupted`; ignored signals stay ignored."""
     main_thread = threading.current_thread() is threading.main_thread()
     usual = (signal.SIG_DFL, signal.default_int_handler)
     found = {n: signal.getsignal(n) for n in ENDING if main_thread and signal.getsignal(n) in usual}
@@ -126,7 +126,7 @@ def _signals_as_exceptions() -> Iterator[None]:
         raise raised[0]
 
     def again(lost: Any) -> None:
-        """Send a signal again if Python ignored its exception, which was raised, for example, in a destructor."""
+        """Send a signal again if Python discarded the exception that it raised, for example in a destructor."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             return before(lost)
         handle(end)

@@ -51,7 +51,7 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def add_command(self, commands: Any, name: str, table: CommandTable, groups: CommandTable) -> None:
-        """Add the command `name` to `commands`, with the options and actions of its `table` in ``commands.toml``."""
+        """Add the command `name` to `commands`; its `table` in ``commands.toml`` lists its options and sub-commands."""
         example = f"example: {table['example']}" if "example" in table else None
         about = {"help": table["help"], "description": table["help"], "epilog": example}
         added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))
@@ -97,7 +97,7 @@ def build_parser() -> Parser:
 
 
 def apply_machine_file(options: argparse.Namespace) -> None:
-    """Set the options that the machine file contains and the command line does not."""
+    """Add the settings of the machine file to `options`; an option given on the command line keeps its value."""
     from srbval.cli.machine_file import BELONGS_TO, machine_options  # imports slow modules
 
     given = {name for name, value in vars(options).items() if value}
@@ -114,7 +114,7 @@ def _suggest(word: str, known: Sequence[str]) -> str:
 
 
 def _number_between(kind: type, low: float, high: float) -> Callable[[str], float]:
-    """Return a function that converts an argument to a number of type `kind` and checks that it is in the range."""
+    """Return a function that converts an argument to a number of type `kind`, at least `low` and at most `high`."""
 
     def number_from(text: str) -> float:
         try:
@@ -146,7 +146,7 @@ MOST_DB = 200.0
 
 
 def _inline(kind: str) -> Callable[[str], str]:
-    """Return a function that checks a bearing given by dimensions (`kind` elements) or by orders; returns its name."""
+    """Return a function that checks the argument of ``--elements`` or ``--orders`` (`kind`) by loading the bearing."""
 
     def bearing_of(text: str) -> str:
         from srbval.bearing import load_bearing
@@ -179,7 +179,7 @@ def _tolerance(text: str) -> float:
 
 
 def _record(name: str) -> str:
-    """Return `name` if it is a file or contains a folder, otherwise the path of the shipped recording `name`."""
+    """Return `name` if it is an existing file or a path with a folder, otherwise the path of a shipped recording."""
     if Path(name).exists() or Path(name).name != name:
         return name
     from srbval.recordings.registry import find_shipped  # imports slow modules

@@ -109,7 +109,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
-    """Print status reasons and cautions of registered files, and the command that supplies missing information."""
+    """Print why files cannot be used, cautions on usable files, and the command that adds missing information."""
     by_reason = defaultdict[str, list[str]](list)
     for recording in recordings:
         for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):

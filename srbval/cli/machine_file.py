@@ -2,7 +2,7 @@
 
 A TOML file with a `title` and any of these: `bearing` (a known name, a file, or a table as in a bearing file),
 `[set_point]`, `[sensor]`, `[baseline]` and `[limits]`, whose keys are the fields of `SetPoint`, `Sensor`,
-`BaselineRecords` and `MachineLimits`. Paths are relative to the file. A command-line option replaces its setting.
+`BaselineRecords` and `MachineLimits`. Paths are relative to the file. Options on the command line override the file.
 """
 
 import json
@@ -31,14 +31,14 @@ BELONGS_TO = {  # option on the command line that discards the machine's value
 
 
 def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
-    """Declare a field that sets the command-line option `name`, in `unit`; `limits` are the bounds of its value."""
+    """Declare a key of the machine file that sets the command-line option `name` [`unit`] within the `limits`."""
     of_quantity = {"dimension": dimension} if dimension else {}
     return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SetPoint(Limited):
-    """Shaft speed [rad/s] and loads [N] of the machine; a speed is a set point if it has a tolerance, else measured."""
+    """Shaft speed [rad/s] and loads [N] of the machine; a speed without a tolerance counts as measured."""
 
     speed_rad_s: float | None = _option("rpm", "rpm", "speed", above=0)
     speed_tolerance_pct: float | None = _option("rpm_tolerance", above=0, most=10)
@@ -48,7 +48,7 @@ class SetPoint(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor(Limited):
-    """Channel, sampling rate, unit, tacho and origin of the samples in a record; see `RecordingSettings`."""
+    """Channel, sampling rate, unit, tachometer, origin (measured or simulated) of records; see `RecordingSettings`."""
 
     channel: str | None = None
     rate_hz: float | None = _option("fs", "Hz", "frequency", above=0)
@@ -67,7 +67,7 @@ class Sensor(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineRecords(Limited):
-    """Healthy record for comparison and its scale factor; in a trend, the first `records` records are healthy."""
+    """Healthy record for comparison and its scale factor; for a trend, the number of healthy `records` at its start."""
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)
@@ -78,7 +78,8 @@ class BaselineRecords(Limited):
 class MachineLimits(Limited):
     """Frequency band and largest cage slip of the search for fault lines; boundaries of vibration severity zones.
 
-    `zones_m_s` are the RMS velocities [m/s] at which zones B, C and D begin; they replace those of `machine_class`.
+    `zones_m_s` are the RMS velocities [m/s] at which zones B, C and D begin; they replace those of ISO 20816-3
+    for the `machine_class`.
     """
 
     band_hz: tuple[float, float] | None = _option("band", "Hz", "frequency", above=0)
@@ -108,9 +109,9 @@ class Machine:
 
 
 def machine_options(path: str | Path) -> dict[str, Any]:
-    """Read a machine file and return its settings as options, by their names in the parsed command line.
+    """Read a machine file; return its settings by the names of the command-line options, such as ``rpm_tolerance``.
 
-    Raises `ConfigurationError`, which names the file, for an unknown key or a value of a wrong type, unit or size;
+    Raises `ConfigurationError`, which names the file, for an unknown key or a value of a wrong type, unit or range;
     `DataError` if the file cannot be read.
     """
     file = Path(path)
@@ -135,7 +136,7 @@ def machine_options(path: str | Path) -> dict[str, Any]:
 
 
 def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
-    """Write `options` as the text of a machine file in `folder`; paths in the text are relative to this folder."""
+    """Convert command-line `options` to the text of a machine file; paths in it are relative to its `folder`."""
     stated = {"title": title} | {name: value for name, value in options.items() if value not in (None, False)}
     for name in ("bearing", "healthy"):
         if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
@@ -150,7 +151,7 @@ def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
 
 
 def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
-    """Yield for every key of a machine file: name of its table, field, and the option that it sets with its unit."""
+    """Yield the table and field of each key of a machine file, the option that the key sets, and the option's unit."""
     for table in fields(Machine):
         if isinstance(table.default_factory, type):
             for one in fields(table.default_factory):

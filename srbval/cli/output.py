@@ -32,9 +32,9 @@ def print_result(
 ) -> int:
     """Print the result of a command and return the exit code `code`.
 
-    With ``--json`` the `document` (mapping or dataclass) is printed. Otherwise `show` is printed if it is a text, or
-    called. The `status` in the JSON document follows by default from `code`. With ``--export`` the `tables` (lists of
-    mappings by name, by default all such lists in the document) are written to a file.
+    With ``--json`` the `document` (mapping or dataclass) is printed; its `status` follows by default from `code`.
+    Without it the text `show` is printed, or the function `show` prints the result. With ``--export`` the `tables` are
+    written to a file: by name, a list of rows (default: all lists of mappings in the document).
     """
     if options.export:
         write_tables(Path(options.export), to_json(document) if tables is None else to_json(tables))
@@ -55,7 +55,7 @@ def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
 
 
 def export_file(text: str) -> str:
-    """Check and return the file name of ``--export``: CSV, or Excel if its library is installed."""
+    """Check and return the file name of ``--export``: CSV, or Excel if the library openpyxl is installed."""
     check_suffix(Path(text), "CSV or Excel", (".csv", ".xlsx"))
     if text.endswith(".xlsx") and find_spec("openpyxl") is None:
         raise MissingLibraryError("an Excel file", "openpyxl")
@@ -66,8 +66,8 @@ def write_tables(path: Path, document: Mapping[str, Any]) -> None:
     """Write every table in `document` (list of mappings, one per row) as an Excel sheet or a CSV file.
 
     Without a table, the values of the document become one row. The first CSV file is `path`; the other file names
-    end with the name of their table. Nested values become columns with dotted names. Characters of a damaged file
-    name that cannot be encoded become question marks.
+    end with the name of their table. Nested values become columns with dotted names. A question mark replaces each
+    character that UTF-8 cannot encode, as in the name of a recording with a damaged file name.
     """
     import pandas as pd
 
@@ -98,7 +98,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
-    """List the information that a file lacks, and the `given` command with an example of each missing option."""
+    """List the information that a file lacks, and repeat the `given` command with an example of each missing option."""
     example = " ".join([shlex.join(["srbval", *given]), *(question.example for question in error.questions)])
     more = "Or store the options once: srbval data add FILE|DIR OPTIONS, or in a machine file: --machine FILE.toml"
     if given[:1] == ["analyse"]:

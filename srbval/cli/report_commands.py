@@ -111,7 +111,7 @@ def run_validate_command(options: argparse.Namespace) -> int:
 
 
 def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
-    """Yield dotted key and value of each setting that command-line options replace in the validation case."""
+    """Yield dotted key and new value of each setting that options change in the case, the input of ``validate``."""
     short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # keys of a case
     yield from ((key, value) for key, value in short if value is not None)
     yield from options.set or ()

@@ -119,7 +119,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """State which share of the radial load the rollers carry in a run and in static balance; empty if unknown."""
+    """Sentence on the rollers' share of the radial load, in the run and in static balance; empty if unknown."""
     if math.isnan(run.roller_load_share):
         return ""
     rest = "the housing spring the rest" if run.scene.load.path is LoadPath.HOUSING else "no other part carries load"
@@ -152,8 +152,8 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
 def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
     """Return the scene to run, and whether its step is to be chosen (`AUTO`) or only its error estimated (`CHECKED`).
 
-    A step in the options or the scene file is kept. Otherwise explicit solvers use the shorter of the paper's step and
-    the scene's default; for other solvers the step is chosen.
+    A step stated in the options or in a scene file is kept. Without one, an explicit solver uses the step of the scene
+    `paper`, or this scene's default step if it is shorter; for other solvers the step is chosen.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
@@ -167,7 +167,7 @@ def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step
 
 
 def run_plan_command(options: argparse.Namespace) -> int:
-    """Compare all models and choose the simplest one accurate enough for the question; exit code 1 if none is."""
+    """Compare all models; choose the simplest that predicts the ``--question`` within tolerance, else exit code 1."""
     from srbval.plan.questions import MEANING
 
     plan = _plan_of(scene_from_options(options), options)

@@ -145,7 +145,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
 def _run_variant(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study with a user's model, ``--quick`` or ``--scale``; write the result only to the ``--output`` file."""
+    """Run a study with a user's model, shortened, or by size of input; write the result only to ``--output``."""
     given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):

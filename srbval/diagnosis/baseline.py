@@ -78,7 +78,7 @@ NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """Load the healthy record of the same rig, speed and load from the register of data sets; None if it has none."""
+    """Load a registered healthy record of the same machine, speed and load; None if there is no comparable record."""
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
@@ -98,17 +98,17 @@ def _is_same_signal(one: Recording, other: Recording) -> bool:
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record with the `settings` of the record that is compared with it.
 
-    If the healthy file states its own speed, state, loads, unit or sensitivity, these are used. `scale` converts its
-    samples to its unit (default: the registered scale). Raises `ConfigurationError` if the file is declared faulty, or
-    if a scale is known for the other record only.
+    The healthy file's own speed, bearing state and loads, and its registered unit and sensitivity take precedence.
+    `scale` converts its samples to its unit (default: the scale registered for the file). Raises `ConfigurationError`
+    if the file is declared faulty, or if only the other record has a scale.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)
     own = registered_settings(path)
     if settings.scale is not None and scale is None and own.scale is None:
         raise ConfigurationError(
-            f"--scale {settings.scale:g} applies to the record alone; state the scale of {path} too: --healthy-scale F "
-            "or register it with `srbval data add FILE --scale F`."
+            f"--scale {settings.scale:g} does not apply to the healthy record {path}. State its scale with "
+            "--healthy-scale F, or register it: `srbval data add FILE --scale F`."
         )
     of_the_record = dict.fromkeys(("state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"))
     kept = replace(settings, **of_the_record, scale=scale)
@@ -141,9 +141,10 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
         )
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
-            f"{' and '.join(unscaled)}: samples are whole numbers of a converter without a scale, so levels cannot be "
-            "compared. State the value of one count (WAV files: of full scale) in the given unit: --scale F for the "
-            "record, --healthy-scale F for the healthy record. --unit unknown compares only shares of the mean."
+            f"{' and '.join(unscaled)}: samples are counts of an analogue-digital converter without a scale, so levels "
+            "cannot be compared. State the value of one count (WAV files: of full scale) in the given unit: --scale F "
+            "for the record, --healthy-scale F for the healthy record. Or state --unit unknown: then only modulation "
+            "depths are compared."
         )
     found = analyse_by_parts(healthy, analysis.bearing, band_hz=processed.band_hz)
     compared = (
@@ -171,7 +172,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if one record's background is about 9.81 times the other's, as if in m/s2, not g."""
+    """Raise `ConfigurationError` if one record's noise is about 9.81 times the other's: probably one is in g."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
@@ -193,7 +194,7 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
     """Compare the fault lines of `analysis` with a healthy record; raises `ValueError` if their bands differ.
 
-    Modulations are compared in the unit of the squared envelope if both records are in m/s2, otherwise as shares of its
+    Modulations are compared in (m/s2)^2 if both records are in m/s2, otherwise as shares of the squared envelope's
     mean. No line is compared with a `Baseline` that has a `fault` or another speed or load (`conditions`).
     """
     if baseline is None:
@@ -244,7 +245,7 @@ def short_ratio(ratio: float) -> str:
 
 
 def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
-    """Ratio of the modulation of `line` to the baseline's, and 95 % interval; None if the baseline's cannot be read."""
+    """Modulation of `line` over its modulation in the baseline, with 95 % interval; None if the latter is unknown."""
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
     if before.explained_by is NotDetected.ANOTHER and before.snr and before.depth is not None:

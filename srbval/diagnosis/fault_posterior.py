@@ -66,9 +66,10 @@ class Comb:
 
     @property
     def log_ratio(self) -> float:
-        """Log likelihood ratio of a fault to no fault: about the lower of two ratios, from `excess` and from `depth`.
+        """Log likelihood ratio of a fault to no fault.
 
-        Both rise equally with the depth of all lines: twice the depth raises the excess by 2 log 2 per line.
+        One ratio follows from `excess`, another from `depth`; the result is a smooth minimum of both. If the depth of
+        all lines doubles, both rise equally: the excess rises by 2 log 2 for each line of the comb.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET
@@ -130,7 +131,7 @@ def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: 
 
 
 def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typical: float) -> dict[str, Comb]:
-    """Find the comb within the share `relative` of each fault's frequency, and the strongest without a known cause."""
+    """Find the best comb within a share `relative` of each fault's frequency, and the best without a known cause."""
     speed, found = analysis.speed, dict[str, Comb]()
     families = families_of(analysis.bearing, speed.value_hz)
     for fault, family in zip(DEFECTS, families, strict=False):
@@ -170,9 +171,9 @@ def log_likelihood(
 
     `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
     visible in only one of them. `lines` is, by part, 0 without a peak at its line, 1 for a peak that neither noise nor
-    a healthy record explains, 2 for a peak risen over a healthy record's; `stands` is true if any line has 1 or 2.
-    `elsewhere` are the scores at a shaft speed that fits the record, but is outside the stated tolerance: if another
-    comb is strongest there, a fault of an unknown part is more likely.
+    a healthy record explains, 2 for `BaselineComparison.line`, which has risen. `stands` is true if any line or comb of
+    the record is unexplained. `elsewhere` are the scores at a shaft speed that fits the record, but is outside the
+    stated tolerance: if they indicate another cause than `views`, a fault of an unknown part is more likely.
     """
     found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
@@ -249,7 +250,7 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 
 def stands_out(excess: float) -> bool:
-    """True if an `excess` as in `Comb` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
+    """True if a comb's `excess` is likelier with a fault than without by the factor 1 / `SECOND_CAUSE_SHARE` or more."""
     return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 

@@ -2,7 +2,8 @@
 
 `diagnose` computes the probability of each state from combs (lines with their harmonics), single lines and the
 comparison with a healthy record. A fault is named if its probability is at least two thirds. Nothing is found if
-healthy has at least one half and a fault of either race would have been detected. The declared state is not used.
+healthy has at least one half and a fault of either race would have been detected. A state declared by the user or in
+the file is not used.
 """
 
 import enum
@@ -160,7 +161,7 @@ def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | N
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True for a line above the noise, unless it is shallow and either the cage's or similar in a healthy record."""
+    """True for a deep line above the noise, and a shallow fault line if no healthy record has a similar line."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))

@@ -1,9 +1,9 @@
 """Analysis of long records in parts as short as the records on which the method was calibrated (1 to 13 s).
 
-The fifth harmonic of a line stays within one frequency bin only while the shaft turns evenly. If the speed changes by
-1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in
-parts of 20 s, and are lost in parts of 60 s. In 10 s of a band of 2 kHz, a modulation of the depth
-`fault_posterior.EVEN_ODDS_DEPTH` is still 80 times the noise.
+A comb is a line with its harmonics up to the fifth, which stays within one frequency bin only while the shaft turns
+evenly. If the speed changes by 1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as
+strong in parts of 10 s as in parts of 20 s, and are lost in parts of 60 s. Parts of 10 s are long enough: in a band of
+2 kHz, a line as deep as `fault_posterior.EVEN_ODDS_DEPTH` still has 80 times the power of the noise.
 
 Fault probabilities follow from the mean likelihood of all parts, but lines are read in one part only. To choose it, the
 parts are ranked by their strongest fault comb. Of n parts, those of rank n/2, n/4, n/8 and so on to 1 are read in turn

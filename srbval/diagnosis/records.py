@@ -50,8 +50,8 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 class RecordRequest:
     """Request to analyse a `file` or a loaded `recording`; fields as in `analyse`, `bearing_of`, `load_healthy`.
 
-    The band is chosen from the record if `auto_band` is set, or if neither the request nor the data set states a band.
-    If none is stated, `one_band` selects the whole band instead, so that the levels of all records can be compared.
+    The band that the request or the data set states is used, unless `auto_band` is set. Otherwise the band is chosen
+    from the record, or with `one_band` is the whole band, so that the levels of records can be compared.
     """
 
     file: str = ""
@@ -265,7 +265,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Compute one verdict from the records of a bearing; those that fit a speed outside the tolerance are left out."""
+    """Compute one verdict from a bearing's records, except records that fit a shaft speed outside its tolerance."""
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
             f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give records of one "
@@ -391,7 +391,7 @@ def _read_channels(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
 
 
 def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, Any]:
-    """Analyse a record; if it is too short and the request compares records (`one_band`), compute its levels alone."""
+    """Analyse a record; compute only levels if it is too short to search for lines and `one_band` is set."""
     try:
         return read_record(request)
     except ShortRecordError:

@@ -47,12 +47,12 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 
 
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
-    """Hash (32 digits) of `content` and of the code that module `computed_by` imports, if `lazy` also when it runs."""
+    """Hash (32 digits) of `content` and of the sources of module `computed_by`; for `lazy` see `content_version`."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
 
 
 class _FieldsPickler(pickle.Pickler):
-    """Pickler that writes only the fields of dataclasses, not the values computed from them later."""
+    """Pickler that writes only the fields of dataclasses, not cached properties."""
 
     def reducer_override(self, value: Any) -> Any:
         if isinstance(value, type) or not dataclasses.is_dataclass(value):
@@ -73,8 +73,9 @@ def content_sha256(*values: Any) -> str:
 class ContentStore:
     """Store for results of one `kind`, computed by the module `computed_by`, in `folder` (default: the user's cache).
 
-    File names contain a hash of the code and of `content`, a text that identifies the input of the result. Models are
-    imported only when they are needed, so for runs of models `content` contains the version of the model's code.
+    File names contain a hash of the code and of `content`, a text that identifies the input of the result. The hash of
+    the code does not cover the models, because they are imported at their first use. The `content` of a model's run
+    therefore contains a hash of the model's code.
     """
 
     kind: str
@@ -121,7 +122,7 @@ class ContentStore:
 
 
 def make_room(folder: Path, limit_bytes: float = LIMIT_BYTES) -> None:
-    """Remove abandoned files of a `ContentStore`, and the least recently used files beyond `limit_bytes`."""
+    """Remove unfinished files older than `ABANDONED_S`, and the least recently used files beyond `limit_bytes`."""
     found = {}
     for entry in os.scandir(folder):
         with contextlib.suppress(FileNotFoundError):  # another process removed it

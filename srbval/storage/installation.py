@@ -31,7 +31,7 @@ def child_environment() -> dict[str, str]:
 
 
 def pip_command(*libraries: str) -> str:
-    """Command that installs `libraries` for the running Python, by name because no package index contains srbval."""
+    """Shell command that installs `libraries` for the running Python."""
     words = [sys.executable, "-m", "pip", "install", *libraries]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 

@@ -1,8 +1,8 @@
 """Hashes of source code: of all files on which a module depends, and of the statements in one folder.
 
 The sources of a module are its imports within the package, followed recursively; imports within functions count,
-imports for type checkers do not. Their hash names cached results. The hash of a folder changes if a study computes its
-stored result in another way.
+imports for type checkers do not. The name of a cached result contains the hash of its sources. A stored result of a
+study contains the hash of the statements in the study's folder, which changes if the study computes in another way.
 """
 
 import ast
@@ -32,7 +32,7 @@ DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 @cache
 def content_version(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> str:
-    """Hash (16 digits) of all sources on which `modules` depend; if `lazy`, also of modules in texts "module:name"."""
+    """Hash (16 digits) of all sources on which `modules` depend; if `lazy`, also of imports as text "module:name"."""
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
         digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())
@@ -44,7 +44,8 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
     """Hash of the statements in the modules and TOML files of a `folder`, 64 hexadecimal digits.
 
     These do not count: docstrings, comments, formatting, the order of statements, names that begin with an underscore,
-    the location of imported names, the modules ``page`` and ``figure``, and the keys ``question`` and ``minutes``.
+    the location of imported names, files named ``page`` or ``figure``, which only show the result, and the keys
+    ``question`` and ``minutes`` of TOML files.
     """
     statements = [
         one

@@ -248,7 +248,7 @@ def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: st
     dimension = field.metadata.get("dimension")
     if dimension and key == field.name and isinstance(raw, str):
         raise ConfigurationError(
-            f"{where}: a number in SI is expected; for {quote_value(raw)} write {without_unit(field)!r}."
+            f"{where}: a number in SI is expected. Write {quote_value(raw)} under the key {without_unit(field)!r}."
         )
     if dimension and key != field.name and not isinstance(raw, str):
         raise ConfigurationError(
@@ -264,8 +264,9 @@ LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three l
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
 
-    A key of `hints` is a (class, field name), with the type of a value that is converted before `build`, or with None
-    to omit the field; or an enum class, with words that are accepted besides its members. No key of a file is required.
+    `hints` contains exceptions. By (class, field name) it gives the type of a value in the file that the program
+    converts before `build`, or None to omit the field. By enum class it gives words that are accepted besides the
+    members. No key of a file is required.
     """
     definitions: dict[str, Any] = {}
 
