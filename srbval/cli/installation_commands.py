@@ -90,7 +90,7 @@ def compile_all_kernels() -> dict[str, Any]:
 
 
 def doctor() -> dict[str, Any]:
-    """Check this installation; returns `ok`, `problems`, `facts` (versions, folders) and the disk use of the `cache`."""
+    """Check this installation: returns `ok`, `problems`, `facts` (versions, folders) and the size of the `cache`."""
     facts: dict[str, Any] = {"srbval": __version__, "python": platform.python_version()}
     facts |= {"machine": platform.machine(), "cores": usable_cores()}
     facts |= {name: _version(name) for name in REQUIRED}

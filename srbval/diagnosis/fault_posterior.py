@@ -250,7 +250,7 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 
 def stands_out(excess: float) -> bool:
-    """True if a comb's `excess` is likelier with a fault than without by the factor 1 / `SECOND_CAUSE_SHARE` or more."""
+    """True if a comb's `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without it."""
     return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 

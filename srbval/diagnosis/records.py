@@ -285,13 +285,15 @@ def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
     own = [one.processed.seconds * one.speed.value_hz for one in found]
     if (few := min(own)) < MIN_POOLED_TURNS:
         name = found[own.index(few)].recording.name
-        raise DataError(f"{name}: {few:.2g} turns of the shaft; each record needs {MIN_POOLED_TURNS:g} or more.")
+        raise DataError(f"{name}: {few:.2g} turns of the shaft; each record to combine needs {MIN_POOLED_TURNS:g}.")
     if len({one.bearing.name for one in found}) > 1 or len({one.processed.fs_hz for one in found}) > 1:
         raise ConfigurationError(
             "--one-machine: the records differ in bearing or sampling rate; give records that agree in both."
         )
     if (turns := sum(own)) < LEAST_REVOLUTIONS:
-        raise DataError(f"{len(found)} records: {turns:.3g} turns in all; {LEAST_REVOLUTIONS} or more are needed.")
+        raise DataError(
+            f"{len(found)} records have {turns:.3g} turns of the shaft in all; {LEAST_REVOLUTIONS} or more are needed."
+        )
     scores = posterior.fault_scores(found[0], found[1:])
     together = posterior.log_likelihood([scores], {}, stands=False)
     how = f"{len(found)} short records, {turns:.0f} turns in all, by their mean spectrum"
