@@ -29,7 +29,7 @@ TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise 
 
 
 def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
-    """Edges [Hz] of the third octaves (base ten) whose exact centre frequencies [Hz], the keys, lie in a band."""
+    """Third octaves (base ten) with their exact centre frequency in a band: edges [Hz] by centre frequency [Hz]."""
     first, last = (10 * math.log10(one) for one in band_hz)
     middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
     return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}

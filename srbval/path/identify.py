@@ -140,7 +140,7 @@ def identify(
 
 
 def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
-    """Default band in which a path is identified, limited to the frequency range of all records, and the reason."""
+    """Default band in which a path is identified, limited to the range of all records, and why it was chosen."""
     low, high = DEFAULT_BAND_HZ
     held_hz = HELD_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
     limited = ", limited to the range of record and run" if held_hz < high else ""

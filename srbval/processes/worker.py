@@ -33,7 +33,7 @@ Result = TypeVar("Result")
 def wait_for_result(future: Future[Result]) -> Result:
     """Wait for a future and return its result; a signal interrupts the wait within `SIGNAL_S` [s].
 
-    `Future.result` ignores a signal that arrives just before it starts to wait, until the future is done.
+    If `Future.result` itself waited, a signal that arrives just before the wait would have no effect until its end.
     """
     while not wait([future], SIGNAL_S).done:
         pass

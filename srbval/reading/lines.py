@@ -87,7 +87,7 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """False-alarm probability from noise and placebos (`joint_false_alarm`); None without a rank among placebos."""
+        """False-alarm probability from noise and placebos (`joint_false_alarm`); None for a line that is not ranked."""
         noise, mixed, whole = self.noise_false_alarm, self.placebo_false_alarm, self.comb_false_alarm
         return None if noise is None or mixed is None or whole is None else joint_false_alarm(noise, mixed, whole)
 

@@ -55,7 +55,7 @@ def walk_share(log_spread: float) -> float:
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
-    """95 % half width, in standard errors from noise, for a spread estimated from `blocks` phases of a line.
+    """95 % half width of a line's frequency, in standard errors from noise; the spread is from `blocks` phases.
 
     The table is valid for many blocks of a strong line. For few blocks (Student's t) or a low `snr` the half width is
     multiplied by a factor, in proportion to the confidence that the phase is a random walk (`walk_share`).
