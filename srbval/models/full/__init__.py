@@ -18,14 +18,16 @@ With a cage for each row, D = 2N + 7: coordinates and velocities each end with o
 2's cage is ahead of row 1's about their common axis [rad], and its rate [rad/s]; see `second_cage_kernel`.
 
 Slot axes of a roller: x along the slot (outwards), y along the race, z along the roller. L is the distance of the
-roller's centre from the bearing's, u the slide, w the cage's angular velocity, s the spin; F and T are force and torque
-of both races on the roller, m, I_a and I_t its mass and moments of inertia about and across its axis, I_c the cage's
-inertia, x x a dyad. Newton-Euler equations projected on the generalised speeds (Kane & Levinson 1985, Dynamics, ch. 6):
+roller's centre from the bearing's centre at zero slide, u the slide, w the cage's angular velocity, s the spin; F is
+the force of both races and gravity on the roller, T the torque of both races, m, I_a and I_t its mass and moments of
+inertia about and across its axis; I_c is the cage's inertia tensor, x x and z z are dyads. Newton-Euler equations
+projected on the generalised speeds (Kane & Levinson 1985, Dynamics, ch. 6):
 
 * slide: m u'' = m (L + u) (w_y^2 + w_z^2) + F_x
-* spin: I_a s' = T_z; the roller is a symmetric top, so neither the cage nor the tilt enters
+* spin: I_a s' = T_z; a roller is symmetric about its axis, so the motion of the cage does not enter
 * cage with its rollers: (I_c + sum [m (L+u)^2 (1 - x x) + I_t (1 - z z)]) w' = - w x (I_c w) + the sum of, in slot
   axes, x: T_x - G w_y; y: T_y + G w_x - (L+u) F_z + m (L+u)^2 w_x w_z - 2 m (L+u) u' w_y;
   z: (L+u) F_y - m (L+u)^2 w_x w_y - 2 m (L+u) u' w_z; with G = I_a s - I_t w_z
-* ring (o, displacement r), housing (h: spring K_h, damper C_h): (m_o + m_h) r'' = F_load - K_h r - C_h r' - sum outer F
+* outer ring with housing: (m_o + m_h) r'' = F_load - K_h r - C_h r' - sum F_o; r: displacement; m_o, m_h: masses;
+  F_load: load and weight; K_h, C_h: spring and damper of the housing; F_o: force of the outer race on a roller
 """

@@ -70,9 +70,9 @@ ADVANCE = {RUNGE_KUTTA: advance_runge_kutta, ROSENBROCK: advance_rosenbrock, LEA
 
 @inlined
 def begin_interval(y, model, mean, out, i):
-    """Clear the sums `mean` of an output interval, and write the energies at its start [J] into row `i` of `out`.
+    """Clear the sums in `mean` at the start of an output interval; write the energies then [J] to row `i` of `out`.
 
-    Returns the outer ring's velocity x, y, z, the cage's angle, and a second cage's angle ahead of it (0 without one).
+    Returns the ring's velocity x, y, z, the angle of row 1's cage, and the angle by which a second cage is ahead, or 0.
     """
     half = y.shape[0] // 2
     at = state_indices((half - 6) // 2, half)
@@ -89,7 +89,7 @@ def begin_interval(y, model, mean, out, i):
 
 @inlined
 def end_interval(y, start, interval, steps_per_output, mean, out, i):
-    """Write means over an output interval of length `interval` [s] and its final displacements to row `i` of `out`.
+    """Write means over an output interval of `interval` seconds, and the ring's position at its end, to `out` row `i`.
 
     `start`: result of `begin_interval`; `mean`: sums of forces and powers over the interval's `steps_per_output` steps.
     """

@@ -53,7 +53,7 @@ class PointLaw(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Race points that a roller may touch, ``points[race, window, :, first:last]``, see `point_cloud.Windows`."""
+    """Race points that a roller may touch: `first` to `last` - 1 of a list (`window`), see `point_cloud.Windows`."""
 
     points: Any
     race: int
@@ -68,8 +68,8 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
 
     A column is the contact of one roller with one race, and the inner loop runs over columns. For each point:
     penetration of the barrel in closed form, normal force by the paper's eq. (18) without tension, friction by eq.
-    (19). Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With a `patch`, a point
-    represents the continuous contact of its whole circle of points, see `srbval.models.line`.
+    (19). Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With `patch`, constants of
+    continuous contacts, a point represents all points of its circle that a roller touches, see `srbval.models.line`.
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
@@ -134,7 +134,7 @@ def law_of_point(law):
 
 @inlined
 def place_of_point(radial, tangential, axial, space, j):
-    """Convert a race point's position to slot axes [m]; the origin is the centre of the roller of contact `j`."""
+    """Convert a race point's position [m] to the slot axes of contact `j`'s roller; origin: the roller's centre."""
     return (
         space[col.O_X + j] + radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
         space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
@@ -194,7 +194,8 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
     point are therefore averaged over the way that it moves in the time ``law.onset_s``, at most `LONGEST_ONSET_M`; this
     replaces the paper's smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact when
     the damper's pull equals the spring's push, without a jump. The elastic force is the spring's without averaging.
-    `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share` of stiffness and damping.
+    `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share`: of the law's stiffness and
+    damping that the point has, below 1 in refined defects.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -252,12 +253,12 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
 
 @kernel_part
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
-    """Compute friction force over slip [N s/m] of one part of a continuous contact (patch) with the load `normal`.
+    """Compute friction force over slip [N s/m] of one part of a continuous contact (patch) with the load `normal` [N].
 
-    The slip is q [m/s] in the middle of the patch and grows with the square of the distance, to q + e at the ends. This
-    square, 1 at the ends, is `mean` - `half` to `mean` + `half` in the part; `reach` is the square of e. When the patch
-    pivots about its normal, slip across q is added, whose square is `pivot` at the ends. The paper's eq. (19) is
-    averaged over these slips approximately: the critical velocity becomes at least half their range.
+    Let X be the squared distance from the middle of the patch, over its squared half length: in this part of the patch
+    `mean` - `half` to `mean` + `half`. The slip is q + X e [m/s]; `reach` is the square of e. A race that turns about
+    the contact's normal adds slip at right angles to it, with the square X `pivot`. The paper's eq. (19) is averaged
+    over these slips approximately: the critical velocity becomes at least half their range.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean

@@ -2,17 +2,17 @@
 
 The unknowns are the three displacements of the ring and the slide of each roller along its slot. Without friction the
 contact forces have a potential that is convex for small displacements, and a roller's slide affects only its own
-balance and the ring's balance. So the problem is solved in two nested steps. For a given ring position, a bracketed
-Newton iteration finds all slides at once. Around it, a Newton iteration finds the ring position: its stiffness is the
-Schur complement of the slides, and its line search uses only the gradient. Forces come from `right_hand_side`, so that
-every effect in the model is balanced.
+balance and the ring's balance. So for a given ring position, a bracketed Newton iteration finds all slides at once;
+around it, a Newton iteration finds the ring position. The ring's stiffness is the Schur complement of the slides; the
+line search uses only the gradient. Forces come from `right_hand_side`, so that every effect in the model is balanced.
 
-A run is settled from its first sample (`test_a_run_is_settled_from_its_first_sample`): RMS acceleration while the first
-roller passes is 0.95 to 1.01 times the later RMS. Settling for two roller passages, 0.02 s at 710 rpm, is enough.
+Ring and cage are settled from the first sample on (`test_a_run_is_settled_from_its_first_sample`). During the first
+passage of a roller over a point of the outer race, the RMS acceleration is 0.95 to 1.01 times the later RMS. Settling
+for two roller passages, 0.02 s at 710 rpm, is enough.
 
 The cage's tilt is not balanced: with the paper's roller diameter it grows to 20 microradians in 0.1 s, without effect
-on the ring. If the rollers alone carry radial and axial load, the tilt, the axial position (by 1 %) and the cage speed
-(by 0.4 %) change for 0.15 s at 710 rpm, so that such a run should settle for one turn of the cage, 0.2 s.
+on the ring. Under radial and axial load without a housing spring, the tilt, the axial position (by 1 %) and the cage
+speed (by 0.4 %) change for 0.15 s at 710 rpm, so that such a run should settle for one turn of the cage, 0.2 s.
 """
 
 from collections.abc import Callable
@@ -66,15 +66,15 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     slide_n, ring_n, deepest = statics.forces(slide, ring)
     if deepest > DEPTH_LIMIT_M:
         raise ConfigurationError(
-            f"load or fit overload the contact: a roller would penetrate a race by {deepest * 1e6:.4g} um; "
-            f"the limit is {DEPTH_LIMIT_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
+            f"load or interference overload the contact: a roller would penetrate a race by {deepest * 1e6:.4g} um; "
+            f"the limit is {DEPTH_LIMIT_M * 1e6:.4g} um; reduce load or interference, or raise the contact stiffness."
         )
     left_n = max(float(np.abs(slide_n).max()), float(np.abs(ring_n).max()))
     allowed = BALANCED_N + MAX_UNCARRIED_SHARE * float(np.hypot(*external_load(0.0, model.drive)))
     if left_n > allowed:
         raise ConfigurationError(
             f"no static balance: the rollers do not carry {left_n:.4g} N of the load; the limit is {allowed:.4g} N. "
-            "The play is too large, or the rollers touch the races too far from their middle: reduce play or load."
+            "The play is too large, or the contacts are too far from the middle of the rollers: reduce play or load."
         )
     y = statics.y.copy()
     y[statics.layout.slide], y[statics.layout.ring] = slide, ring
@@ -144,7 +144,7 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten the ring's `step` until the force along it reverses by at most `OVERSHOOT`.
+    """Shorten the ring's `step` until a reversed force along it is at most `OVERSHOOT` times the force at its start.
 
     Returns ring position and balanced slides [m], and the force on the ring [N].
     """
@@ -163,7 +163,7 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
     """Compute the cage speed and the roller spin of pure rolling in the middle of the contacts, at time zero [rad/s].
 
     The cage turns at (1 - d cos(alpha) / D) / 2 times the shaft speed, with roller diameter d and pitch diameter D
-    (Randall 2011, sect. 2.2.3); the spin brings the outer contact to rest.
+    (Randall 2011, sect. 2.2.3); with the spin, rollers do not slip on the outer race.
     """
     pitch_radius = model.centre_distance * model.tilt_cosine
     shaft = shaft_motion(0.0, model.drive)[0]

@@ -38,10 +38,11 @@ LOG_MIDDLE, MIDDLE_BITS = 1.1, 1061158912  # the bits of 0.75
 class FilmLaw(NamedTuple):
     """Constants of the oil film's friction; all are numbers except `curve`.
 
-    `curve`, [2 races, 8]: coefficients of a polynomial in the mean pressure [GPa] for log2(viscosity / viscosity
-    without pressure) - log2(film / reference film); `hertz`: pi / 8 times the contact modulus [Pa]; `thickness` of the
-    reference film at 1 m/s [m]; `per_thickness`: Eyring's slip speed without pressure over film thickness [1/s];
-    `eyring`: Eyring's stress [Pa]; `roughness` [m]; `boundary`: friction of asperities; `heating`: see `OilLaw`.
+    The reference film is the thinner of both races' films at a mean pressure of 1 GPa. `curve`, [2 races, 8]:
+    coefficients of a polynomial in the mean pressure [GPa] for log2(viscosity / viscosity without pressure) - log2(film
+    / reference film); `hertz`: pi / 8 times the contact modulus [Pa]; `thickness` of the reference film at 1 m/s [m];
+    `per_thickness`: Eyring's stress over viscosity without pressure [1/s]; `eyring`: Eyring's stress [Pa]; `roughness`
+    [m]; `boundary`: friction of asperities; `heating`: see `OilLaw`.
     """
 
     curve: Any
@@ -64,11 +65,11 @@ def law_in_film(law, slices, cage, shaft):
 
 @kernel_part
 def film_at_speed(law, slices, film, cage, shaft):
-    """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s].
+    """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s], for `film_drag`.
 
-    In the law returned, the critical velocity is Eyring's slip speed, the static coefficient is multiplied by the
-    film's share of the load, and the dynamic one is the static one times the asperities' share and coefficient of
-    friction. The law is unchanged if `film` is None or the critical slide-to-roll ratio of `slices` is 0.
+    In the law returned, fields have other meanings: the critical velocity is Eyring's slip speed in the reference film
+    without pressure, the static coefficient the film's share of the load, the dynamic coefficient the asperities' share
+    times their friction. The law is unchanged if `film` is None or the critical slide-to-roll ratio of `slices` is 0.
     """
     if film is None:
         return law

@@ -27,12 +27,11 @@ def evaluate_contacts(
 ):
     """Add the contact forces of the circles of race points `first_circle` to `end_circle` - 1 to the workspace.
 
-    A column of the workspace is the contact of one roller with one race; `groups` and `single`: numbers of lane groups
-    and of single columns (near a defect, or of a damaged roller), see `plan_contacts`. With a `patch`, each circle
-    makes one continuous contact, except in single columns; with `slices`, a circle means a third of the contact.
-    Damaged rollers have their own points, which depend on their `rotation` in their slots [rad]. If `first_time` is
-    `FIRST_TIME`, these points, or the openings (defects) under slices, are found first, and the defects' flanks push
-    along the race.
+    `groups`, `single`: numbers of groups of contacts computed together, and of contacts computed alone (near a defect,
+    or of a damaged roller), see `plan_contacts`. With a `patch`, each circle makes one continuous contact, except in
+    contacts computed alone; with `slices`, a circle means a third of the contact. The surface of a damaged roller
+    raises race points, depending on its `rotation` in its slot [rad]. If `first_time` is `FIRST_TIME`, raised points,
+    or openings (defects) under slices, are found first, and the flanks of rollers' defects push along the race.
     """
     points = model.races.points
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
@@ -89,7 +88,10 @@ def roller_in(slot, rollers):
 
 @kernel_part
 def normal_loads(model, rotation, groups, compacted, single, loads):
-    """Fill `loads`, [2 races, rollers, 3 circles], with normal forces [N]; overwrites the forces in the workspace."""
+    """Fill `loads`, [2 races, rollers, 3 circles], with normal forces [N]; overwrites the forces in the workspace.
+
+    `groups`, `compacted` and `single` are numbers from `plan_contacts`.
+    """
     space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
     law = elastic(model.law, model.law.damping)
     for circle in range(CIRCLES_PER_RACE):
@@ -107,7 +109,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 
 @kernel_part
 def raised_points(model, roller, rotation, candidates, spare, space, column):
-    """Copy race points to the list (window) `spare`, each raised by a damaged roller's surface height at that point."""
+    """Copy race points to the unused list (window) `spare`; raise each by a damaged roller's surface height there."""
     points, race, window, first, last = candidates
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
@@ -146,8 +148,8 @@ def lift_at(model, roller, rotation, x, y, z):
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
     """Add the forces with which the flanks of a roller's defects push along the race to the sums of contact `column`.
 
-    `spare`: window of race points filled by `raised_points`. The next column, free in its lane group, stores the sums
-    meanwhile. Only the contact's spring pushes; its damper is left out of these forces and of their energy balance.
+    `spare`: list (window) of points from `raised_points`. The next column, which no contact uses, keeps the sums while
+    a point's force is computed. Only the spring pushes; the damper is left out here and in the energy balance.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)

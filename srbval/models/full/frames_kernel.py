@@ -73,7 +73,7 @@ def slot_axes(axes, c, s, along, across):
 
 
 class RaceLimits(NamedTuple):
-    """Constants of a `RaceSearch`, its lengths inverted [1/m], and the sense of rolling on the race (1 or -1)."""
+    """Constants of a `parameters.RaceSearch`, its lengths inverted [1/m]; `onwards`: see `race_limits`."""
 
     per_spacing: float
     per_clearance: float
@@ -109,13 +109,13 @@ class SurfaceHeights(NamedTuple):
 
 @inlined
 def race_limits(race, onwards):
-    """Convert a `RaceSearch` to `RaceLimits`; `onwards`: sense of rolling on the race, 1 or -1."""
+    """Convert a `parameters.RaceSearch` to `RaceLimits`; `onwards`: sense in which rollers move on it, 1 or -1."""
     return RaceLimits(1.0 / race.spacing, 1.0 / race.clearance, race.own_middle, race.own_half, onwards)
 
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy rollers' slides, slide rates and spins from state `y` to the workspace; set its heights of defects to 0."""
+    """Copy rollers' slides, slide rates and spins from state `y` to the workspace; set defect heights in it to 0."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -132,7 +132,7 @@ def face_defects(defects, radius, rotation, space):
     """Sum the heights [m] of the rollers' `defects` that may meet a race now, for each roller and race.
 
     The sums are stored in the row `DAMAGE` of the workspace `space`. `rotation` of the rollers relative to their slots
-    [rad]; the outer race is in front of a roller, the inner race behind.
+    [rad]; a roller meets the outer race at the angle 0 from its slot's x axis, the inner race at the angle pi.
     """
     half = rotation.shape[0] // 2
     for d in range(defects.shape[0]):
@@ -252,8 +252,8 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
 def count_candidates(search, race, depth, offset, lead, aside, angle, here, patch, space, column):
     """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
 
-    `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: additional depth
-    within the averaging time of an onset [m]; `aside`: largest offset of race and slot along race [m]; `angle` of the
+    `depth` of the middle of the race's profile in the roller, `offset` of the profile along the roller, `lead`:
+    approach in the time `search.lead_s`, `aside`: largest displacement of the race along itself [all m]; `angle` of the
     roller from the race's first point [rad]; `here`: True if the slot contains a roller; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
@@ -281,9 +281,9 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: penetration plus margins, divided by the gap at a point one spacing beside a touching roller;
-    `depth_ahead`: the same for points ahead, which act before they touch; `aside`: largest offset of race and slot
-    along the race, `position` in the direction of rolling, both in spacings. A `patch`, or slices (None), is one point.
+    `depth`: upper bound of the penetration, over the gap at a point one spacing beside a roller that just touches;
+    `depth_ahead`: the same for points that the roller reaches next, which act before they touch; `aside`: see
+    `count_candidates`; `position` in the direction of motion; both in spacings. A `patch` or slices (None): one point.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:

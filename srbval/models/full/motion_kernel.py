@@ -203,9 +203,9 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
 @kernel_part
 def couples_on_cages(law, row, model, slots, relative, on_cages):
-    """Add the rollers' couples [N m], a `row` of the workspace, to the torques on the cages; no effect without `law`.
+    """Add the rollers' couples about their own axes [N m], a `row` of the workspace, to the torques on the cages.
 
-    The couples act about the rollers' axes. Returns both sums: `relative` (on a second cage's angle) and `on_cages`.
+    Returns `relative`, on a second cage relative to row 1's, and `on_cages`; unchanged if `law` (oil, tilt) is None.
     """
     if law is None:
         return relative, on_cages

@@ -20,9 +20,9 @@ LEAST_RAD_S = 1e-6
 class OilLaw(NamedTuple):
     """Constants of the oil's forces on rollers; all are numbers except `rolling`.
 
-    `rolling`, [2 races, 2]: resisting couple at 1 rad/s [N m] over the square root of the load [N] (contact shorter
-    than its roller) and over its fourth root (contact as long as its roller); `heating`: shear heating number L at a
-    rolling speed of 1 m/s; `drag`: force over a roller's speed squared [kg/m]; `pocket`: friction coefficient.
+    `rolling`, [2 races, 2]: resisting couple at 1 rad/s between race and roller [N m], over the square root of the load
+    [N] (contact shorter than its roller) and over its fourth root (contact as long as its roller); `heating`: heating
+    number L at a rolling speed of 1 m/s; `drag`: force over a roller's speed squared [kg/m]; `pocket`: friction.
     """
 
     rolling: Any
@@ -54,7 +54,10 @@ def rate_power(rate):
 
 @kernel_part
 def resist_rolling(space, j, short, full):
-    """Add rolling resistance to the torque of contact `j`; returns its power [W]. `short`, `full`: `OilLaw.rolling`."""
+    """Add rolling resistance to the torque of contact `j`; returns its power [W].
+
+    `short`, `full`: `OilLaw.rolling` of the race, for contacts shorter than their roller, and as long as their roller.
+    """
     root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
     shorter, longest = short * root, full * math.sqrt(root)
     rate = space[col.W_Z + j]
@@ -68,7 +71,7 @@ def resist_rolling(space, j, short, full):
 def add_oil_forces(oil, model, slots, cage, shaft, totals):
     """Add the oil's rolling resistance and the pockets' friction to the rollers' torques, and the powers to `totals`.
 
-    Also fills the couples on the cages. `scatter_sums` must have completed the contact forces. No effect without `oil`.
+    Also fills the couples on the cages, row `ON_CAGE`. Contact forces must be complete. No effect without `oil`.
     """
     if oil is None:
         return

@@ -51,11 +51,12 @@ class RaceSearch(NamedTuple):
 
 
 class Races(NamedTuple):
-    """Point clouds of both raceways for the kernels, outer race first, in windows; see `point_cloud.Windows`.
+    """Points of both raceways for the kernels, outer race first, in lists (windows) as in `point_cloud.Windows`.
 
-    `points`, [2, W windows, rows, candidates]: the last windows spare for damaged rollers; None if contacts are slices;
-    `starts`, [2, W, 4]: circles' first points, end; `window_of`, [2, 2 rows, points]: each point's window; `highest`
-    displacement, [2, W]; `plain`: number of windows of undisplaced points; `height`: largest distance from mid-plane.
+    `points`, [2, W windows, col.POINT_ROWS, points of a window]: the last windows are for damaged rollers; None if
+    contacts are slices; `starts`, [2, W, 4]: index of each circle's first point in a window, and the end; `window_of`,
+    [2, 2 rows, points of a circle]: window of a roller nearest to the point; `highest` displacement, [2, W] [m];
+    `plain`: number of windows without displaced points; `height`: largest distance of a circle from mid-plane [m].
     """
 
     points: Any
@@ -225,7 +226,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
-    """Build the `Races` of a scene: race points in angular windows, of which `spares` are kept for damaged rollers."""
+    """Build the `Races` of a scene: lists (windows) of race points, with `spares` empty lists for damaged rollers."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
@@ -266,7 +267,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
     """Find the stretch of a race with all points near defects: its middle and half width, counted in points.
 
-    `window_of`: number of each point's window, at least `plain` for points near defects.
+    `window_of`, [rows, points]: see `Races`; it is at least `plain` for points near defects.
     """
     count = window_of.shape[1]
     points = np.flatnonzero((window_of >= plain).any(axis=0))

@@ -31,15 +31,15 @@ class Circle(NamedTuple):
 
 
 def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute a circle of points of the outer raceway, a sphere, at p times the tilt angle (the paper's eq. 17)."""
+    """Compute a circle of points of the outer raceway, a sphere, at p times the contact angle (the paper's eq. 17)."""
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(radius * c, radius * s, -c, -s)
 
 
 def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute a circle of points of the inner raceway at p times the tilt angle alpha (the paper's eq. 17, corrected).
+    """Compute a circle of points of the inner raceway at p times the contact angle alpha (eq. 17, corrected).
 
-    R cos(p alpha), R the profile's radius, is subtracted; the printed plus puts the inner race outside the outer.
+    R cos(p alpha), R the profile's radius, is subtracted; the paper's plus sign puts the inner race outside the outer.
     """
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(geometry.inner_centre_radial_m - radius * c, geometry.inner_centre_axial_m - radius * s, c, s)
@@ -48,7 +48,7 @@ def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
 class CirclePoints(NamedTuple):
     """Points of one circle of one row: angle [rad], displacement along the normal [m], share of stiffness and damping.
 
-    `cell` is the number of the undisplaced, unrefined point that a point represents or replaces. All arrays are [n].
+    `share` is below 1 in refined defects; `cell`: number of the evenly spaced point that a point is or replaces.
     """
 
     angle: FloatArray
@@ -58,7 +58,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """Place `count` evenly spaced points on a circle (eq. 16), displaced by `defects` (angles from `zone_rad`)."""
+    """Place `count` points evenly on a circle (eq. 16), displaced by `defects`; `zone_rad`: middle of the load zone."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -118,13 +118,13 @@ def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_pe
 
 
 class Windows(NamedTuple):
-    """Windows of a race: the points that a roller may touch when it is nearest to a given point; row 2 is mirrored.
+    """Windows of a race: lists of the points that a roller may touch in one place; row 2 is mirrored.
 
-    `points`, W arrays [col.POINT_ROWS, candidates]: see `columns`, in the frame of the given point's meridian.
-    `starts`, [W, 4]: first candidate of each circle, and the end. The first windows contain undisplaced points: window
-    ``c - 1`` contains the c nearest points of each circle, around the nearest for odd c, around the point before the
-    roller for even c. `window_of`, [2 rows, points]: number of each nearest point's window: the last undisplaced one
-    or, near a defect, a separate window. `highest`, [W]: highest displacement in the window [m].
+    `points`, W arrays [col.POINT_ROWS, points]: see `columns`; the frame is the meridian of the window's middle point.
+    `starts`, [W, 4]: index of each circle's first point, and the end. The first windows contain undisplaced points:
+    window ``c - 1`` has c neighbouring points of each circle; the middle one is the nearest to the roller for odd c,
+    the last before it for even c. `window_of`, [2 rows, points]: window of a roller nearest to a point: the longest
+    undisplaced one or, near a defect, one for this point. `highest`, [W]: highest displacement [m].
     """
 
     points: list[FloatArray]
@@ -136,16 +136,16 @@ class Windows(NamedTuple):
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
-    """Build a race's `Windows`; `count`: points per circle, `half`: points on either side of that nearest a roller."""
+    """Build a race's `Windows`; `count`: points per circle; `half`: points in reach on either side of the nearest."""
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))
     needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
     if needed > MAX_CANDIDATE_BYTES or 2 * half >= count:
         raise ConfigurationError(
-            f"{count} points per circle: a roller reaches {2 * half + 1} of them, and {finest:.4g} times as many in "
-            f"defects, which need {needed / 1e6:.4g} MB of memory; the limits are all points of a circle and "
-            f"{MAX_CANDIDATE_BYTES / 1e6:g} MB. Use fewer points, smaller defects or larger rollers."
+            f"{count} points per circle: a roller reaches {2 * half + 1} of them (limit: {count}); with {finest:.4g} "
+            f"times as many in defects, they need {needed / 1e6:.4g} MB of memory (limit: "
+            f"{MAX_CANDIDATE_BYTES / 1e6:g} MB). Use fewer points, smaller defects or a larger bearing."
         )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
     wide = np.arange(-half, half + 1)

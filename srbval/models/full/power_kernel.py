@@ -2,7 +2,7 @@
 
 Forces F are evaluated at speeds v, but friction and contact damping act at v + x, after a change x of the speeds: with
 masses M, damping matrix D and accelerations k, M k = F(v) - D x. The shaft's motion is prescribed, so no equation
-contains its torque; it follows from the shaft's row d of D. With u = (v, shaft speed W) the losses are u D u:
+contains its torque; it follows from the row d of D for the shaft's speed W. With u = (v, W) the losses are u D u:
 
     torque on the shaft = torque at v - d x,   losses = losses at v + (2 v + x) D x + 2 W d x,   D x = M (a - k)
 
@@ -49,9 +49,9 @@ def shaft_row(model, factors):
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
     """Correct torque and powers in `totals` for the change x of the speeds v by an implicit step; see `power_kernel`.
 
-    `speeds`: v; `beyond`: x; `braked`: accelerations a - k that friction and damping take away; all in the shape of the
-    state. `shaft`: speed [rad/s]; `inertia`: totals from which `factors` were computed. The power of friction keeps its
-    value at v; the other changed losses, except the housing's, are counted as contact damping.
+    `speeds`: v; `beyond`: x; `braked`: loss of acceleration by this change; all in the shape of the state. `shaft`:
+    speed [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction keeps its value at v;
+    the other changed losses, except the housing's, are counted as contact damping.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, speeds.shape[0] // 2)

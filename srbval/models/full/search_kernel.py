@@ -1,10 +1,10 @@
 """Kernels: find the points of a race that each roller may touch.
 
-The points follow from the roller's angle, without a search among all. A column is the contact of one roller with one
-race; a lane group is `LANES` columns that are computed together, with one window of race points. Its window has enough
-points (`frames_kernel.candidate_count`) for most of its columns. Columns that need more, or that alone of their group
-need any, are copied to common groups ("compacted"). Columns with their own points, near a defect of a race or of a
-damaged roller, are copied to a group each ("single"). The result is the `plan`, see `columns`.
+The points follow from the roller's angle, without a search among all. A column of the workspace is the contact of one
+roller with one race; a lane group is `LANES` columns that are computed together, with one list (window) of race points.
+The list is long enough (`frames_kernel.candidate_count`) for most columns of the group. Columns that need more points,
+or alone of their group need any, are copied to common groups ("compacted"). Columns with a list of their own, near a
+defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the `plan`, see `columns`.
 """
 
 import math
@@ -23,8 +23,8 @@ COPY_COST = 0.3
 def plan_contacts(slots, races, space, plan, count):
     """Choose the race points that each roller may touch, and enter them in `plan`; `count`: points per circle.
 
-    A column is the contact of one roller with one race; a lane group is `LANES` columns that are computed together.
-    Returns the numbers of lane groups, of compacted and of single columns, and the deepest penetration [m].
+    Returns the deepest penetration [m], after three numbers: of groups of contacts that are computed together (lane
+    groups), of contacts copied to such groups (compacted), and of contacts computed alone (single).
     """
     lanes = np.uint64(col.LANES)
     groups, compacted, single = 0, 0, 0
@@ -69,20 +69,20 @@ def plan_contacts(slots, races, space, plan, count):
 
 @kernel_part
 def plan_group(plan, row, race, window, first):
-    """Enter in a `row` of `plan` that `LANES` contacts from column `first` on use the points in `window` of `race`."""
+    """Enter in a `row` of `plan` that `LANES` contacts from column `first` on use the list `window` of race points."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
 @kernel_part
 def plan_copy(plan, row, column, points):
-    """Enter in a `row` of `plan` that the contact in `column` is to be copied and needs `points` per circle."""
+    """Enter in a `row` of `plan` that the contact in `column`, to be copied to a group, needs `points` per circle."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Add the groups of a race's copied contacts to the `groups` in `plan`; returns the new number of groups."""
+    """Form groups of a race's copied contacts; enter them in `plan` after its `groups`; returns the new number."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -110,7 +110,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Enter in `plan` a lane group's contacts that need their own points; returns `single` plus their number."""
+    """Plan contacts of the group from column `begin` on that need their own points; returns the new number `single`."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -135,9 +135,9 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """Choose the number of points per circle that computes a lane group fastest; also returns the largest needed.
+    """Choose the number of points per circle that computes a group fastest; also returns the largest number needed.
 
-    Contacts that need more points are copied, at the cost `COPY_COST`. `code`: see `code_of_group`, not 0.
+    Contacts that need more points are copied to other groups, at the cost `COPY_COST`. `code`: see `code_of_group`.
     """
     one, two, three = code % 64, code // 64 % 64, code // 4096
     if three == 0:
@@ -177,10 +177,10 @@ def deepest_of(slots, space):
 
 @kernel_part
 def angle_to_window(position, shift, spacing):
-    """Compute cosine and sine of the angle from a roller to the middle of its window of points; exact up to 0.1 rad.
+    """Compute cosine and sine of the angle from a roller to the middle of its race points; exact up to 0.1 rad.
 
-    `position` of the roller in numbers of points; `shift`: 0.5 for a window about the nearest point, 0 for a window
-    about the point before the roller; `spacing` of the points [rad].
+    `position` of the roller in numbers of points; `shift`: 0.5 if the middle of its list (window) of race points is the
+    nearest point, 0 if it is the point before the roller; `spacing` of the points [rad].
     """
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
@@ -191,7 +191,7 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Turn a contact's race axes to its window of points, from column `original` to `copy`; see `angle_to_window`."""
+    """Store in column `copy` the race's axes of contact `original`, turned to its points; see `angle_to_window`."""
     m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
     n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
@@ -202,7 +202,7 @@ def turn_to_window(original, copy, slot, shift, spacing, space):
 
 @kernel_part
 def prepare_columns(groups, slots, space, plan, spacing, damping):
-    """Turn contacts that need no copy towards their windows of race points, and clear the sums of all contacts."""
+    """Turn the race's axes of contacts that are not copied to their race points; clear the sums of all contacts."""
     for i in range(groups):
         if plan[i, col.GROUP_FIRST] < col.COMPACTED:
             start = np.uint64(plan[i, col.GROUP_RACE] * col.RACE)
@@ -218,7 +218,7 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
 
 @kernel_part
 def spacing_of_windows(count, patch):
-    """Compute the angle between race points in windows [rad]; 0 with a `patch` or slices, which follow the roller."""
+    """Compute the angle between race points [rad]; 0 for continuous contacts (`patch`) or slices, which have none."""
     if patch is None:
         return 0.0
     return 0.0 if patch.shape[1] > 0 else 2.0 * math.pi / count
@@ -237,9 +237,10 @@ def copy_column(original, copy, space, damping):
 
 @kernel_part
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
-    """Copy the compacted and single contacts (see `plan_contacts`), and turn each copy to its window of race points.
+    """Copy the contacts that `plan_contacts` planned to copy, and turn the race's axes of each copy to its race points.
 
-    `spacing` for compacted ones: see `spacing_of_windows`; single ones have `count` points per circle, or `slices`.
+    `compacted`, `single`: number of contacts copied to common groups, and to a group each; `spacing` of points for the
+    former: see `spacing_of_windows`; the latter have `count` points per circle, or `slices`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):

@@ -56,9 +56,10 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Compute the torque on a second cage's relative angle, and reduce `torque_on_cages` by gyroscopic terms [N m].
+    """Compute the torque on a second cage in its motion relative to row 1's, and correct `torque_on_cages` [N m].
 
-    Also fills the relative angle's inertia in `totals`. `torque_on_cages` and the cages' `axis`: x, y, z, world axes.
+    Row 2's inertia torques due to the acceleration a' omega x t are subtracted. Also fills the relative motion's
+    inertia in `totals`. `torque_on_cages` and the cages' `axis` t: x, y, z, world axes.
     """
     if second is None:
         return 0.0, torque_on_cages
@@ -108,7 +109,7 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
 
 @kernel_part
 def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
-    """Returns the cages' torque and inertia (xx, yy, zz, xy, xz, yz) after elimination of the relative rate."""
+    """Eliminate a second cage's relative acceleration from the cages' torque and inertia (xx, yy, zz, xy, xz, yz)."""
     if second is None:
         return on_cages, inertia
     g_x, g_y, g_z = on_cages
@@ -128,7 +129,7 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
 
 @kernel_part
 def fill_relative_rates(second, y, at, totals, torque, rate):
-    """Compute the rates of a second cage's relative angle and speed from the rates of row 1's cage, in `rate`."""
+    """Fill `rate` for the relative angle and relative speed of a second cage, from the rates of row 1's cage."""
     if second is None:
         return
     taken = totals[col.RELATIVE_X] * rate[at.cage_rate] + totals[col.RELATIVE_Y] * rate[at.cage_rate + 1]
@@ -139,9 +140,9 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 @kernel_part
 def relative_border(second, weight, model, totals, factors):
-    """Compute the row of a second cage's relative rate in the matrix that `damping_kernel.factor` factors.
+    """Compute the row for a second cage's relative rate in the matrix M / `weight` + D of `damping_kernel.factor`.
 
-    Returns the diagonal entry. Row 2's rollers turn about their own axes at `tilt_cosine` times the relative rate.
+    Stores the row's entries for row 1's cage and the ring in `factors`, and returns the diagonal entry.
     """
     if second is None:
         return 0.0
@@ -181,7 +182,7 @@ def relative_border(second, weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Returns right-hand sides of an implicit step: cages (`g0` to `g2`, corrected), a second cage's relative rate."""
+    """Add a second cage to the cages' right-hand sides `g0` to `g2`; also returns the one of its relative rate."""
     if second is None:
         return g0, g1, g2, 0.0
     space, per = model.scratch.space, 1.0 / weight

@@ -94,9 +94,9 @@ def slice_spring(stiffness, depth, spread, bend, least):
     `bend`: curvature of the gap along the roller times the width squared; `least`: smallest spread, above 0; in N, m.
     The offset is the distance of the load's middle from the slice's middle towards the deeper end, over the width.
 
-    If a slice touches on a share t of its width, a line replaces the bent gap: lower by bend (1 - t^2) / 12 at the
-    deeper end, flatter by bend (1 - t) / 2. With the deepest penetration e and r = spread / e, at most 1, all results
-    are powers of e times polynomials in r, so that they need only one ninth root.
+    If a slice touches on a share t of its width, a straight line replaces the curve of the penetration: its deeper end
+    e is lower by bend (1 - t^2) / 12, its spread smaller by bend (1 - t) / 2. With r = spread / e, at most 1, all
+    results are powers of e times polynomials in r, so that they need only one ninth root.
     """
     e = depth + 0.5 * spread
     t = e / spread
@@ -177,11 +177,11 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 @kernel_part
 def find_openings(slices, single, plan, space, rotation, model):
-    """Find the opening (defect) under the roller of each contact that is computed alone: its window and distance.
+    """Find the opening (defect) under the roller of each contact that is computed alone, and its distance from it.
 
-    `rotation` of all rollers [rad]. An opening of the roller takes precedence over an opening of the race. The row
-    `POSITION` of the contact's copy then contains the distance of the roller's meridian beyond the opening's middle,
-    along the race: an angle [rad] for the race, a length [m] for the roller, which the plan marks by `ON_ROLLER`.
+    `rotation` of all rollers [rad]. An opening of the roller takes precedence over an opening of the race; `plan` marks
+    it by `ON_ROLLER`. The row `POSITION` of the contact's copy then contains how far along the race the roller is
+    beyond the opening's middle: an angle [rad] for an opening of the race, a length [m] for an opening of the roller.
     """
     defects, spare_of, rollers = model.roller_defects, model.spare_of, rotation.shape[0]
     per_point, roller_radius = 2.0 * math.pi / model.races.window_of.shape[2], model.law.roller_radius
@@ -269,9 +269,9 @@ def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
 def slice_columns(law, slices, film, race, window, first, last, space, start, stop, damping, away, on_roller):
     """Add the forces of a race's slices to the columns `start` to `stop` - 1 (contacts of a roller with the race).
 
-    `away`: distance of the column's roller from the window's opening, see `find_openings`, or None. Over an opening of
-    the race the force acts along the roller's normal; over an opening of the roller, which meets the race with its
-    edge, along the race's normal. `film`: of the slices; other arguments as in `contact_columns`.
+    `window`: see `SliceTable.rows`; `away`: distance of the roller from the opening, see `find_openings`, or None. Over
+    an opening of the race the force acts along the roller's normal; over an opening of the roller, which meets the race
+    with its edge, along the race's normal. Other arguments as in `contact_columns`.
     """
     begin, end = np.uint64(start), np.uint64(stop)
     point_law = law_of_point(law)
@@ -339,9 +339,9 @@ def foot_of_slice(rows, race, window, i, away):
     """Compute where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
 
     The opening's middle is `away` [m] behind the roller's meridian. The roller rests on the part that reaches farthest
-    into it: the race or the nearest edge, a place on the ramp behind the edge, or the floor, which is above the race if
-    the "opening" is a raised piece. Each part is fixed to the race, or follows the roller to the place of parallel
-    surfaces, so that the forces have a potential.
+    into it: the race or the nearest edge, the ramp behind the edge, or the floor, which is above the race if the
+    "opening" is a raised piece. On its part the roller rests at the place where both surfaces are parallel or, if this
+    place is beyond the part, on the part's end, so that the forces have a potential.
     """
     radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
     half, ramp = rows[race, window, col.SLICE_HALF, i], rows[race, window, col.SLICE_RAMP, i]

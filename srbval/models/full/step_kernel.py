@@ -19,12 +19,12 @@ from srbval.models.jit import inlined, kernel_part
 
 
 class WorkingSpace(NamedTuple):
-    """Arrays in which a step is computed, and the running mean over an output interval.
+    """Arrays in which a step is computed, and sums over the steps of an output interval.
 
-    `rates`, [stages, size], `trial` and `braked`, [size of the state]: parts of a step; `factors`, [rows, 6], and
-    `frozen`, [col.TOTALS]: factored matrix of cage and ring, and the totals from which it was computed; `totals` of the
-    latest evaluation and their `mean`, see `add_to_mean`, both [col.TOTALS]; `ahead`, [size]: change of velocities
-    predicted by the leapfrog's step before, zeros at the start of a run.
+    `rates`, [stages, size of the state]: rates of each stage; [size]: `trial`, state of a stage, or in a leapfrog step
+    `beyond` of `add_implicit_powers`; `braked`: see there; `ahead`: change of velocities predicted by the leapfrog step
+    before, zeros at the start of a run. `factors`, [rows, 6]: see `factor`. [col.TOTALS]: `totals` of the latest
+    evaluation; `frozen`, from which a Rosenbrock step computes `factors`; `mean`: sums, see `add_to_mean`.
     """
 
     rates: FloatArray
@@ -54,7 +54,7 @@ def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
 
 @kernel_part
 def clear_mean(mean):
-    """Reset the running mean at the start of an output interval."""
+    """Reset the sums in `mean` at the start of an output interval."""
     for m in range(col.TOTALS):
         mean[m] = 0.0
     mean[col.DEEPEST] = mean[col.CONTACT_ENERGY] = -1.0
@@ -62,10 +62,10 @@ def clear_mean(mean):
 
 @kernel_part
 def add_to_mean(totals, weight, mean, first):
-    """Add `weight` times the `totals` (forces, powers, energies) to the running mean of an output interval.
+    """Add `weight` times the `totals` (forces, powers) to their sums `mean` over an output interval.
 
-    Two totals are no means: the deepest penetration becomes the deepest so far, and the contact energy keeps its value
-    at the start of the interval (`first`: True at the start of a step).
+    Two totals are not summed: the deepest penetration becomes the deepest so far, and the contact energy keeps its
+    value at the start of the interval (`first`: True at the start of a step).
     """
     for m in range(col.TOTALS):
         if m == col.DEEPEST:
@@ -103,8 +103,8 @@ def runge_kutta_step(y, t, step, method, model, work):
 def rosenbrock_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a Rosenbrock method; add forces and powers to `work.mean`.
 
-    Powers are those at each stage's speeds plus the change that the stage's linear equations give, where the mean
-    force acts if all stages have equal weights; see `add_implicit_powers`.
+    The powers of a stage are those at its speeds plus their change by its linear equations, see `add_implicit_powers`.
+    With equal weights of all stages, the step's mean force acts at these speeds.
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
@@ -144,12 +144,12 @@ def rosenbrock_step(y, t, step, method, model, work):
 def leapfrog_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a leapfrog `method`; add forces and powers to `work.mean`.
 
-    Forces are linearised at predicted velocities: those at the start plus `work.ahead`, which is updated for the next
-    step. With x the velocities minus the predicted ones, a the accelerations at the predicted ones and J their
-    derivative by the velocities (friction, damping), the equation is x' = a + J x, from x = -ahead. If a roller
-    is damaged or wavy, rollers turn half a step before the forces are evaluated and half a step at the end; otherwise
-    no force depends on their angles, and they turn at the predicted velocities. Powers are those at the velocities at
-    which the step's mean force acts, see `beyond` of `add_implicit_powers`.
+    Forces are linearised at predicted velocities: the velocities at the start plus `work.ahead`, which is updated for
+    the next step. x, the velocities minus the predicted velocities, is -ahead at the start. With the accelerations a at
+    the predicted velocities and their derivative J by the velocities (friction, damping), the step solves x' = a + J x.
+    If a roller is damaged or wavy, all rollers turn half a step before the forces are evaluated and half a step at the
+    end; otherwise no force depends on their angles, and they turn at the predicted velocities. Powers are those at the
+    predicted velocities plus `beyond` (see `add_implicit_powers`), at which the step's mean force acts.
     """
     size = y.shape[0]
     b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead

@@ -69,7 +69,8 @@ def sums_in_slots(free, model, slots):
     """Transform the rollers' forces, and the inner race's torque, from tilted frames to slot axes at the slot's centre.
 
     The outer race's torque is set so that the sum of both races' torques is what acts on the cage about x and y and on
-    the roller's spin about z; a further couple on the cages about z is stored. No effect if `free` is None.
+    the roller's spin about z. The skew moment, about the tilted roller's x, also has a part about the slot's z, which
+    acts on the cage only; it is stored in the row `SKEW_ON_CAGE`. No effect if `free` is None.
     """
     if free is None:
         return
