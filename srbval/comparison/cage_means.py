@@ -1,12 +1,13 @@
 """Mean cage ratio over the records of each speed, by a random-effects model.
 
 Mounting, load zone, temperature and cage differ between records, so ratios scatter by more than their reading errors.
-Model: y = X m + b + e, with the ratios y of all records, the design matrix X (`race_design`), the effects m (mean ratio
-at each speed, difference between faults), record effects b (normal, independent, standard deviation tau) and reading
-errors e (normal, covariance C with the common scale error of the tachometer). The prior is flat for m; for tau it is
-Jeffreys' prior p(tau) from the restricted likelihood (Bodnar et al. 2017, Stat. Med. 36, 378; with X: Roever & Friede
-2023, Comput. Methods Programs Biomed. 229, 107303; quoted from memory, not checked). With V = C + tau^2 I, weighted
-residuals r = y - X m, P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1, identity I and ' for transposed, on a grid of tau:
+Model: y = X m + b + e. Here y are the ratios of all records, X is the design matrix (`race_design`) and m the effects:
+the mean ratio at each speed, and differences between faults. The record effects b are normal and independent, with the
+standard deviation tau. The reading errors e are normal; their covariance C includes the scale error of the tachometer,
+which all records share. The prior is flat for m. For tau it is Jeffreys' prior p(tau) from the restricted likelihood
+(Bodnar et al. 2017, Stat. Med. 36, 378; with X: Roever & Friede 2023, Comput. Methods Programs Biomed. 229, 107303;
+both cited from memory). On a grid of tau, with the identity I, ' for transposed, V = C + tau^2 I, P = V^-1 - V^-1 X (X'
+V^-1 X)^-1 X' V^-1, and r = y - X m for the m with the least r' V^-1 r:
 
     p(tau | y) ~ p(tau) |V|^(-1/2) |X' V^-1 X|^(-1/2) exp(-r' V^-1 r / 2),    p(tau) ~ tau tr(P P)^(1/2)
 
@@ -50,7 +51,7 @@ class CageMeans:
 
 
 def covariance(readings: Sequence[CageReading]) -> FloatArray:
-    """Covariance matrix of the errors of cage ratios, [records, records]; the tachometer's scale error is common."""
+    """Covariance matrix of the errors of cage ratios, [records, records]; all records share the tachometer's scale."""
     per_speed = np.array([one.per_speed for one in readings])
     scale_u = SCALE_CI95 / NORMAL_95
     own = [one.reading_u**2 + max(one.speed_u**2 - (one.per_speed * scale_u) ** 2, 0.0) for one in readings]
@@ -82,9 +83,9 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
-    """Design matrix [records, effects]: columns for each speed (rising), fault on a race, outer minus inner race.
+    """Design matrix [records, effects]: a column for each speed (rising), race fault, and outer minus inner race.
 
-    The column for a fault on a race is left out if the speeds determine it, as when every record has such a fault.
+    The column for a race fault is left out if it depends linearly on the others, as when every record has such a fault.
     """
     rpm = np.array([one.nominal_rpm for one in readings])
     outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)
@@ -95,7 +96,7 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 
 
 class RandomEffects(NamedTuple):
-    """Draws from the posterior: `effects`, [draws, effects], and standard deviation between records, [draws]."""
+    """Posterior draws of the `effects`, [draws, effects], and of the scatter `between` records, tau, [draws]."""
 
     effects: FloatArray
     between: FloatArray

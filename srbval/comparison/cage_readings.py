@@ -1,11 +1,12 @@
 """Cage ratio (cage speed over shaft speed) of every record of the rig, read from combs (a line with its harmonics).
 
-The fault comb of a damaged race is read in the squared envelope, in the one of the frequency `BANDS` that shows its
-first harmonic highest over the noise. The passage comb, multiples of BPFO in the vibration itself, is caused by passing
-rollers, also in a healthy bearing. It is used only if detected: improbable as noise, and stronger than most combs at
-meaningless frequencies (`rank_among_placebos`). If both combs agree within their intervals, the more precise one is
-used, otherwise the fault comb; the other is kept as a check. A passage comb alone may belong to another of the shaft's
-four bearings. Records are resampled over shaft angle. Shaft harmonics are excluded from lines and noise.
+The fault comb of a damaged race is read in the squared envelope. Of the frequency `BANDS` the one is used in which the
+first harmonic of the comb is highest over the noise. The passage comb, multiples of BPFO in the vibration itself, is
+caused by passing rollers, also in a healthy bearing. It is used only if it is detected: improbable as noise, and
+stronger than most combs at meaningless frequencies (`rank_among_placebos`). If both combs agree within their intervals,
+the more precise one is used, otherwise the fault comb; the other is kept as a check. If only the passage comb is found,
+it may come from another bearing: the shaft of the rig has four. Records are resampled over shaft angle. Shaft harmonics
+are excluded from lines and noise.
 """
 
 import math
@@ -38,9 +39,9 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 class CageReading:
     """Cage ratio of one record, with standard uncertainties due to reading (`reading_u`) and shaft speed (`speed_u`).
 
-    `reading_u` refers to the long-run ratio, about which the ratio varies during the record. `per_speed` is the change
-    of the ratio c per relative error of the shaft speed: -c if read from BPFO, 1 - c if from BPFI. `read_from` names
-    the comb and the signal, `band_hz` the frequency band. `check` is the reading from the other comb, if detected.
+    The cage ratio varies with time; `reading_u` is the uncertainty of its long-term mean. `per_speed` is the change of
+    the ratio c per relative error of the shaft speed: -c if read from BPFO, 1 - c if from BPFI. `read_from` names the
+    comb and the signal, `band_hz` the frequency band. `check` is the reading from the other comb, if detected.
     """
 
     record: str
@@ -63,7 +64,7 @@ def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[Ca
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Cage ratio of a record; None without detected comb, measured speed or order tracking, or if too short."""
+    """Cage ratio of a record; None if it is too short or has no known state, measured speed signal or detected comb."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None

@@ -5,7 +5,8 @@ Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the
 Each kind of quantity has one bias: the mean error b over n records with standard deviation s, and its 95 % interval b
 +- t s / sqrt(n), with t from Student's distribution. The errors of one record are averaged first, since they share
 bearing, mounting and speed. With fewer records than `MIN_RECORDS_FOR_BIAS` no bias is claimed. The model's scatter is
-the scatter of errors beyond the data's uncertainty (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
+the part of the errors' scatter that the uncertainty of the measured values does not explain (McGrattan et al., NIST SP
+1018-3, fire-model validation guide).
 """
 
 import math
@@ -38,8 +39,9 @@ class ComparedQuantity:
     """Quantity that is compared between model and rig, such as the level of a harmonic.
 
     `kind` groups quantities that share a bias. `name` may contain ``{line}`` for the fault's line. `read` returns the
-    value from an analysis for one of `faults`. `value_of` computes the value from the order of the line; errors are
-    then in per cent of the rig's value, otherwise in dB. `margin` is the error within which model and rig agree.
+    value from an analysis for one of `faults`. `value_of` computes the value from the order of the line; it is None for
+    levels. Errors of levels are in dB, all others in per cent of the rig's value. `margin` is the error within which
+    model and rig agree.
     """
 
     kind: str
@@ -145,7 +147,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Effects of inputs, step and contact points, by (defect, quantity), from `stored`, result of study ``inputs``."""
+    """Effects of inputs, step and contact points on each (defect, quantity), from the `stored` result of ``inputs``."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
@@ -165,9 +167,10 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the model's bias (mean error) for each kind of quantity, scene and use in the table `comparisons`.
+    """Compute the model's bias (mean error) for each kind of quantity, scene and `used_for` in the table `comparisons`.
 
-    Rows within the noise are left out. If `used_for` is given, all uses (such as ``fit``) are combined under this name.
+    Only quantities that exceed the noise in both model and rig are used. The argument `used_for`, if given, replaces
+    the column of this name (with values such as ``fit``), so that all its values are combined.
     `bias`, its half width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)

@@ -88,10 +88,11 @@ def comparison_row(
 ) -> Row:
     """Build the row of one compared quantity, with the keys of `comparisons` in ``report.json``.
 
-    `error`, `margin` and the 95 % half widths `parts` are in `error_unit`. The uncertainty is None if `parts` contains
-    no part of the simulation. A level that is not present on one side gets no verdict, since it is noise. Of `names`,
-    `kind` groups quantities that share a bias, `scene` is the model's bundled scene, and `used_for` is ``fit`` (fitted
-    to the record), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
+    `parts` are the parts of the uncertainty as 95 % half widths; they, `error` and `margin` are in `error_unit`. The
+    uncertainty is None if no part comes from the simulation itself. A level hidden in the noise of
+    either side gets the verdict ``insufficient data``. Of `names`, `kind` groups quantities that share a bias, `scene`
+    is the model's bundled scene, and `used_for` is ``fit`` (fitted to the record), ``withheld`` (known, but not fitted)
+    or ``blind`` (predicted before the record was known).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None

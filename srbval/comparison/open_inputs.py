@@ -23,7 +23,7 @@ class OpenInput:
 
     `keys` are dotted names in a `Scene` that all get the same value, or ``band.low_hz`` or ``band.high_hz``. The value
     is uniform from `low` to `high`, log-uniform if `log`, a factor on the scene's own value if `relative`; or one of
-    `choices`, equally likely. `with_choice`: for a choice, further values to be set in the scene, by dotted name.
+    `choices`, equally likely. `with_choice` contains further values of the scene, by dotted name, for some choices.
     """
 
     name: str
@@ -38,7 +38,7 @@ class OpenInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Cumulative probabilities used if only this input is varied: every choice, or even steps from 0 to 1."""
+        """Cumulative probabilities at which this input is varied alone: one for each choice, or evenly from 0 to 1."""
         ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
         return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
 

@@ -144,8 +144,8 @@ def check_race_sum(pair: Mapping[str, Any]) -> dict[str, Any]:
     """Check the sum rule: BPFO + BPFI in orders of the shaft equals the number of rolling elements.
 
     `pair` contains both orders, the 95 % half width `ci95` of their sum, and `slip_difference`: the part of the sum due
-    to different slip in the two runs. `closed` is true if the sum without this part agrees within `ci95`, None if that
-    is None. `implied_rpm` is the shaft speed at which the rule is exact.
+    to different slip in the two runs. `closed` is true if the sum without this part equals the number of rolling
+    elements within `ci95`, and None if `ci95` is None. `implied_rpm` is the shaft speed at which the rule is exact.
     """
     total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
     slip = pair.get("slip_difference", 0.0)

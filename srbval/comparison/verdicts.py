@@ -2,7 +2,7 @@
 
 The error E = S - D (ASME V&V 20) is the model's value S minus the rig's value D. Three values (endpoints) are compared:
 mean ratio at the fastest speed, trend (slowest minus fastest speed), and outer-race minus inner-race faults. S has the
-distribution of runs with randomly drawn inputs; all records share the draws, so that common effects cancel in a
+distribution of runs with randomly drawn inputs. Each draw is run for all records, so that common effects cancel in a
 difference. D has the distribution from `cage_means`. S, D and the change with a finer step are taken as independent.
 `p_beyond` is the probability that |E| exceeds the tolerance:
 
@@ -31,7 +31,7 @@ Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the
 
 
 class Endpoint(NamedTuple):
-    """Compared value: sum of the records' cage ratios times `weights`; `rig`: random draws of this value of the rig."""
+    """Compared value, the sum of the records' cage ratios times `weights`; `rig`: draws of this value for the rig."""
 
     name: str
     weights: FloatArray
@@ -109,7 +109,7 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Weight of each run of the model, from the records' `weights`; a healthy run replaces a state not simulated."""
+    """Sum of the records' `weights` for each simulated run; a healthy run represents a state that was not simulated."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -127,7 +127,7 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Interpolate an input's effect `curve`, known at probabilities `shares`, at `at`; between two values it steps."""
+    """Interpolate an input's effect `curve` from probabilities `shares` to `at`; a curve of two points is a step."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)

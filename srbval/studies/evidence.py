@@ -24,7 +24,7 @@ State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minut
 
 
 def result_states(now: Fingerprint) -> list[State]:
-    """State of each study's result and of other bundled results: fresh or stale for the program's behaviour `now`."""
+    """State of every stored result: fresh, or stale if it does not agree with the program's fingerprint `now`."""
     names = sorted({*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))})
     return [state for name in names if (state := _describe(name, newest_result(name), now))]
 

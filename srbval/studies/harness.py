@@ -46,8 +46,8 @@ class StudyResult:
 class Study:
     """Question whose answer takes minutes to compute and is stored; content of ``study.toml``.
 
-    `minutes` is the duration on two cores, `kind` the kind of its stored result. `parts` names the parts of the program
-    on which the result depends (see `srbval.check.check`). `options` are the study's own command options.
+    `minutes` is the duration on two cores. `kind` is ``recorded`` if the study needs external recordings. `parts` names
+    the program's parts on which the result depends (`srbval.check.check`). `options` are the study's command options.
     """
 
     name: str
@@ -123,7 +123,7 @@ def make_result(
     """Run a study and store the result with command, revision, time and machine; returns result and stored content.
 
     The result is written to `options.output`, otherwise to the user's cache; a result without a name is written to a
-    given file only. The program's `revision` and fingerprint, `behaviour`, are determined if not given. Raises
+    given file only. The program's `revision` and `behaviour` (its fingerprint) are determined if not given. Raises
     `DataError` if the file cannot be written, or is in ``reports`` while the working tree has uncommitted changes.
     """
     from srbval.check.check import fingerprint

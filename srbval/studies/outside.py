@@ -160,7 +160,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
-    """Quantities of the run `own`, None if it fails; cost from timed runs `pairs`: default and own solver in turn."""
+    """Quantities of the run `own`, None if it fails; cost from `pairs`, timed runs of default, own solver in turn."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
     found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}

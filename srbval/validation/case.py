@@ -38,8 +38,8 @@ MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
 class Tolerance(Limited):
     """Largest accepted errors, fixed before the comparison: cage ratio [%], levels relative to the line [dB].
 
-    A quantity without a tolerance is not judged ``met`` or ``missed``. As `uncertainty` of a case, both are the 95 %
-    half widths that the user states for the simulated side.
+    A quantity without a tolerance is not judged ``met`` or ``missed``. The table `[uncertainty]` of a case has the same
+    keys; there they are the 95 % half widths that the user states for the simulated side.
     """
 
     cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)

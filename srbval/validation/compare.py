@@ -2,8 +2,8 @@
 
 Error E is simulated minus measured. Uncertainty U is the root of the sum of squares of its parts (ASME V&V 20, 2009). A
 model from outside has an uncertainty only if repeated files are given (Student's t of their mean) or the case states
-it; otherwise the verdict is ``insufficient data``. The interval of a reading is no uncertainty of the simulation. Lines
-and cage ratio are compared in orders of the shaft, each side by its own speed.
+it; otherwise the verdict is ``insufficient data``. The interval with which a simulated line is read does not count as
+such an uncertainty. Lines and cage ratio are compared in orders of the shaft, each side by its own speed.
 """
 
 import math
@@ -153,9 +153,9 @@ def outside_parts(
 ) -> dict[str, float]:
     """Parts of an external simulation's uncertainty [% or dB]: from reading or repeats, and stated in the case.
 
-    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). `pct` is the
-    factor to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of BPFI,
-    and does not apply to a rolling element's spin.
+    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). A value times
+    `pct` is in per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of
+    BPFI, and does not apply to a rolling element's spin.
     """
     scale = pct if quantity.value_of else 1.0
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}

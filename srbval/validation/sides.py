@@ -30,7 +30,10 @@ QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SideReading:
-    """Results from the signals of one side, simulated or measured; `scene` and its run `model` are None for files."""
+    """Results from the signals of one side, simulated or measured.
+
+    `model` is the run of a simulated scene, None for files. `scene` names the scene if it ran with its own model.
+    """
 
     analyses: tuple[Analysis, ...]
     values: tuple[Mapping[str, QuantityValue], ...]
@@ -78,7 +81,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse recordings in the stated or the paper's band; simulations of other bearings in a band chosen for them."""
+    """Analyse signals in the stated or paper's band; simulations of bearings other than the rig's in a found band."""
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
@@ -116,7 +119,9 @@ def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) ->
     stated = {one.state: one for one in recordings if one.state is not None}
     names = ", ".join(Path(one.file or one.name).name for one in recordings)
     if pair_state is None and not stated:
-        raise ConfigurationError(f'{names}: bearing state not known; give state = "outer" (inner, roller, healthy).')
+        raise ConfigurationError(
+            f'{names}: the bearing state is not known; give the pair state = "outer", "inner", "roller" or "healthy".'
+        )
     state = pair_state if pair_state is not None else next(iter(stated))
     if others := [one for own, one in stated.items() if own is not state]:
         raise ConfigurationError(

@@ -104,7 +104,7 @@ class Validation(NotebookObject):
         return "; ".join(parts) + "."
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON document of `srbval validate`, without the report's files."""
+        """JSON document of `srbval validate`, without the paths of the report's files."""
         return {
             "case": self.case.title,
             "headline": self.headline,

@@ -18,7 +18,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def unexplained(tests: Rows, locked: Rows) -> str:
-    """Sentence on records with level errors too large for chance (`tests`), with the range of errors (`locked`)."""
+    """Sentence on the records whose level errors in `tests` are too large for chance; `locked`: errors by band."""
     far = [one["record"] for one in tests if one["level_p"] < CHANCE / len(tests)]
     if not far:
         return "In no record does the level common to all bands deviate by more than the uncertainty."
@@ -36,7 +36,7 @@ def short(record: str) -> str:
 
 @panel
 def draw_errors(rows: Rows) -> PanelData:
-    """Draw errors, with uncertainty, of the power locked to the fault, by one-third-octave band, for each record."""
+    """Draw errors, with uncertainty, of the power that repeats with the fault, by third octave, for each record."""
     figure, ax = new_axes(WIDE)
     table = pd.DataFrame(rows).assign(band_hz=[float(one["quantity"].split()[1]) for one in rows])
     for number, (record, of) in enumerate(table.groupby("record", sort=False)):

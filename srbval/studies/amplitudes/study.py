@@ -1,14 +1,15 @@
-"""Amplitudes of the scene `rig` after an identified transmission path, compared with the rig's records.
+"""Amplitudes of the scene `rig` behind the identified path from ring to sensor, compared with the rig's records.
 
-The path's gains are identified from the fault-locked power (the part that repeats with the fault's passages) of record
-OR 877 (outer race, 877 rpm), the ratio of the gains in its two directions from the sidebands of IR 877 (inner race).
-Quantities of OR 877 are marked ``fit``, all others of the six records ``withheld``: known, but not fitted. Compared are
-the fault-locked power and the total level of each one-third-octave band (healthy record plus run) and the line's
-harmonics; the level of the healthy record alone is added. Lines of roller passages are removed from records and runs.
+In each band the path has a gain along the load and a gain across it. The gains are identified from the fault-locked
+power (the part that repeats with the fault's passages) of record OR 877 (outer race, 877 rpm), their ratio from the
+sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all others of the six records ``withheld``:
+known, but not fitted. Compared are the fault-locked power and the total level (healthy record plus run) of each third
+octave, and the line's harmonics. The level of the healthy record alone is added. Lines of roller passages are removed
+from records and runs.
 
 A case of the sweep runs the scene at the speed of each record with one set of inputs and identifies the path again, so
-that common errors of run and path cancel. The cases are the scene's own inputs, a finer step with more slices, and
-random draws of all inputs and of the angle of each record's defect.
+that common errors of run and path cancel. The cases are the scene's own inputs, a finer step with more slices of each
+roller, and random draws of all inputs and of the position of each record's defect.
 """
 
 import math
@@ -98,7 +99,7 @@ def _load(state: Fault, rpm: float) -> Recording:
 
 
 def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
-    """Scenes of a case of the sweep, one for each record: speed and defect angle of the record, inputs of the case."""
+    """Scenes of a case of the sweep, one for each record: the record's speed and defect position, the case's inputs."""
     found, inputs = [], case["inputs"]
     for place, one in enumerate(rig_records()):
         changes = CHANGES.get(inputs) or {}
@@ -112,7 +113,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels of all runs at the sensor, by the path identified from them; nominal case: also the path's half widths."""
+    """Levels at the sensor, by the path identified from the runs; nominal case: also half widths due to the path."""
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
@@ -163,7 +164,7 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
     """Add model value, error and validation uncertainty U [dB] to the table `rig`; `found`: simulated levels by case.
 
-    If a level is not present in the record, the error is the model's excess over the least level that would be present.
+    If a level of the record is hidden in its noise, the error is the model's excess over the least visible level.
     """
     names, cases = list(rig.record + " " + rig.quantity), found.set_index("inputs")
     nominal, finer = (cases.loc[case, names].to_numpy(float) for case in (NOMINAL, FINER))
@@ -183,10 +184,10 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Count, by kind, the withheld quantities with errors up to `VERDICT.near_db`; absent fault-locked bands count too.
+    """Count, by kind, the withheld quantities, and of these the ones with errors up to `VERDICT.near_db`.
 
-    ``reachable`` is the largest count that any path common to all records could reach: the gain of each band is chosen
-    to fit most records.
+    Fault-locked powers count even if they are hidden in the noise, harmonics do not. ``reachable`` is the largest count
+    that any path common to all records could reach: the gain of each band is chosen to fit most records.
     """
     locked, harmonics, totals = (rows[(rows.kind == kind) & (rows.used_for == "withheld")] for kind in KINDS.values())
     of_kind = {"locked": locked, "harmonics": harmonics[harmonics.rig_present], "totals": totals}

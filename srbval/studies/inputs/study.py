@@ -1,9 +1,9 @@
 """Effects of uncertain inputs of the scenes `paper` and `rig` on all compared quantities and on the cage ratio.
 
 All inputs of a scene are drawn together; all records share the draws, so that common effects cancel in the difference
-between two records. The spread is the input uncertainty of ASME V&V 20. Each input is also varied alone. The verdicts
-on the cage ratio use draws at every record's speed, the uncertainty of other quantities draws at `NOMINAL_RPM`. The
-runs are converged and do not depend on their initial state.
+between two records. The spread is the input uncertainty of ASME V&V 20. Each input is also varied alone. For the
+verdicts on the cage ratio the draws are run at every record's speed, for the uncertainty of other quantities at
+`NOMINAL_RPM`. Contact points and time step are so fine that the results do not depend on the initial state.
 
 How often the verdicts detect an error is counted on simulated rigs. A simulated rig has the registered records with
 their uncertainties. Its true cage ratios are those of the scene `rig` at one random draw, unknown to the verdict, with
@@ -175,7 +175,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
 
 
 def variance_share(shares: FloatArray, values: FloatArray) -> float:
-    """Share of the variance of `values` due to an input drawn at `shares`, in bins: epsilon squared (Kelley 1935)."""
+    """Share of the variance of `values` due to one input, from bins of its `shares`: epsilon squared (Kelley 1935)."""
     groups = pd.Series(values).groupby((shares * BINS).astype(int))
     within = float(((values - groups.transform("mean")) ** 2).sum()) / max(values.size - groups.ngroups, 1)
     return max(1 - within / float(values.var(ddof=1)), 0.0) if np.ptp(values) else 0.0

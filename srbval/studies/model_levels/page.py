@@ -1,4 +1,4 @@
-"""Report page: error and time of every model by question, and the cheapest model that is accurate enough."""
+"""Report page: error and time of every model for each question of `srbval plan`, and the cheapest accurate model."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

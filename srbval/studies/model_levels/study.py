@@ -1,7 +1,8 @@
 """Errors of every model on random scenes near a bundled scene, against the reference model.
 
 A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect.
-For one model, question, roller fit and defect, the error on a further random scene is as likely as any to be largest.
+For one model, question, roller fit and defect, the errors on n random scenes bound the error on a further random scene:
+it is the largest of all n + 1 with a probability of 1 / (n + 1).
 """
 
 import math
@@ -83,7 +84,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
-    """Answers to the planner's questions by defect, and wall time per simulated second; none for failed runs."""
+    """Answers to the questions of `srbval plan` by defect, and wall time per simulated second, of the working runs."""
     runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}
@@ -153,7 +154,7 @@ def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any
 
 
 def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
-    """Compare errors with the bounds stated by the planner; column `held` is true for errors within their bound."""
+    """Compare errors with the bounds that `srbval plan` states; `held` is true for errors within their bound."""
     rows = []
     for (*scene, question), of in found.groupby([*SCENE, "question"], sort=False):
         case = dict(zip(SCENE, scene, strict=True))
@@ -167,7 +168,7 @@ def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Measure the errors of every model, or check the planner's bounds on new scenes if `fresh_scenes` is given."""
+    """Measure the errors of every model, or check the bounds of `srbval plan` on new scenes with `fresh_scenes`."""
     fresh = options.fresh_scenes and max(round(options.fresh_scenes / SCENES_PER_POINT), 1)
     points, seed = (fresh, 1 + options.seed) if fresh else (POINTS, 0)
 

@@ -1,7 +1,7 @@
 """Registered recordings with a known bearing state, and the bearing from which each was recorded.
 
 Each record is read with its stated speed and bearing. A faulty record is also read with the shaft speed changed by +20
-% and -10 %, and as a record of another bearing; then no part may be named.
+% and -10 %, and as a record of another bearing; naming a part is then wrong.
 """
 
 import dataclasses
@@ -38,7 +38,7 @@ class KnownRecord:
     specimen: str
 
     def load(self) -> tuple[Recording, Bearing]:
-        """Load the record without its state, and its bearing; if the entry names a channel, only this channel."""
+        """Load the record without its state, and its bearing; if `entry` names a channel, only this channel."""
         recording = dataclasses.replace(load_entry(self.entry), state=None)
         channel = self.entry.settings and self.entry.settings.channel
         if channel:
@@ -47,7 +47,7 @@ class KnownRecord:
 
 
 def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord]:
-    """Measured, complete recordings with a known state, sorted by rig and file."""
+    """Measured recordings with intact files and a known state, sorted by rig and file."""
     found = []
     for entry in without_copies(r for r in registered if r.dataset and r.origin is Origin.MEASURED):
         file, dataset = Path(entry.file), entry.dataset or ""

@@ -81,7 +81,7 @@ def counted(rows: Sequence[Row]) -> list[Row]:
 
 
 def outcome_of(state: Fault, part: Fault | None) -> str:
-    """Outcome of a diagnosis: right, wrong or none for a faulty record; healthy or healthy_called for a healthy one."""
+    """Outcome: right, wrong or none (no part named) if faulty; healthy, or healthy_called (a part named) if healthy."""
     if state not in DEFECTS:
         return "healthy" if part is None else "healthy_called"
     return "none" if part is None else "right" if part == state else "wrong"

@@ -83,8 +83,9 @@ def placebos(analysis: Analysis, count: int, seed: int) -> Iterator[Line]:
 def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
     """Count faults named on records without a fault; test false alarms at the orders of `count` fictitious bearings.
 
-    `distance` is the Kolmogorov-Smirnov distance of the false-alarm probabilities by rank from a uniform distribution;
-    ``noise_below``, ``rank_below``, ``stated_below`` are shares of probabilities (noise, rank, stated) below `LEVEL`.
+    A line has false-alarm probabilities from noise, from its rank among placebos, and from both (stated). Their shares
+    below `LEVEL` are ``noise_below``, ``rank_below``, ``stated_below``. `distance` is the Kolmogorov-Smirnov distance
+    of the probabilities by rank from a uniform distribution.
     """
     from scipy.stats import kstest
 

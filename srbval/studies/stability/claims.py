@@ -25,7 +25,7 @@ def claims(cells: Cells) -> list[dict[str, Any]]:
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:
-    """Test that no method of lower order than the paper's is stable; `stable`: methods stable up to its speed limit."""
+    """Test that no method of lower order than the paper's is stable up to the paper's speed limit."""
     slow = [cell for cell in cells if cell["rpm"] <= PAPER.limit_rpm]
     counts = {
         name: count([cell for cell in slow if cell["solver"] == name])
