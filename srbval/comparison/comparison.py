@@ -3,7 +3,7 @@
 A comparison has an error E, model minus rig, and a validation uncertainty U, the root of the sum of squares of its
 parts (ASME V&V 20, 2009). The model `differs` if |E| > U, and `agrees` only if |E| + U is below a margin fixed
 beforehand: two one-sided tests (Schuirmann 1987) without an assumed distribution. Otherwise the verdict is `not
-resolved`. A stated tolerance is `met` or `missed` by the probability that the error exceeds it.
+resolved`. The probability that the error exceeds a stated tolerance decides whether it is `met` or `missed`.
 
 `budget.toml` contains the assumptions, with the reason of each number. Verdicts on single quantities are exploratory;
 `srbval.comparison.verdicts` judges the cage ratio over all records.

@@ -1,4 +1,4 @@
-"""Benchmark of a model from outside: cost, step error and largest stable step, beside the bundled solvers.
+"""Benchmark of an external model: cost, step error and largest stable step, beside the bundled solvers.
 
 The step error is the difference from a run of the same model at a finer step. A run is `ok` (in the search for the
 largest step: `stable`) if it succeeds with errors within `ERROR_LIMITS`; with larger errors it is ``inaccurate``.

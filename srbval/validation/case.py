@@ -3,9 +3,9 @@
 A case is a TOML file with the keys `title`; `bearing` (a name or a TOML file beside the case) or a table `[elements]`
 or `[orders]`; `[simulated]` and `[measured]`, settings of each side (keys of `RecordingSettings`); `[tolerance]` and
 `[uncertainty]` (see `Tolerance`); a `[[pair]]` for each comparison, with `state`, `simulated`, `measured` and
-`used_for`; and `[[published]]`, numbers from a paper without signals. A side of a pair is a file, a list of files
-(repeats), a pattern such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings that replace the side's
-settings.
+`used_for` (see `comparison_row`); and `[[published]]`, numbers from a paper without signals. A side of a pair is a
+file, a list of files (repeats), a pattern such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings
+that replace the side's settings.
 """
 
 import dataclasses
