@@ -43,7 +43,7 @@ class Output(enum.StrEnum):
 
 
 def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
-    """Compute the numbers that `outputs` request: value and unit by name; NaN and missing numbers are omitted."""
+    """Compute the numbers of a run that `outputs` request: value and unit by name, without NaN and missing numbers."""
     readers = {Output.SUMMARY: _summary, Output.STATISTICS: _statistics}
     rows = itertools.chain.from_iterable(read(run) for output, read in readers.items() if output in outputs)
     return {name: (value, unit) for name, value, unit in rows if value is not None and math.isfinite(value)}

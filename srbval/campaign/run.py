@@ -43,7 +43,7 @@ CAMPAIGN_JSON, RESULTS_CSV, RESULTS_FOLDER, LOCK = "srbval-campaign.json", "resu
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignTable:
-    """Campaign and its cases; `version` is the hash of the code that computes the results in `folder`."""
+    """Campaign and its cases; `version` is the hash of the code that computes their results, stored in `folder`."""
 
     JSON_OMITTED: ClassVar = ("folder",)
 
@@ -114,10 +114,10 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
         rates.add(float(one.attrs["fs_hz"]))
         found[case.index] = one.drop_attrs(deep=False).assign_coords(labels)
     if not found:
-        raise DataError(f'{table.folder}: no accurate case has signals. Ask for outputs = ["acceleration"].')
+        raise DataError(f'{table.folder}: no accurate case has signals. Run it with outputs = ["acceleration"].')
     if len(rates) > 1:
         listed = ", ".join(f"{hz:g}" for hz in rates)
-        raise DataError(f"{table.folder}: cases differ in output_rate ({listed} Hz). Load it without signals.")
+        raise DataError(f"{table.folder}: cases differ in output_rate ({listed} Hz). Load it with signals=False.")
     joined = engine.concat(found.values(), "case", join="outer", coords=list(labels), compat="equals")
     cases = [case.index for case in table.cases]
     joined = joined.assign_coords(case=list(found), fs_hz=rates.pop())
