@@ -42,7 +42,7 @@ def load_recording(path: str | Path, settings: RecordingSettings | None = None, 
 
     `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
     `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. They take precedence
-    over `settings`, and both over the file. Only `registry.load_registered` uses settings that were registered.
+    over `settings`, and both over the file. `registry.load_registered` also uses registered settings.
     Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
     """
     file = Path(path)

@@ -161,7 +161,7 @@ def _manifest_or_none() -> tuple[EntriesByFile, str]:
 
 
 def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
-    """Download the open data set `name` into `folder` (default: below the home folder) and register it."""
+    """Download the open data set `name` into `folder` (default: below `home_folder`) and register it."""
     import pooch
 
     wanted = dataset(name)

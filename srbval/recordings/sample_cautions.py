@@ -51,7 +51,7 @@ def _block_cautions(samples: FloatArray, begin: int, total: int) -> tuple[str, .
             why = f", the limit of {bits} bits" if bits else ""
             said.append(f"clipped: {_share(count, samples)} at {extreme:.6g}{why}, up to {longest} in a row")
             clipped |= at
-    held = ~clipped & (lengths >= _shortest_no_chance(lengths, values, total))
+    held = ~clipped & (lengths >= _shortest_unlikely_run(lengths, values, total))
     if held.any():
         first = int(np.argmax(lengths * held))
         said.append(
@@ -65,7 +65,7 @@ def _share(count: int, samples: FloatArray) -> str:
     return f"{count} of {samples.size} samples ({100 * count / samples.size:.2g} %)"
 
 
-def _shortest_no_chance(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
+def _shortest_unlikely_run(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
     """Shortest run of equal samples that is no coincidence in `total` samples, from `lengths` and `values` of runs."""
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:

@@ -160,7 +160,7 @@ class OperatingGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """Description of a data set; its files contain named arrays (`reader` ``variables``) or ``signal-structs``.
+    """Description of a data set; `reader` is ``variables`` for files of named arrays, or ``signal-structs``.
 
     The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. `labels` maps patterns of the
     fault label in a file to states of the bearing; `orders` contains published fault orders of bearings. If

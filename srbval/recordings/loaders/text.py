@@ -229,7 +229,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Add or drop empty fields at row ends; `DataError` for blank lines, unequal rows, or numbers in comments."""
+    """Add or drop empty fields at row ends; `DataError` for blank lines, unequal rows, or numbers outside rows."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
