@@ -104,8 +104,7 @@ class StepError:
     def averaged_with(self, coarser: "StepError") -> "StepError":
         """Average each error with the error extrapolated from `coarser` steps, weighted by inverse variances.
 
-        Because the order of convergence is uncertain, the variance of an extrapolated error contains the square of half
-        the error.
+        As the order of convergence is uncertain, an extrapolated error has half its size as additional scatter.
         """
         expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))

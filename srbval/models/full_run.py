@@ -41,7 +41,10 @@ class FullRun:
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Integrate `intervals` output intervals from number `first`; each `per_detail`-th with rollers (0: none)."""
+        """Integrate `intervals` output intervals from number `first`.
+
+        `per_detail`: number of intervals from one detailed output of the rollers to the next, 0 for none.
+        """
         return take_steps(
             self.model,
             self.state,

@@ -36,7 +36,7 @@ class RunStatus(enum.StrEnum):
 
     `SKIDDING`: the cage is much slower or faster than in pure rolling. `ROLLERS_UNLOADED`: the load bypasses the
     rollers, or there is no load. `INACCURATE`: errors due to the step exceed the tolerances of `step_error`; the
-    run is written to a file but not accepted. All others but `OK` are failures; the last six are of outside models.
+    run is written to a file but not accepted. All others but `OK` are failures, the last six only of outside models.
     """
 
     OK = "ok"

@@ -67,8 +67,7 @@ class Slot:
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
         """Return the defect as a function of its distance from the roller, then its reach and the race's radius [m].
 
-        The reach is the largest distance at which the roller touches the defect; `deepest_m`: largest approach of the
-        rings.
+        Reach: largest distance at which the roller touches the defect; `deepest_m`: largest approach of the rings.
         """
         circle = defect.circle - 1
         patch = self.patches[race][circle]
@@ -277,8 +276,9 @@ def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, F
 def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
     """Build the contacts of a ball or cylindrical roller of the scene with both races.
 
-    Curvature of the gap (Harris & Kotzalas 2006, chapter 2; from memory): 2 / (d (1 + g)) along the outer, 2 / (d (1 -
-    g)) along the inner race, g = d cos(contact angle) / pitch diameter; across 2 / d minus the groove's; d: diameter.
+    Curvature of the gap along the outer race: 2 / (d (1 + g)), along the inner one: 2 / (d (1 - g)); d: diameter of the
+    ball or roller, g = d cos(contact angle) / pitch diameter. Across a race: 2 / d minus the curvature of the groove
+    (Harris & Kotzalas 2006, chapter 2; from memory).
     """
     d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
     races = []
@@ -355,8 +355,7 @@ ElementContact = Slot | ElementSlot
 class ForceTable:
     """Table of an undamaged contact; rows of `values`: force [N], damping [N s/m], penetration [m].
 
-    Columns: approaches of the rings from `start_m` up to `deepest_m`, in steps of `step_m`. Tables of the forces that
-    defects add have steps of `bump_step_m`.
+    Columns: approaches of the rings from `start_m` to `deepest_m` in steps of `step_m` (defects: of `bump_step_m`).
     """
 
     start_m: float
