@@ -2,8 +2,8 @@
 
 A race touches a roller on three circles, in one patch on each. Only this contact differs from the full model. For force
 F and damping of a patch see "Continuous contact" on the page "Contact" of the theory; at the penetration d in its
-middle, the elastic energy is 2/5 F d. The force of the full model, in which about three points touch, differs by some
-per cent. Where a defect raises the race by h, the penetration is d + h.
+middle, the elastic energy is 2/5 F d. In the full model about three points of a race touch a roller; their force
+differs by some per cent. Where a defect raises the race by h, the penetration is d + h.
 
 The damping force depends on the rate of penetration in the middle: rolling adds as much to the rate on one side of the
 middle as it removes on the other. At xi half lengths from the middle the penetration is d (1 - xi^2). If the race turns

@@ -198,8 +198,8 @@ class SlicedContact:
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Points on a race: radius about the shaft, distance from mid-plane [m]; normal's radial and axial component.
 
-        `axial_m`: distances from the roller's middle along the roller, away from the mid-plane. The profiles are arcs (eq.
-        (17) of the paper), with the inner centre shifted by the difference of the profile radii.
+        `axial_m`: distances from the roller's middle along the roller, away from the mid-plane. The profiles are arcs
+        (eq. (17) of the paper), with the inner centre shifted by the difference of the profile radii.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m

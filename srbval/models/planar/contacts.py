@@ -4,8 +4,8 @@
 direction. A roller slides in its slot of the cage, by `slide` towards the outer race, until both races press equally.
 Spherical rollers touch a race on three circles. If a circle's normal leans by b from the slot and by a from the radial
 direction, the penetration is approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the
-inner race. Without slide and approach the penetrations are e_o and e_i: the roller's radius minus the distance of its
-centre from the race. The force of `line.Patch` is tabulated over the approach; a second table contains the force that a
+inner race. Without slide and approach e_o and e_i are the roller's radius minus the distance of its centre from each
+race. The force of `line.Patch` is tabulated over the approach; a second table contains the force that a
 defect adds, over the approach and the defect's position.
 
 Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
