@@ -156,7 +156,7 @@ def factor_relative(second, own, factors):
 def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
     """Compute a second cage's acceleration relative to the first; returns it, then `g0` to `g5` corrected for it.
 
-    `load`: right-hand side of the second cage's equation; `g0` to `g5`: accelerations of first cage, ring without it.
+    `load`: right-hand side for the second cage; `g0` to `g5`: accelerations of first cage and ring without it.
     """
     if second is None:
         return 0.0, g0, g1, g2, g3, g4, g5

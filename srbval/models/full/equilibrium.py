@@ -163,7 +163,7 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
     """Compute the cage speed and the roller spin of pure rolling in the middle of the contacts, at time zero [rad/s].
 
     The cage turns at (1 - d cos(alpha) / D) / 2 times the shaft speed, with roller diameter d and pitch diameter D
-    (Randall 2011, sect. 2.2.3); with the spin, rollers do not slip on the outer race.
+    (Randall 2011, sect. 2.2.3); with this spin, rollers do not slip on the outer race.
     """
     pitch_radius = model.centre_distance * model.tilt_cosine
     shaft = shaft_motion(0.0, model.drive)[0]

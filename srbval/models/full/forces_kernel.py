@@ -149,7 +149,7 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
     """Add the forces with which the flanks of a roller's defects push along the race to the sums of contact `column`.
 
     `spare`: list (window) of points from `raised_points`. The next column, which no contact uses, keeps the sums while
-    a point's force is computed. Only the spring pushes; the damper is left out here and in the energy balance.
+    a point's force is computed. Only the spring pushes; the damper's part and its power are left out.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)

@@ -253,8 +253,8 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
     """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
 
     `depth` of the middle of the race's profile in the roller, `offset` of the profile along the roller, `lead`:
-    approach in the time `search.lead_s`, `aside`: largest displacement of the race along itself [all m]; `angle` of the
-    roller from the race's first point [rad]; `here`: True if the slot contains a roller; `column` of the workspace.
+    roller's approach in the time `search.lead_s`, `aside`: largest displacement of the race along itself [m]; `angle`
+    from the race's first point to the roller [rad]; `here`: True if the slot has a roller; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
@@ -282,8 +282,8 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
     `depth`: upper bound of the penetration, over the gap at a point one spacing beside a roller that just touches;
-    `depth_ahead`: the same for points that the roller reaches next, which act before they touch; `aside`: see
-    `count_candidates`; `position` in the direction of motion; both in spacings. A `patch` or slices (None): one point.
+    `depth_ahead`: the same for points that it reaches next, which act before they touch; in spacings: `aside`, see
+    `count_candidates`, and the roller's `position` in its direction of motion. With a `patch` or slices: 0 or 1.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -316,9 +316,9 @@ def candidate_code(candidates):
 def add_heights(surface, rotation, count, space):
     """Move the races towards the rollers by the heights of both surfaces; `rotation` of the rollers [rad].
 
-    A height moves the race of one contact nearer to its roller along the slot. Along the normal the movement is smaller
-    by the cosine of its angle to the slot, 0.6 % at a contact's ends. The slope of a wave does not tilt the normal, and
-    its rate does not act on the damper (2 % of the force at 3 kHz with a time constant of 10 us).
+    A height moves the race of one contact nearer to its roller along the slot. The movement along the contact's normal
+    is up to 0.6 % smaller at the contact's ends. The slope of a wave does not tilt the normal, and its rate does not
+    act on the damper (2 % of the force at 3 kHz with a time constant of 10 us).
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:

@@ -120,7 +120,7 @@ def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_pe
 class Windows(NamedTuple):
     """Windows of a race: lists of the points that a roller may touch in one place; row 2 is mirrored.
 
-    `points`, W arrays [col.POINT_ROWS, points]: see `columns`; the frame is the meridian of the window's middle point.
+    `points`, W arrays [col.POINT_ROWS, points]: see `columns`; frame: the meridian of the window's middle point.
     `starts`, [W, 4]: index of each circle's first point, and the end. The first windows contain undisplaced points:
     window ``c - 1`` has c neighbouring points of each circle; the middle one is the nearest to the roller for odd c,
     the last before it for even c. `window_of`, [2 rows, points]: window of a roller nearest to a point: the longest

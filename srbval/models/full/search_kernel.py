@@ -179,8 +179,8 @@ def deepest_of(slots, space):
 def angle_to_window(position, shift, spacing):
     """Compute cosine and sine of the angle from a roller to the middle of its race points; exact up to 0.1 rad.
 
-    `position` of the roller in numbers of points; `shift`: 0.5 if the middle of its list (window) of race points is the
-    nearest point, 0 if it is the point before the roller; `spacing` of the points [rad].
+    `position` of the roller: number of a point, with a fraction; `shift`: 0.5 if the middle of its list (window) of
+    race points is the nearest point, 0 if it is the point before the roller; `spacing` of the points [rad].
     """
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
@@ -226,7 +226,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a contact without its race axes, clear the copy's sums, and move the original out of the race's reach."""
+    """Copy a contact without its race axes, clear the copy's sums, and move the original out of reach of the race."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]

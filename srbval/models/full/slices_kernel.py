@@ -8,7 +8,7 @@ from e_2 to e_1 = e_2 + s; with the force per length q = k e^(10/9) of a line co
     energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)).
 
 Negative ends count as zero: the force is smooth while a slice comes into contact. The damper's coefficient is the slope
-times a time constant (0.25e-5 to 2.5e-5 s after E. Krämer; quoted from memory, not checked).
+times a time constant (2.5e-6 to 25e-6 s after E. Krämer; quoted from memory, not checked).
 """
 
 import math
@@ -177,7 +177,7 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 @kernel_part
 def find_openings(slices, single, plan, space, rotation, model):
-    """Find the opening (defect) under the roller of each contact that is computed alone, and its distance from it.
+    """Find the opening (defect) under the roller of each contact that is computed alone, and their distance.
 
     `rotation` of all rollers [rad]. An opening of the roller takes precedence over an opening of the race; `plan` marks
     it by `ON_ROLLER`. The row `POSITION` of the contact's copy then contains how far along the race the roller is

@@ -21,10 +21,10 @@ from srbval.models.jit import inlined, kernel_part
 class WorkingSpace(NamedTuple):
     """Arrays in which a step is computed, and sums over the steps of an output interval.
 
-    `rates`, [stages, size of the state]: rates of each stage; [size]: `trial`, state of a stage, or in a leapfrog step
-    `beyond` of `add_implicit_powers`; `braked`: see there; `ahead`: change of velocities predicted by the leapfrog step
-    before, zeros at the start of a run. `factors`, [rows, 6]: see `factor`. [col.TOTALS]: `totals` of the latest
-    evaluation; `frozen`, from which a Rosenbrock step computes `factors`; `mean`: sums, see `add_to_mean`.
+    Of the state's size: `rates` of each stage, [stages, size]; `trial`, a stage's state or, in a leapfrog step,
+    `beyond` of `add_implicit_powers`; `braked`, see there; `ahead`, the change of velocities that the leapfrog step
+    before predicted, zeros at the start of a run. `factors`, [rows, 6]: see `factor`. [col.TOTALS]: `totals` of the
+    latest evaluation; `frozen`, from which a Rosenbrock step computes `factors`; `mean`, sums, see `add_to_mean`.
     """
 
     rates: FloatArray
