@@ -205,7 +205,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 def couples_on_cages(law, row, model, slots, relative, on_cages):
     """Add the rollers' couples about their own axes [N m], a `row` of the workspace, to the torques on the cages.
 
-    Returns `relative` (torque between both cages) and `on_cages`, unchanged if `law` (oil, or tilt) is None.
+    Returns `relative` (torque on a second cage about its axis) and `on_cages`, unchanged if `law` (oil, tilt) is None.
     """
     if law is None:
         return relative, on_cages

@@ -56,7 +56,7 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Compute the torque on a second cage in its motion relative to row 1's, and correct `torque_on_cages` [N m].
+    """Compute the torque on a second cage about its axis, and correct `torque_on_cages`, on both cages [N m].
 
     Row 2's inertia torques due to the acceleration a' omega x t are subtracted. Also fills the relative motion's
     inertia in `totals`. `torque_on_cages` and the cages' `axis` t: x, y, z, world axes.
