@@ -33,8 +33,8 @@ def print_result(
     """Print the result of a command and return the exit code `code`.
 
     With ``--json`` the `document` (mapping or dataclass) is printed; its `status` follows by default from `code`.
-    Without it the text `show` is printed, or the function `show` prints the result. With ``--export`` the `tables` are
-    written to a file: by name, a list of rows (default: all lists of mappings in the document).
+    Without it the text `show` is printed, or the function `show` prints the result. With ``--export`` the `tables`
+    (lists of rows by name, by default all lists of mappings in the document) are written to a file.
     """
     if options.export:
         write_tables(Path(options.export), to_json(document) if tables is None else to_json(tables))
@@ -67,7 +67,7 @@ def write_tables(path: Path, document: Mapping[str, Any]) -> None:
 
     Without a table, the values of the document become one row. The first CSV file is `path`; the other file names
     end with the name of their table. Nested values become columns with dotted names. A question mark replaces each
-    character that UTF-8 cannot encode, as in the name of a recording with a damaged file name.
+    character that UTF-8 cannot encode, as in a damaged file name.
     """
     import pandas as pd
 

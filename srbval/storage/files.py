@@ -17,7 +17,7 @@ MAX_FILE_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more 
 
 
 def check_suffix(path: Path, content: str, suffixes: tuple[str, ...]) -> None:
-    """Raise `ConfigurationError` if an output file's suffix is not in `suffixes`; `content` names the format."""
+    """Raise `ConfigurationError` if an output file has a suffix other than `suffixes`; `content` names the format."""
     if path.suffix.lower() not in ("", *suffixes):
         raise ConfigurationError(
             f"{path}: the format is {content}, not {path.suffix}; choose the name {path.stem}{suffixes[0]} "

@@ -32,7 +32,7 @@ DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 @cache
 def content_version(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> str:
-    """Hash (16 digits) of all sources on which `modules` depend; if `lazy`, also of imports as text "module:name"."""
+    """Hash (16 digits) of all sources on which `modules` depend; if `lazy`, also of any named as "module:name"."""
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
         digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())

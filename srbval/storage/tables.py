@@ -264,9 +264,9 @@ LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three l
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
 
-    `hints` contains exceptions. By (class, field name) it gives the type of a value in the file that the program
-    converts before `build`, or None to omit the field. By enum class it gives words that are accepted besides the
-    members. No key of a file is required.
+    `hints` contains exceptions from the types of the fields. By (class, field name) it gives the type of a value in the
+    file that the program converts before `build`, or None to omit the field. By enum class it gives words that are
+    accepted besides the members. No key of a file is required.
     """
     definitions: dict[str, Any] = {}
 
