@@ -12,7 +12,7 @@ from srbval.comparison.comparison import QuantityValue
 from srbval.models.run import Run
 from srbval.models.simulate import Step, stored_run
 from srbval.progress import Progress, silent
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis, analysis_once
 from srbval.recordings import recording_from_run
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.sweep.pool import side_by_side
@@ -147,7 +147,7 @@ def analyse_run(
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
-    analysis = analyse(recording_from_run(run), bearing=bearing, band_hz=band_hz)
+    analysis = analysis_once(recording_from_run(run), bearing, band_hz=band_hz)
     values = read_quantities(analysis, case.state, order, quantities)
     return AnalysedRun(case=case, run=run, analysis=analysis, line_order=order, values=values)
 

@@ -248,7 +248,7 @@ def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tup
     """Modulation of `line` over its modulation in the baseline, with 95 % interval; None if the latter is unknown."""
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
-    if before.explained_by is NotDetected.ANOTHER and before.snr and before.depth is not None:
+    if before.explained_by == NotDetected.ANOTHER and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))  # the highest level that is not detected
         before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
 

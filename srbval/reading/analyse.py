@@ -1,7 +1,8 @@
 """Analysis of one recording, measured or simulated, from its signal to its fault lines."""
 
+import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +22,15 @@ from srbval.reading.pipeline import (
     process,
     whole_band_of,
 )
-from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
+from srbval.reading.speed_search import OutsideFamily, OutsideSpeed, SpeedSearch, course_by_comb, search
 from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.recordings.registry import RecordSource, recording_of
 from srbval.recordings.settings import settings_of
 from srbval.signal import NORMAL_95, end_s
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS, check_band
+from srbval.storage.content_store import ContentStore, content_sha256
+from srbval.storage.json_files import to_json
+from srbval.storage.tables import build
 
 if TYPE_CHECKING:
     import pandas
@@ -141,6 +145,45 @@ class Analysis(SpeedSearch, NotebookObject):
             "notes": self.recording.notes,
             "cautions": self.recording.cautions,
         } | {key: x for key in ("cage_ratio", "resampling_error") if (x := getattr(self.recording, key)) is not None}
+
+
+READINGS = ContentStore(kind="reading", computed_by=__name__)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredReading:
+    """Fields of an `Analysis` that are stored; the others are those of the record or quickly computed from it."""
+
+    lines: tuple[Line, ...]
+    speed: ShaftSpeed
+    tried: int
+    span: tuple[float, float]
+    outside: OutsideFamily | None
+    outside_speed: OutsideSpeed | None
+    band: BandChoice
+
+
+@one_thread()
+def analysis_once(recording: Recording, bearing: Bearing, **bands: Any) -> Analysis:
+    """Analyse a recording as `analyse` does, with the options `bands`; if it was analysed before, from stored results.
+
+    An analysis that followed a drifting speed is not stored.
+    """
+    content = content_sha256(recording, bearing, bands)
+    table = READINGS.load(content, dict)
+    if table is None:
+        found = analyse(recording, bearing=bearing, **bands)
+        if found.recording is not recording:  # it got a caution: its speed drifts
+            return found
+        table = {one.name: getattr(found, one.name) for one in fields(StoredReading)}
+        table = json.loads(json.dumps(table | {"lines": [vars(line) for line in found.lines]}, default=to_json))
+        READINGS.save(content, table)
+    stored, tracking = (
+        build(StoredReading, table, "reading"),
+        choose_tracking(recording, bearing, recording.known_speed),
+    )
+    processed = process(recording, band_hz=stored.band.band_hz, tracking=tracking)
+    return Analysis(**vars(stored), recording=recording, bearing=bearing, processed=processed)
 
 
 @one_thread()

@@ -97,7 +97,7 @@ class Line:
         if self.detected:
             return None
         if self.explained_by is not None:
-            return self.explained_by if isinstance(self.explained_by, NotDetected) else NotDetected.PART_OF_OTHER
+            return next((why for why in NotDetected if why == self.explained_by), NotDetected.PART_OF_OTHER)
         if self.snr is None or self.noise_false_alarm is None:
             return NotDetected.OUT_OF_REACH
         if self.snr <= LEAST_SNR:

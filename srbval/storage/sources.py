@@ -93,11 +93,16 @@ def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
 
 def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
     """Files that a source uses: its imports, its data files and, if `lazy`, modules named as "module:name"."""
-    text, module = source.read_text(encoding="utf-8"), source.suffix == ".py"
-    names = {*(PLACE.findall(text) if lazy else ()), *(_imported(text) if module else ())}
-    files = [file for name in names for file in _run_by(name, known)]
-    data = DATA_FILE.findall(text) if module else ()
+    imported, places, data = _names_in(source.read_text(encoding="utf-8"), source.suffix == ".py")
+    files = [file for name in (imported | places if lazy else imported) for file in _run_by(name, known)]
     return files + [path for name in data if (path := source.with_name(name)).is_file()]
+
+
+@cache
+def _names_in(text: str, module: bool) -> tuple[frozenset[str], frozenset[str], list[str]]:
+    """Names of imports, of modules in "module:name" and of data files in a source; the first and last of a `module`."""
+    imported, data = (_imported(text), DATA_FILE.findall(text)) if module else ((), [])
+    return frozenset(imported), frozenset(PLACE.findall(text)), data
 
 
 def _imported(text: str) -> Iterator[str]:

@@ -16,7 +16,7 @@ from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis, analysis_once
 from srbval.reading.pipeline import RIG_BEARING
 from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.load import read_file
@@ -86,7 +86,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
         chosen = source.auto_band or (other and recording.band_hz is None)
-        analysis = analyse(recording, bearing=bearing, auto_band=bool(chosen))
+        analysis = analysis_once(recording, bearing, auto_band=bool(chosen))
         ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
         analyses.append(analysis)

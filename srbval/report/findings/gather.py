@@ -12,7 +12,7 @@ from srbval.comparison.table6 import PAPER_CASE, Published, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis, analysis_once
 from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.manifest import RegisteredRecording
@@ -76,7 +76,7 @@ def gather(
             readings = cage_readings(records, bearing)
             CAGE_STORE.save(content, readings)
     with stage(progress, "Analyse the paper's runs"):
-        paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
+        paper = {s: analysis_once(recording_from_run(runs[f"paper-{s}"]), bearing) for s in PAPER_STATES}
     analyses = {
         "paper": paper,
         "model": {state: side.analysis for state, side in models.items()},
