@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from srbval import ConfigurationError, DataError, analyse, load_bearing, simulate, write_run
+from srbval.reading.analyse import analysis_once
 from srbval.reading.pipeline import band_kurtogram, declared_band
 from srbval.recordings import (
     Origin,
@@ -18,6 +19,7 @@ from srbval.recordings import (
 )
 from srbval.recordings.speed import tachometer_speed
 from srbval.scene import SpeedProfile, paper_scene
+from srbval.storage.content_store import content_sha256
 
 SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
 HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
@@ -260,3 +262,19 @@ def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_fi
         assert analysis.processed.tracking.used
         assert line.detected
         assert line.found_hz == pytest.approx(run.bpfo_hz, rel=RAMP_PCT / 100)
+
+
+@pytest.mark.parametrize("rpm_is_nominal", [False, True])
+def test_a_stored_analysis_is_the_analysis(rpm_is_nominal, monkeypatch):
+    stated = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.1, source=SpeedSource.NOMINAL)
+    record = recording(impulses(BEARING.orders.bpfo * SHAFT_HZ), **({"speed": stated} if rpm_is_nominal else {}))
+    first, direct = analysis_once(record, BEARING, auto_band=True), analyse(record, bearing=BEARING, auto_band=True)
+    monkeypatch.setattr("srbval.reading.analyse.search", None)  # a second search would fail
+    again = analysis_once(record, BEARING, auto_band=True)
+    for one in (first, again):
+        assert one.to_dict() == direct.to_dict()
+        assert one.lines == direct.lines
+        assert np.array_equal(one.processed.squared, direct.processed.squared)
+    assert content_sha256(again) == content_sha256(first)  # a figure of it is not drawn again
+    with pytest.raises(TypeError):
+        analysis_once(record, BEARING)  # another band
