@@ -61,9 +61,9 @@ READ = [SimpleNamespace(record=name) for name in ("OR_877rpm_sample.mat", "H_877
 SENTENCES = [  # text, words that it has, words that it has not
     (
         answer.finding_sentence(STATED),
-        "A finding about the model, not a failure of the program: the cage ratio (cage over shaft speed) misses its "
-        "tolerance of 0.1 % in the paper's scene (at 877 rpm) and in the rig's scene (its change from 877 to 353 rpm). "
-        "A scene is all inputs of a simulation.",
+        "A finding about the model, not a failure of the program: the model's cage ratio (cage speed over shaft speed) "
+        "misses the tolerance of 0.1 % in the paper's scene (the ratio at 877 rpm) and in the rig's scene (the change "
+        "of the ratio from 877 to 353 rpm). A scene is the complete input of a simulation.",
         None,
     ),
     (answer.finding_sentence(STATED[:1]), "misses its tolerance of 0.1 % nowhere", "finding"),
@@ -79,7 +79,7 @@ SENTENCES = [  # text, words that it has, words that it has not
         None,
     ),
     (answer.near_sentence(data(None, 21, None)), "-0.13 %, uncertainty unknown (inner race", "rig's scene"),
-    (answer.missing_sentence(data("missed", 9)), "(+0.22 ± 0.08 % from 877 to 353 rpm; model", "Everything"),
+    (answer.missing_sentence(data("missed", 9)), "from 877 to 353 rpm (rig +0.22 ± 0.08 %, model", "Everything"),
     (answer.missing_sentence(data("missed", 9)), "(only 9 of 21 one-third-octave bands are within 4 dB)", None),
     (answer.missing_sentence(data("not resolved", 21)), "Everything that was compared", "Not reproduced"),
     (shaft(-0.48), "-1 % is a slower shaft, not slip**", None),

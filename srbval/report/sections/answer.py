@@ -77,10 +77,11 @@ def finding_sentence(stated: Sequence[ReportRow]) -> str:
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Name a compared quantity of the cage speed in a sentence: "at 353 rpm" or "its change from 877 to 353 rpm"."""
+    """Name a compared value of the cage ratio: "the ratio at 353 rpm" or "the change of the ratio from 877 to ..."."""
     later, less, first = endpoint.partition(" less ")
-    is_change = less and first.endswith("rpm")
-    return f"its change from {first.removesuffix(' rpm')} to {later} rpm" if is_change else f"at {endpoint}"
+    if less and first.endswith("rpm"):
+        return f"the change of the ratio from {first.removesuffix(' rpm')} to {later} rpm"
+    return f"the ratio at {endpoint}"
 
 
 def near_sentence(data: ReportRow) -> str:
