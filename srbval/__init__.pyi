@@ -19,11 +19,12 @@ from srbval.path.identify import identify as identify_path
 from srbval.plan.plan import Plan
 from srbval.plan.plan import make_plan as plan
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, recording_from_run
 from srbval.recordings.load import dataset_recordings, recording_from_columns
 from srbval.recordings.registry import add as add_recordings
 from srbval.recordings.registry import fetch as fetch_recordings
 from srbval.recordings.registry import listing as list_recordings
+from srbval.recordings.registry import recording_of as load_recording
 from srbval.recordings.registry import remove as remove_recordings
 from srbval.recordings.registry import verify_recordings
 from srbval.report.figures.plot import plot

@@ -36,7 +36,7 @@ def test_importing_the_package_imports_nothing_else():
 
 @functools.cache
 def run() -> srbval.Run:
-    return srbval.simulate(srbval.paper_scene(model="impulse", duration="0.5 s", defect={"kind": "outer"}))
+    return srbval.simulate(srbval.paper_scene(model="impulse", duration="1 s", defect={"kind": "outer"}))
 
 
 @functools.cache
@@ -48,7 +48,7 @@ def test_a_run_is_a_table_and_a_line_of_text():
     frame = run().to_frame()
     assert len(frame) == run().samples
     assert frame["acceleration_x_m_s2"].to_numpy() == pytest.approx(run().acceleration_m_s2[:, 0])
-    assert repr(run()).startswith("<Run ok: impulse model, skf-22240, outer race, 710 rpm, 0.5 s")
+    assert repr(run()).startswith("<Run ok: impulse model, skf-22240, outer race, 710 rpm, 1 s")
 
 
 def test_an_analysis_is_a_table_a_picture_and_a_line_of_text():
@@ -84,6 +84,23 @@ def test_objects_draw_onto_given_axes_and_show_a_table(kind):
     page = shown._repr_html_()
     assert page.count("<tr") > 1
     assert "<script" not in page
+
+
+FAULTY, HEALTHY = "OR_877rpm_sample.h5", "H_877rpm_sample.h5"
+USES = {
+    "load_recording": lambda record: repr(srbval.load_recording(record)),
+    "plot": lambda record: srbval.plot(record, new_axes()).get_title("left"),
+    "healthy": lambda record: srbval.analyse(FAULTY, healthy=record, auto_band=True).band.why,
+    "baseline_of": lambda record: srbval.baseline_of(srbval.analyse(FAULTY), record).analysis.recording.name,
+    "features": lambda record: srbval.features(record).loc[0, "name"],
+}
+
+
+@pytest.mark.parametrize("use", USES)
+def test_a_record_may_be_a_name_a_path_a_recording_or_a_run(use):
+    record = srbval.load_recording(HEALTHY)
+    assert len({USES[use](one) for one in (HEALTHY, Path(record.file), record)}) == 1
+    assert USES[use](run())
 
 
 @pytest.mark.parametrize("measured", ["OR_877rpm_sample.h5", "simulated", "own"])
@@ -124,7 +141,7 @@ SESSION = """
 import numpy as np, pandas as pd, xarray as xr
 import srbval
 run = srbval.simulate(srbval.paper_scene(defect="outer", duration="2 s", model="impulse"))
-run.plot()
+srbval.simulate("outer.toml").plot()
 run.to_xarray().acceleration_y_m_s2.std()
 srbval.analyse(run).to_frame().query("detected")
 analysis = srbval.analyse("OR_877rpm_sample.h5")
@@ -141,7 +158,8 @@ srbval.trend(*[mine] * 6, baseline=5).to_frame()
 srbval.plan("paper", question="slip").to_frame()
 srbval.validate(simulated=run, measured="OR_877rpm_sample.h5", state="outer")
 srbval.report(analysis.recording, mine, bearing="skf-22240", folder="report", model=False)["html"].stat().st_size > 1000
-done = srbval.run_campaign(srbval.load_campaign(Path("speeds.toml")), "speeds", engine="local")
+done = srbval.run_campaign(Path("speeds.toml"), "speeds", engine="local")
+srbval.trend("speeds").time_from == "the campaign's cases" and len(srbval.features("speeds")) == 2
 srbval.load_campaign("speeds").to_xarray(signals=True).acceleration_y_m_s2.std("time_s")
 """
 
@@ -150,13 +168,18 @@ def test_a_session_in_a_notebook(tmp_path, monkeypatch):
     """Run a session of a user who guesses every name, in an empty folder; every line is a value or shows one."""
     monkeypatch.chdir(tmp_path)
     speeds = (
-        'name = "speeds"\noutputs = ["acceleration"]\nscene = { model = "planar", duration = "5 ms", settle = "0 s" }\n'
+        'name = "speeds"\noutputs = ["acceleration"]\nscene = { model = "planar", duration = "1 s", settle = "0 s" }\n'
     )
     axes = '[[axes]]\nkind = "grid"\nvalues = { shaft_speed = ["400 rpm", "700 rpm"] }\n'
     (tmp_path / "speeds.toml").write_text(speeds + axes)
+    (tmp_path / "outer.toml").write_text('model = "impulse"\nduration = "1 s"\n[defect]\nkind = "outer"\n')
     names = {"Path": Path}
     for line in SESSION.strip().splitlines():
         exec(line, names)
     plt.close("all")
     with pytest.raises(srbval.ConfigurationError, match=r"give it with rpm=\.\.\."):
         srbval.analyse(names["table"], bearing="skf-6205")
+    with pytest.raises(srbval.ConfigurationError, match=r'cluster_class="dask_jobqueue\.SLURMCluster", or'):
+        srbval.choose_engine("slurm")
+    with pytest.raises(srbval.ConfigurationError, match='use model="full"'):
+        srbval.simulate(srbval.paper_scene(model="line", defect="roller"))

@@ -232,13 +232,13 @@ def choose_engine(
     name = name or (DASK if stated else LOCAL)
     if name not in (LOCAL, DASK):
         raise ConfigurationError(
-            f"engine {name!r} is not known. Known: {LOCAL}, {DASK}. For a batch system: --engine dask --cluster-class "
+            f"engine {name!r} is not known. Known: {LOCAL}, {DASK}. For a batch system: --cluster-class "
             "dask_jobqueue.SLURMCluster, or another class of dask-jobqueue."
         )
     if (name == LOCAL and stated) or (scheduler and len(stated) > 1):
         raise ConfigurationError(
             f"engine {name!r} with {', '.join(stated)}: --scheduler excludes --cluster-class, --cluster-option and "
-            "--adapt, and all four need --engine dask."
+            "--adapt, and all four need the engine dask."
         )
     workers = jobs or usable_cores()
     if name == LOCAL:

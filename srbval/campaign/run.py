@@ -28,6 +28,7 @@ from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
 from srbval.progress import Progress, silent
+from srbval.recordings.registry import CAMPAIGN_JSON, RESULTS_FOLDER
 from srbval.storage.files import atomic_write, remove_unfinished
 from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
 from srbval.storage.json_files import parse_json, to_json
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     import xarray
 
 NO_RESULT = "missing"  # status of a case without an intact result
-CAMPAIGN_JSON, RESULTS_CSV, RESULTS_FOLDER, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
+RESULTS_CSV, LOCK = "results.csv", "lock"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,7 +141,7 @@ def write_campaign_table(folder: Path, table: CampaignTable) -> None:
     if not own and any(os.path.lexists(path) for path in (file, folder / RESULTS_CSV)):
         raise ConfigurationError(
             f"{folder}: its {CAMPAIGN_JSON} or {RESULTS_CSV} belongs to another campaign than {name!r}; nothing was "
-            "changed. Choose another folder with -o; or, if these are damaged files of this campaign, delete both and "
+            "changed. Choose another -o; or, if these are damaged files of this campaign, delete both and "
             "run it again: the results of its cases are kept."
         )
     with atomic_write(file) as part:
@@ -167,6 +168,14 @@ def read_campaign_table(folder: Path) -> CampaignTable:
     except (OSError, ValueError, SrbvalError) as error:
         why = str(error).removeprefix(f"{file}: ")
         raise DataError(f"{file}: damaged ({why}). To repair it and keep the results: {again}") from None
+
+
+def case_numbers(sources: Sequence[Any]) -> dict[str, float]:
+    """Number of each case by its result file if the only source is a campaign's folder, otherwise empty."""
+    folder = Path(sources[0]) if len(sources) == 1 and isinstance(sources[0], str | Path) else None
+    if folder is None or not (folder / CAMPAIGN_JSON).is_file():
+        return {}
+    return {str(result_path(folder, case.key)): float(case.index) for case in read_campaign_table(folder).cases}
 
 
 def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
@@ -242,7 +251,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
         ) from None
     except OSError as error:
         raise DataError(
-            f"{folder}: cannot be written ({error.strerror}). Choose another folder with -o, or make this one writable."
+            f"{folder}: cannot be written ({error.strerror}). Choose another -o, or make this one writable."
         ) from None
     with acquired:
         yield
@@ -299,7 +308,7 @@ MESSAGES = 10  # messages about failed cases during the run; the summary lists a
 
 
 def run_campaign(
-    campaign: Campaign | CampaignTable,
+    campaign: Campaign | CampaignTable | str | Path,
     path: str | Path,
     *,
     engine: Engine | str | None = None,
@@ -308,10 +317,10 @@ def run_campaign(
 ) -> dict[str, Any]:
     """Run all cases that have no result yet, longest first, and write the results table in the folder `path`.
 
-    A failed case has a result with the reason; a case whose process died is run again the next time. `engine` is an
-    engine of `choose_engine` or its name, by default ``local``. `progress` is called with the share of the work that is
-    done, estimated from the planned times of the cases. `message` is called with a line about each of the first cases
-    that fail.
+    `campaign` may also be a file, preset or folder (see `load_campaign`). A failed case has a result with the reason; a
+    case whose process died is run again the next time. `engine` is an engine of `choose_engine` or its name, by default
+    ``local``. `progress` is called with the share of the work that is done, estimated from the planned times of the
+    cases. `message` is called with a line about each of the first cases that fail.
 
     Returns the dictionary of `summarise_campaign` with four more keys: the name of the `engine`, the number of cases
     that this call ran (`ran`), its wall time [s] (`wall_s`) and the path of the CSV file (`table`). Raises
@@ -319,6 +328,7 @@ def run_campaign(
     be written or a disk that is full.
     """
     started, folder = time.perf_counter(), Path(path).resolve()
+    campaign = load_campaign(campaign) if isinstance(campaign, str | Path) else campaign
     campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign
     engine = choose_engine(engine) if engine is None or isinstance(engine, str) else engine
     table = CampaignTable(campaign=campaign, version=code_version(), cases=tuple(plan_cases(campaign)))

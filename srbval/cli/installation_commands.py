@@ -129,7 +129,7 @@ def run_docs_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def build_docs(folder: Path) -> Path:
+def build_docs(folder: str | Path) -> Path:
     """Build the documentation in `folder` and return its first page; raises an error without the library Sphinx."""
     try:
         import myst_parser  # noqa: F401
@@ -137,6 +137,7 @@ def build_docs(folder: Path) -> Path:
     except ImportError:
         place = package_folder() / "docs"
         raise MissingLibraryError(f"building the documentation from {place}", "sphinx", "myst-parser", "furo") from None
+    folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError

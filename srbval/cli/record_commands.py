@@ -66,16 +66,15 @@ def run_analyse_command(options: argparse.Namespace) -> int:
 
 def run_features_command(options: argparse.Namespace) -> int:
     """Write a table of vibration features, one row per record; exit code 3 if some records could not be read."""
-    from srbval.campaign.run import CAMPAIGN_JSON, RESULTS_FOLDER  # slow import
-
     path = Path(options.output)
     check_suffix(path, "CSV, Parquet or Feather", (".csv", ".parquet", ".feather"))
     kind = path.suffix.lower().removeprefix(".") or "csv"
     if kind != "csv" and find_spec("pyarrow") is None:
         raise MissingLibraryError(f"{path}, unlike a .csv file,", "pyarrow")
-    sources = [Path(one) / RESULTS_FOLDER if (Path(one) / CAMPAIGN_JSON).is_file() else one for one in options.files]
     with ProgressDisplay() as progress:
-        table = records.record_features(sources, request_from_options(options), jobs=options.jobs, progress=progress)
+        table = records.record_features(
+            options.files, request_from_options(options), jobs=options.jobs, progress=progress
+        )
     with atomic_write(path) as part:
         getattr(table, f"to_{kind}")(part, **({"index": False} if kind == "csv" else {}))
     rows = table.astype(object).where(table.notna(), None).to_dict("records")
@@ -257,20 +256,16 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
 
 def run_trend_command(options: argparse.Namespace) -> int:
     """Read the records of one machine and print the trend of its vibration; exit code 3 if some could not be read."""
-    from srbval.campaign.run import CAMPAIGN_JSON, read_campaign_table, result_path  # slow import
+    from srbval.campaign.run import case_numbers  # slow import
 
     if options.plot:
         check_suffix(Path(options.plot), "HTML", (".html",))
     zone_boundaries(options.machine_class)  # reports an unknown class before files are read
-    cases: dict[str, datetime | float] = {}
-    if len(options.files) == 1 and (Path(options.files[0]) / CAMPAIGN_JSON).is_file():
-        folder = Path(options.files[0])
-        cases = {str(result_path(folder, case.key)): float(case.index) for case in read_campaign_table(folder).cases}
-        options.files = list(cases)
+    times: Mapping[str, datetime | float] = case_numbers(options.files)
+    options.files, time_from = list(times) or options.files, "the campaign's cases"
     options.one_band = True  # because levels are compared
     documents, failed, other = read_many(options)
-    times, time_from = cases, "the campaign's cases"
-    if not cases:
+    if not times:
         files = list(dict.fromkeys(one["file"] for one in documents))
         times, time_from = record_times(files, Path(options.times) if options.times else None)
     limits = {name: getattr(options, name) for name in ("baseline", "machine_class", "zones_mm_s")}

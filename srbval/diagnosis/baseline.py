@@ -124,12 +124,12 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
     return healthy
 
 
-def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """Analyse `healthy` in the band of `analysis`, and list how the two records differ.
+def baseline_of(analysis: Analysis, healthy: RecordSource) -> Baseline:
+    """Analyse the healthy record in the band of `analysis`, and list how the two records differ.
 
     Raises an error if they cannot be compared, for example if they are the same record.
     """
-    ours, processed = analysis.recording, analysis.processed
+    ours, processed, healthy = analysis.recording, analysis.processed, recording_of(healthy)
     if _is_same_signal(healthy, ours):
         raise ConfigurationError(
             f"{healthy.name}: the healthy record and the record are the same; give another, or leave --healthy out."

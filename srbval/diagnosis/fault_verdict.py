@@ -44,7 +44,7 @@ from srbval.reading.analyse import Analysis
 from srbval.reading.lines import RACE_LINES, Line, NotDetected, detected_fault_lines
 from srbval.reading.pipeline import process
 from srbval.recordings import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.registry import RecordSource, recording_of
+from srbval.recordings.registry import RecordSource
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
 
@@ -264,7 +264,7 @@ def fault_verdict(
 ) -> FaultVerdict:
     """Verdict on an analysed record, compared with a healthy record if given; raises the errors of `baseline_of`."""
     if isinstance(baseline, RecordSource):
-        baseline = baseline_of(analysis, recording_of(baseline))
+        baseline = baseline_of(analysis, baseline)
     if analysis.recording.origin is not Origin.MEASURED:
         said = f"No fault is named: the record is {analysis.recording.origin.value}, not measured"
         return FaultVerdict(

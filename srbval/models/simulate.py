@@ -29,7 +29,7 @@ from srbval.models.run_file import RunWriter, read_run_file, read_summary, scene
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent, stage
-from srbval.scene import Scene
+from srbval.scene import Scene, load_scene
 from srbval.storage.content_store import LARGEST_BYTES, ContentStore
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.hdf5_files import HDF5, new_hdf5
@@ -52,14 +52,14 @@ class Step(enum.StrEnum):
     UNCHECKED = "unchecked"
 
 
-def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
-    """Simulate `scene` from static balance and return the run with its signals.
+def simulate(scene: Scene | str | Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
+    """Simulate `scene` (or its name or file) from static balance and return the run with its signals.
 
     The error due to the step is estimated first, or a step is chosen, see `Step`. Raises `ConfigurationError` for an
     unknown model or solver, a bearing without geometry, or a load too high for the contacts. A failed run is returned,
     with the failure in `status` and `reason`; a run that diverges ends early.
     """
-    stats = _prepare_run(scene, step, progress)
+    stats = _prepare_run(scene if isinstance(scene, Scene) else load_scene(scene), step, progress)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
         parts = list(_recorded_chunks(stats, progress))
     names = Outputs.__dataclass_fields__

@@ -195,7 +195,7 @@ def analyse(
     band_hz: tuple[float, float] | None = None,
     auto_band: bool = False,
     whole_band: bool = False,
-    healthy: Recording | None = None,
+    healthy: RecordSource | None = None,
     trials: int = 1,
     **stated: Any,
 ) -> Analysis:
@@ -218,7 +218,7 @@ def analyse(
         raise ConfigurationError("band_hz and auto_band (--band, --auto-band) are both given: leave one of them out.")
     declared = None if auto_band else declared_band(recording, band_hz, bearing)
     if declared is None and not whole_band:
-        bands = bands_of_record(recording, bearing, known_speed, healthy.fs_hz if healthy else math.inf)
+        bands = bands_of_record(recording, bearing, known_speed, recording_of(healthy).fs_hz if healthy else math.inf)
     else:
         bands = (declared or whole_band_of(recording.fs_hz),)
     tracking = choose_tracking(recording, bearing, known_speed)

@@ -38,13 +38,7 @@ ErrorKind = TypeVar("ErrorKind", bound=SrbvalError)
 
 
 def load_recording(path: str | Path, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
-    """Load one measured file, simulated run or synthetic record.
-
-    `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
-    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. They take precedence
-    over `settings`, and both over the file. `registry.load_registered` also uses registered settings.
-    Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
-    """
+    """Load one measured file, simulated run or synthetic record, without the register (see `registry.recording_of`)."""
     file = Path(path)
     reading = apply_settings(file, read_file(file), settings_of(stated).over(settings or RecordingSettings()))
     named = {"name": printable(file.stem), "file": str(file), "sha256": file_sha256(file)}

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import Fault, known_bearings, load_bearing
 from srbval.errors import DataError
@@ -29,7 +30,7 @@ from srbval.recordings.manifest import (
 from srbval.recordings.raw import first_line
 from srbval.recordings.reading import N_PER_KN, scaled
 from srbval.recordings.recording import Origin, Recording
-from srbval.recordings.settings import RecordingSettings, label_table
+from srbval.recordings.settings import RecordingSettings, label_table, settings_of
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
@@ -37,6 +38,7 @@ from srbval.storage.installation import shipped_folder
 MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
 RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the program
+CAMPAIGN_JSON, RESULTS_FOLDER = "srbval-campaign.json", "cases"  # file and folder within a campaign's folder
 TIMEOUT_S = 30
 MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()
@@ -190,8 +192,13 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 
 
 def files_under(folder: Path) -> list[Path]:
-    """Files below `folder`, sorted, without hidden files and linked folders; `DataError` if there are none."""
+    """Files below `folder`, sorted, without hidden files and linked folders; `DataError` if there are none.
+
+    Of a campaign's folder only the result files are listed.
+    """
     whole = Path(os.path.abspath(folder))
+    results = whole / RESULTS_FOLDER
+    whole = results if (whole / CAMPAIGN_JSON).is_file() and results.is_dir() else whole
     if whole.is_file():
         return [whole]
     if not whole.is_dir():
@@ -328,8 +335,15 @@ def files_of(paths: Iterable[str | Path]) -> list[str]:
     return list(dict.fromkeys(str(file) for files in found for file in files))
 
 
-def recording_of(source: RecordSource, settings: RecordingSettings = NO_SETTINGS) -> Recording:
-    """Return the recording of a file (`load_registered`) or a run, or `source` itself, after applying `settings`."""
+def recording_of(source: RecordSource, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
+    """Return the recording of a file or a run, or `source` itself, after applying the user's settings.
+
+    `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
+    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. They take precedence
+    over `settings`, both over settings in the register (`load_registered`), and all over the file.
+    Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
+    """
+    settings = settings_of(stated).over(settings or NO_SETTINGS)
     if isinstance(source, str | Path):
         return load_registered(find_shipped(source), settings)
     return with_settings(recording_from_run(source) if isinstance(source, Run) else source, settings)

@@ -134,10 +134,14 @@ ALIASES = {
 KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
 KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solver": 'solver={"name": ...}'}
 KEYWORDS |= {kind: f'bearing="{kind} ..."' for kind in ("elements", "orders")}
+KEYWORDS |= {"cluster-option": "cluster_options", "cross-from": "cross", "no-pdf": 'formats=("html", "json")'}
+# Words after an option that are its value; others continue the sentence.
+VALUES = "|".join(map(re.escape, sorted({*UNITS, *(fault.value for fault in Fault)} - {"in"}, reverse=True)))
+VALUES += r"|auto|dask|full|impulse|kinematic|line|local|planar|slices|dask_jobqueue\.\w+|\w+-\d+"
 OPTION = re.compile(
     r"(?P<command>`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
     r"|(?<![\w-])(?:-(?P<folder>o)\b|--(?P<name>[a-z][a-z-]*)(?: (?P<edges>LO HI)"
-    r"| (?=[A-Z\d']|\S+ \||(?:outer|inner|roller|auto|dask|local)\b)|(?P<bare>)))"
+    rf"| (?P<value>{VALUES})(?![\w|])| (?=[A-Z\d']|\S+ \|)|(?P<bare>)))"
 )
 
 
@@ -149,7 +153,8 @@ def with_keywords(text: str) -> str:
             return found["command"] or "folder"
         name = found["name"]
         word = KEYWORDS.get(name) or ALIASES.get(name.replace("-", "_"), name.replace("-", "_"))
-        value = "(LO, HI)" if found["edges"] else "" if found["bare"] is None else "..."
+        value = "(LO, HI)" if found["edges"] else f'"{found["value"]}"' if found["value"] else ""
+        value = value if found["bare"] is None else "..."
         return word if "=" in word or " " in word else f"{word}={value}"
 
     return OPTION.sub(keyword, text)

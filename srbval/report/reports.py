@@ -2,11 +2,13 @@
 
 import tempfile
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from srbval.campaign.run import case_numbers
 from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.records import (
     FailedFile,
@@ -24,6 +26,7 @@ from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.recordings.registry import RecordSource, find_shipped
+from srbval.recordings.settings import with_keywords
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
@@ -150,25 +153,30 @@ def trend(
 ) -> Trend:
     """Compute the trend of the records of one machine: files, folders, recordings or runs, sorted by time.
 
-    `times` is explained in `record_times`, `baseline`, `machine_class` and `zones_mm_s` in `trend_of`. `options` are
-    fields of `RecordRequest` and `RecordingSettings`. Files that cannot be read cause a warning.
+    The results in a campaign's folder are sorted by case. `times` is explained in `record_times`, `baseline`,
+    `machine_class` and `zones_mm_s` in `trend_of`. `options` are fields of `RecordRequest` and `RecordingSettings`.
+    Files that cannot be read cause a warning.
     """
-    requests = requests_for(sources, replace(build_request(options), one_band=True))  # levels are compared
+    cases = case_numbers(sources)
+    requests = requests_for(list(cases) or sources, replace(build_request(options), one_band=True))  # compares levels
     answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
     for number, answer in enumerate((answers[one] for one in requests), start=1):
         if isinstance(answer, FailedFile):
-            warnings.warn(f"not read: {answer.file}: {answer.error}", stacklevel=2)
+            warnings.warn(with_keywords(f"not read: {answer.file}: {answer.error}"), stacklevel=2)
         else:
             documents += [one | {"file": one["file"] or f"{one['name']} {number}"} for one in answer]
-    names = list(dict.fromkeys(one["file"] for one in documents))
-    known, time_from = record_times(names, None if times is None else Path(times))
+    known: Mapping[str, datetime | float] = cases
+    time_from = "the campaign's cases"
+    if not cases:
+        names = list(dict.fromkeys(one["file"] for one in documents))
+        known, time_from = record_times(names, None if times is None else Path(times))
     limits: dict[str, Any] = {"baseline": baseline, "machine_class": machine_class, "zones_mm_s": zones_mm_s}
     return trend_of(documents, known, time_from=time_from, **limits)
 
 
 def report_case(
-    case: ValidationCase,
-    folder: Path,
+    case: ValidationCase | str | Path,
+    folder: str | Path,
     *,
     formats: tuple[str, ...] = FORMATS,
     command: str = "srbval validate",
@@ -188,7 +196,7 @@ def report_case(
                 grids[one.number] = pair_figures(one, Path(name))
 
         result = validate(case, found=found, progress=progress)
-        return result, _written(assemble_case(result, grids, command=command), folder, formats, progress)
+        return result, _written(assemble_case(result, grids, command=command), Path(folder), formats, progress)
 
 
 def check_plot(path: Path) -> None:

@@ -68,8 +68,8 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
                 raise
             asked = "; ".join(str(question) for question in error.questions if question != BEARING_QUESTION)
             raise DataError(
-                f"{side} side, {error.subject} is incomplete: {asked}. Put the key into [{side}] of the case, or give "
-                f"--set {side}.KEY=VALUE, such as --set {side}.channel=NAME."
+                f"{side} side, {error.subject} is incomplete: {asked}. Put the key into [{side}] of the case, or state "
+                f"it for one command, such as `srbval validate CASE.toml --set {side}.channel=NAME`."
             ) from None
         if side == "measured" and recording.origin is not Origin.MEASURED:
             raise ConfigurationError(
@@ -191,7 +191,7 @@ def pair_files(
             raise ConfigurationError(
                 f"{Path(own['path'][0]).name}: no measured file has the state {Fault(own['state']).label} and the same "
                 f"load; measured states: {', '.join(sorted(set(theirs['state'])))}. Leave the file out, or state the "
-                "pairs in a case (--write-case FILE shows its form)."
+                "pairs in a case (`srbval validate --write-case FILE` shows its form)."
             )
         other = fits.loc[(fits["rpm"] - own["rpm"]).abs().fillna(math.inf).idxmin()]
         known = {name: not math.isnan(own[name]) and not math.isnan(other[name]) for name in ("rpm", "radial_n")}

@@ -1,6 +1,7 @@
 """Plots of one object, such as a recording or an analysis, for a notebook or a picture file."""
 
 from functools import singledispatch
+from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing
@@ -32,9 +33,10 @@ RECORD_BINS = 900
 def plot(of: Any, ax: Any = None, **options: Any) -> Any:
     """Draw an object onto matplotlib axes, by default onto new axes of pyplot, and return the axes.
 
-    A recording or a run is drawn as its signal over time; an analysis as its envelope spectrum with the expected fault
-    frequencies, together with the spectrum of the analysis `healthy` if given; a diagnosis as the probabilities of the
-    bearing states; a bearing as its fault frequencies in shaft orders; a validation as errors with uncertainties.
+    A recording, a run or a file is drawn as its signal over time; an analysis as its envelope spectrum with the
+    expected fault frequencies, together with the spectrum of the analysis `healthy` if given; a diagnosis as the
+    probabilities of the bearing states; a bearing as its fault frequencies in shaft orders; a validation as errors with
+    uncertainties.
     """
     with figure_style():
         if ax is None:
@@ -51,7 +53,7 @@ def _draw(of: Any, _: Any) -> None:
 
 
 @_draw.register
-def _signal(of: Recording | Run, axes: Any) -> None:
+def _signal(of: Recording | Run | str | Path, axes: Any) -> None:
     record, samples = load_signal(of)
     unit, kept = OWN_UNITS.get(record.unit, record.unit), extreme_indices(samples, RECORD_BINS)
     quantity = QUANTITY_NAMES.get(unit, "acceleration") if record.unit in OWN_UNITS else "signal"

@@ -9,11 +9,11 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings import Origin, Recording
+from srbval.recordings.registry import RecordSource, recording_of
 from srbval.report.blocks import Badge
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import SCALOGRAM_COLUMNS, SCALOGRAM_HZ, SCALOGRAM_ROWS
@@ -112,9 +112,9 @@ def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordVi
     return shown, dataclasses.replace(other[0], power_hz=shown.power_hz, power_db=level)
 
 
-def load_signal(source: Recording | Run) -> tuple[Recording, FloatArray]:
-    """Return a recording, or the recording of a run, and its signal to analyse, shape [n]."""
-    recording = recording_from_run(source) if isinstance(source, Run) else source
+def load_signal(source: RecordSource) -> tuple[Recording, FloatArray]:
+    """Return a recording, or the recording of a file or run, and its signal to analyse, shape [n]."""
+    recording = recording_of(source)
     return recording, one_signal(recording)
 
 
