@@ -156,7 +156,8 @@ np.array_equal(other.channels["signal"], table.channels["acc [g]"])
 srbval.analyse(other, rpm=1500, bearing="skf-6205", auto_band=True)
 srbval.trend(*[mine] * 6, baseline=5).to_frame()
 srbval.plan("paper", question="slip").to_frame()
-srbval.validate(simulated=run, measured="OR_877rpm_sample.h5", state="outer")
+stated = {"uncertainty.cage_pct": 0.01, "uncertainty.level_db": 1.0}
+validation = srbval.validate(changes=stated, simulated=run, measured="OR_877rpm_sample.h5", state="outer")
 srbval.report(analysis.recording, mine, bearing="skf-22240", folder="report", model=False)["html"].stat().st_size > 1000
 done = srbval.run_campaign(Path("speeds.toml"), "speeds", engine="local")
 srbval.trend("speeds").time_from == "the campaign's cases" and len(srbval.features("speeds")) == 2
@@ -177,6 +178,7 @@ def test_a_session_in_a_notebook(tmp_path, monkeypatch):
     for line in SESSION.strip().splitlines():
         exec(line, names)
     plt.close("all")
+    assert not names["validation"].headline.startswith("No verdict")
     with pytest.raises(srbval.ConfigurationError, match=r"give it with rpm=\.\.\."):
         srbval.analyse(names["table"], bearing="skf-6205")
     with pytest.raises(srbval.ConfigurationError, match=r'cluster_class="dask_jobqueue\.SLURMCluster", or'):

@@ -130,7 +130,7 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
         return RunStatus.STEP_TOO_LONG, (
             f"the step of {run.step_s * 1e6:.4g} us is longer than the {run.step_limit_s * 1e6:.4g} us up to which "
             f"the bouncing of a roller between the races decays; the longest step below this limit is "
-            f"{_recommended_step(run)} (--dt)"
+            f"{_recommended_step(run)}"
         )
     return None
 
@@ -253,14 +253,14 @@ def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
     """
     error, other = run.step_error, run.scene.solver.name != default_solver()
     if level_of(run.scene.model).own_solver:
-        return "take the full model (--model full)"
-    solver = f"take the solver {default_solver()} (--solver)"
+        return "take the full model"
+    solver = f"take the solver {default_solver()}"
     if error is not None and error.stalled:
         return f"steps {REFINEMENT} times finer have the same errors{f': {solver}' if other else ''}"
     times = max((abs(e.error) / ERROR_TOLERANCE[e.kind] for e in beyond), default=2.0)
     if times > MAX_COST_FACTOR:
         return solver if other else f"no step is fine enough at less than {MAX_COST_FACTOR} times the cost of this run"
-    step = f"a step of {_recommended_step(run, 2 ** math.ceil(math.log2(times)))} (--dt)"
+    step = f"a step of {_recommended_step(run, 2 ** math.ceil(math.log2(times)))}"
     return f"{solver}, or {step}" if other and run.step_s <= run.default_limit_s else f"take {step}"
 
 

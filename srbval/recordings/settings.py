@@ -136,12 +136,12 @@ KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solv
 KEYWORDS |= {kind: f'bearing="{kind} ..."' for kind in ("elements", "orders")}
 KEYWORDS |= {"cluster-option": "cluster_options", "cross-from": "cross", "no-pdf": 'formats=("html", "json")'}
 # Words after an option that are its value; others continue the sentence.
-VALUES = "|".join(map(re.escape, sorted({*UNITS, *(fault.value for fault in Fault)} - {"in"}, reverse=True)))
-VALUES += r"|auto|dask|full|impulse|kinematic|line|local|planar|slices|dask_jobqueue\.\w+|\w+-\d+"
+OPTION_VALUES = "|".join(map(re.escape, sorted({*UNITS, *(fault.value for fault in Fault)} - {"in"}, reverse=True)))
+OPTION_VALUES += r"|auto|dask|full|impulse|kinematic|line|local|planar|slices|dask_jobqueue\.\w+|\w+-\d+"
 OPTION = re.compile(
     r"(?P<command>`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
     r"|(?<![\w-])(?:-(?P<folder>o)\b|--(?P<name>[a-z][a-z-]*)(?: (?P<edges>LO HI)"
-    rf"| (?P<value>{VALUES})(?![\w|])| (?=[A-Z\d']|\S+ \|)|(?P<bare>)))"
+    rf"| (?P<value>{OPTION_VALUES})(?![\w|])| (?=[A-Z\d']|\S+ \|)|(?P<bare>)))"
 )
 
 

@@ -152,9 +152,15 @@ def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any]
 
 
 def case_of_signals(
-    simulated: Any, measured: Any, *, state: str | None = None, bearing: Bearing | str | Path | None = None
+    simulated: Any,
+    measured: Any,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    state: str | None = None,
+    bearing: Bearing | str | Path | None = None,
 ) -> ValidationCase:
     """Build a case of one comparison from files, recordings or runs; recordings give the default bearing and state."""
+    stated = build(ValidationCase, _changed({}, changes), "changes")
     pair: dict[str, Any] = {"state": settings_of({"state": state}).state}
     for side, given in (("simulated", simulated), ("measured", measured)):
         listed = [given] if isinstance(given, RecordSource) else given
@@ -165,20 +171,26 @@ def case_of_signals(
         pair[side] = Source(file=files) if files else None
     if isinstance(bearing, Bearing):
         orders = {"rolling_elements": bearing.rolling_elements} | vars(bearing.orders)
-        return ValidationCase(pair=(CasePair(**pair),), orders=orders)
-    return ValidationCase(pair=(CasePair(**pair),), bearing=str(bearing) if bearing else None)
+        return dataclasses.replace(stated, pair=(CasePair(**pair),), orders=orders)
+    return dataclasses.replace(stated, pair=(CasePair(**pair),), bearing=str(bearing) if bearing else None)
 
 
-def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> ValidationCase:
-    where = "case" if path is None else str(path)
-    if "path" in document:
-        raise ConfigurationError(f"{where}: unknown key 'path'.")
+def _changed(document: dict[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Write the `changes`, by dotted key, into the table of a case, and return the table."""
     for key, value in (changes or {}).items():
         table, _, name = key.rpartition(".")
         owner = document.setdefault(table, {}) if table else document
         if not isinstance(owner, dict):
             raise ConfigurationError(f"{key}: the case has no table [{table}].")
         owner[name] = value
+    return document
+
+
+def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> ValidationCase:
+    where = "case" if path is None else str(path)
+    if "path" in document:
+        raise ConfigurationError(f"{where}: unknown key 'path'.")
+    _changed(document, changes)
     for pair in document["pair"] if isinstance(document.get("pair"), list) else ():
         for side in ("simulated", "measured"):
             if isinstance(pair, dict) and side in pair:

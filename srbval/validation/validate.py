@@ -155,7 +155,7 @@ def validate(
     can be compared.
     """
     if case is None:
-        case = case_of_signals(simulated, measured, state=state, bearing=bearing)
+        case = case_of_signals(simulated, measured, changes, state=state, bearing=bearing)
     elif not isinstance(case, ValidationCase):
         case = load_case(case, changes)
     elif changes:

@@ -6,12 +6,10 @@ A scene's `model` may be ``FILE.py:NAME`` or ``package.module:NAME`` (a function
 
 import ast
 import hashlib
-import importlib.metadata
 import importlib.util
 import shlex
 import shutil
 from functools import cache
-from modulefinder import ModuleFinder
 from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
@@ -29,7 +27,9 @@ def is_outside(name: str) -> bool:
 @cache
 def entry_points() -> dict[str, str]:
     """Models of installed packages: ``package.module:NAME`` by name of the entry point."""
-    return {point.name: point.value for point in importlib.metadata.entry_points(group="srbval.models")}
+    from importlib import metadata  # slow import
+
+    return {point.name: point.value for point in metadata.entry_points(group="srbval.models")}
 
 
 def content_of(name: str) -> str:
@@ -67,6 +67,8 @@ def sources_of_model(name: str) -> list[Path]:
         raise DataError(f"{own}: no such file. A model from outside is FILE.py:NAME, package.module:NAME or FILE.fmu.")
     if own.suffix == FMU:
         return [own, *(path for path in [own.with_suffix(".toml")] if path.is_file())]
+    from modulefinder import ModuleFinder  # slow import
+
     finder = ModuleFinder(path=[str(own.parent)])
     try:
         finder.run_script(str(own))  # follows imports without executing them
