@@ -156,7 +156,7 @@ class _BearingFile:
 
 def known_bearings() -> tuple[str, ...]:
     """List the names of the bearings that come with the program, sorted."""
-    return tuple(sorted({*(path.stem for path in (FOLDER / "known").glob("*.toml")), *catalogue_rows()}))
+    return tuple(sorted(known_tables()))
 
 
 def find_bearings(text: str) -> tuple[Bearing, ...]:
@@ -196,10 +196,8 @@ def _find_bearing(text: str) -> Bearing:
     """Find a bearing by name, designation or `INLINE` numbers; cached, as each case of a campaign asks ten times."""
     if text.partition(" ")[0] in INLINE:
         return bearing_from_table(_parse_inline(text), text)
-    if text in catalogue_rows():
-        return bearing_from_table(catalogue_rows()[text], text)
-    if text in known_bearings():
-        return bearing_from_table(read_toml(FOLDER / "known" / f"{text}.toml"), text)
+    if text in known_tables():
+        return bearing_from_table(known_tables()[text], text)
     if designated := _match_designation(text):
         found = load_bearing(designated[0])
         return dataclasses.replace(found, title=f"{text.strip()}, taken as {found.title}")
@@ -212,12 +210,11 @@ def _find_bearing(text: str) -> Bearing:
 @cache
 def _printed_names() -> tuple[tuple[str, Designation], ...]:
     """List pairs of a known bearing's name and a designation in its title, or in column `also` of the catalogue."""
-    files = ((path.stem, read_toml(path)["title"], "") for path in (FOLDER / "known").glob("*.toml"))
-    rows = ((row["name"], row["title"], row["also"] or "") for row in read_table("catalogue.csv"))
+    others = {row["name"]: (row["also"] or "").split() for row in read_table("catalogue.csv")}
     found = (
         (name, read_designation(text))
-        for name, title, also in (*files, *rows)
-        for text in (title.partition(",")[0].partition(" (")[0], *also.split())
+        for name, table in known_tables().items()
+        for text in (table["title"].partition(",")[0].partition(" (")[0], *others.get(name, ()))
     )
     return tuple((name, one) for name, one in found if one is not None)
 
@@ -296,10 +293,11 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 
 
 @cache
-def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
-    """Read the catalogue as a mapping from each bearing's name to its tables, as in a bearing file."""
+def known_tables() -> Mapping[str, Mapping[str, Any]]:
+    """Read the files and the catalogue of known bearings as a mapping from each name to the table of a bearing file."""
+    tables = {path.stem: read_toml(path) for path in (FOLDER / "known").glob("*.toml")}
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
-    return {row["name"]: _read_catalogue_row(row, sources) for row in read_table("catalogue.csv")}
+    return tables | {row["name"]: _read_catalogue_row(row, sources) for row in read_table("catalogue.csv")}
 
 
 def _read_catalogue_row(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:

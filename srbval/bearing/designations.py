@@ -76,6 +76,7 @@ def read_designation(text: str) -> Designation | None:
     return Designation(" ".join(maker), kind, number, mark)
 
 
+@cache
 def static_load_n(text: str) -> float | None:
     """Look up the static load rating C_0 [N] of the bearing with the designation `text`; None if it is not known.
 
@@ -86,13 +87,9 @@ def static_load_n(text: str) -> float | None:
     if printed is None or printed.kind not in ("", *CYLINDRICAL):
         return None
     series = f"{'nu' if printed.kind else ''}{printed.number[:-2]}{printed.mark}"
-    rating = _static_ratings().get(series, {}).get(printed.number[-2:])
+    ratings = next((row for row in read_table("static_ratings.csv") if row["series"].casefold() == series), {})
+    rating = ratings.get(printed.number[-2:])
     return 1e3 * float(rating) if rating else None
-
-
-@cache
-def _static_ratings() -> Mapping[str, Mapping[str, str]]:
-    return {row["series"].casefold(): row for row in read_table("static_ratings.csv")}
 
 
 def read_table(name: str) -> Iterator[Mapping[str, str]]:

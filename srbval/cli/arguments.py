@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NoReturn
@@ -113,23 +114,19 @@ def _suggest(word: str, known: Sequence[str]) -> str:
     return f" Did you mean {close}?" if close else ""
 
 
-def _number_between(kind: type, low: float, high: float) -> Callable[[str], float]:
-    """Return a function that converts an argument to a number of type `kind`, at least `low` and at most `high`."""
-
-    def number_from(text: str) -> float:
-        try:
-            number: float = kind(text)
-        except ValueError:
-            point = "; decimals have a point" if "," in text else ""
-            what = "a whole number" if kind is int else "a number"
-            raise argparse.ArgumentTypeError(f"{text!r} is not {what}{point}") from None
-        if not low <= number <= high:
-            what = "a whole number" if kind is int else "a finite number" if low < 0 else "positive"
-            more = f"{low:g} or more" if kind is int else f"at least {low:g}"
-            raise argparse.ArgumentTypeError(f"{text!r} must be {what}, {more} and at most {high:g}")
-        return number
-
-    return number_from
+def _read_number(kind: type, low: float, high: float, text: str) -> float:
+    """Convert an argument to a number of type `kind`, at least `low` and at most `high`."""
+    try:
+        number: float = kind(text)
+    except ValueError:
+        point = "; decimals have a point" if "," in text else ""
+        what = "a whole number" if kind is int else "a number"
+        raise argparse.ArgumentTypeError(f"{text!r} is not {what}{point}") from None
+    if not low <= number <= high:
+        what = "a whole number" if kind is int else "a finite number" if low < 0 else "positive"
+        more = f"{low:g} or more" if kind is int else f"at least {low:g}"
+        raise argparse.ArgumentTypeError(f"{text!r} must be {what}, {more} and at most {high:g}")
+    return number
 
 
 def _step(text: str) -> float | str:
@@ -137,7 +134,7 @@ def _step(text: str) -> float | str:
     if text == AUTO_STEP:
         return AUTO_STEP
     step_s = parse_quantity(text if text[-1:].isalpha() else f"{text} s", "time", "--dt")
-    return _number_between(float, SMALLEST, LARGEST)(repr(step_s))
+    return _read_number(float, SMALLEST, LARGEST, repr(step_s))
 
 
 AUTO_STEP = "auto"
@@ -145,17 +142,11 @@ LARGEST, SMALLEST = 1e12, 1e-12  # limits of every numerical option, in any unit
 MOST_DB = 200.0
 
 
-def _inline(kind: str) -> Callable[[str], str]:
-    """Return a function that checks the argument of ``--elements`` or ``--orders`` (`kind`) by loading the bearing."""
+def _inline_bearing(kind: str, text: str) -> str:
+    """Check the argument of ``--elements`` or ``--orders`` (`kind`) by loading the bearing; return its name."""
+    from srbval.bearing import load_bearing
 
-    def bearing_of(text: str) -> str:
-        from srbval.bearing import load_bearing
-
-        name = f"{kind} {text.replace(' ', '')}"
-        load_bearing(name)
-        return name
-
-    return bearing_of
+    return load_bearing(f"{kind} {text.replace(' ', '')}").name
 
 
 def _setting(text: str) -> tuple[str, Any]:
@@ -172,10 +163,10 @@ def _setting(text: str) -> tuple[str, Any]:
 def _tolerance(text: str) -> float:
     """Read a tolerance in per cent; convert a tolerance in dB, such as ``3dB``, to per cent."""
     if not text.endswith("dB"):
-        return _number_between(float, -LARGEST, LARGEST)(text)
+        return _read_number(float, -LARGEST, LARGEST, text)
     from srbval.plan.questions import pct_of  # slow import
 
-    return pct_of(_number_between(float, 0, MOST_DB)(text.removesuffix("dB")))
+    return pct_of(_read_number(float, 0, MOST_DB, text.removesuffix("dB")))
 
 
 def _record(name: str) -> str:
@@ -190,13 +181,13 @@ def _record(name: str) -> str:
 ALTERNATIVES = ("bearing", "band", "model")  # groups whose options exclude each other
 ARGUMENT_TYPES = {
     "table": export_file,
-    "elements": _inline("elements"),
-    "orders": _inline("orders"),
-    "finite": _number_between(float, -LARGEST, LARGEST),
-    "positive": _number_between(float, SMALLEST, LARGEST),
-    "count": _number_between(int, 1, 10**9),
-    "jobs": _number_between(int, 1, 1024),
-    "seed": _number_between(int, 0, 2**62),
+    "elements": partial(_inline_bearing, "elements"),
+    "orders": partial(_inline_bearing, "orders"),
+    "finite": partial(_read_number, float, -LARGEST, LARGEST),
+    "positive": partial(_read_number, float, SMALLEST, LARGEST),
+    "count": partial(_read_number, int, 1, 10**9),
+    "jobs": partial(_read_number, int, 1, 1024),
+    "seed": partial(_read_number, int, 0, 2**62),
     "step": _step,
     "command": COMMAND.__add__,
     "record": _record,

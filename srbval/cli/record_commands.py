@@ -1,4 +1,4 @@
-"""Commands ``srbval analyse``, ``trend`` and ``features``: verdicts, trends and features of recordings and runs."""
+"""Commands ``srbval analyse``, ``trend``, ``features`` and ``identify``, which read recordings and runs."""
 
 import argparse
 import math
@@ -9,13 +9,14 @@ from dataclasses import replace
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from srbval.bearing import Fault
+from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
 from srbval.cli.output import own_command, print_result, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
+from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.long_records import LongAnalysis
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
@@ -25,9 +26,13 @@ from srbval.progress.tables import format_uncertain, text_rows
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
+from srbval.recordings.registry import load_registered
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import to_json
+
+if TYPE_CHECKING:
+    from srbval.path.identify import Identified
 
 DETECTED_LINE_COLUMNS = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
 LINE_COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
@@ -38,6 +43,15 @@ CAGE_PART = "cage"
 MAX_CAUTIONS, LONGEST_FILE = 2, 40
 MAX_TREND_ROWS = 10  # printed rows per channel, evenly spaced; plus the last record and the first alarm
 SINGLE_ONLY = ("plot", "defect", "all")  # options that need a single file
+PATH_COLUMNS = {
+    "frequency_hz": ("Hz", ".0f"),
+    "load": ("gain along the load", ".2f"),
+    "cross": ("across it", ".2f"),
+    "u_db": ("u dB", ".1f"),
+    "record_db": ("record dB", ".1f"),
+    "ring_load_db": ("ring dB", ".1f"),
+    "ring_cross_db": ("ring, across dB", ".1f"),
+}
 
 
 def request_from_options(options: argparse.Namespace) -> RecordRequest:
@@ -301,3 +315,41 @@ def _point_row(one: ChannelTrend, point: dict[str, Any], names: Sequence[str]) -
     shown = ("-" if x is None else f"{x:.1f}±{point['ci95_db'][n]:.1f}{stars[n]}" for n, x in rises.items())
     rms = f"{point['levels'][RMS]:.3g}{stars[RMS]}" if point["comparable"] else "other speed"
     return (one.time_text(point), rms, velocity, *shown)
+
+
+def run_identify_command(options: argparse.Namespace) -> int:
+    """Identify the transfer path to the sensor, print it and, with ``-o``, write it to a file for ``--sensor-path``."""
+    from srbval.path.identify import Pair, identify, path_toml, simulated_run  # slow imports
+    from srbval.scene import load_scene
+
+    if options.output:
+        check_suffix(Path(options.output), "TOML", (".toml",))
+    settings = recording_settings(options)
+    fault = load_registered(options.file, settings)
+    records = [replace(fault, state=Fault(options.defect)) if options.defect else fault]
+    if options.cross_from:
+        records.append(replace(load_registered(options.cross_from, settings), state=Fault.INNER))
+    healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
+    bearing = options.bearing or fault.bearing or DEFAULT_BEARING
+    with ProgressDisplay() as progress:
+        scene = load_scene(options.scene, {"bearing": bearing})
+        pairs = [Pair(record=one, run=simulated_run(one, scene, progress=progress)) for one in records]
+    found = identify(*pairs, bearing=bearing, healthy=healthy, band_hz=tuple(options.band) if options.band else None)
+    if options.output:
+        write_text(Path(options.output), path_toml(found.path))
+    return print_result(options, to_json(found) | {"file": options.output}, lambda: _print_path(found))
+
+
+def _print_path(found: "Identified") -> None:
+    path, bands = found.path, found.to_dict()["bands"]
+    print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz: {found.band_why}\n")
+    rows = [[f"{band[name]:{spec}}" for name, (_, spec) in PATH_COLUMNS.items()] for band in bands]
+    print_table([title for title, _ in PATH_COLUMNS.values()], rows)
+    if found.sidebands_db is not None:
+        record, run = (" and ".join(f"{one:.1f}" for one in row) for row in found.sidebands_db.tolist())
+        print(
+            f"\ngain across the load over gain along it: {path.cross[0] / path.load[0]:.3g}, known to "
+            f"{path.cross_u_db:.2g} dB; sidebands of the record {record} dB, of the run behind the path {run} dB"
+        )
+    print("\nfitted records, which no verdict may use: " + ", ".join(path.used))
+    print(f"From ring to sensor, along the load, the path multiplies by {min(path.load):.2g} to {max(path.load):.2g}.")

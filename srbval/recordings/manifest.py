@@ -8,7 +8,6 @@ import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
@@ -26,7 +25,6 @@ from srbval.storage.tables import build
 MANIFEST_SCHEMA = 1
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
-NO_RECORDINGS: dict[str, Any] = {"schema_version": MANIFEST_SCHEMA, "recordings": []}
 OUTPUT_MARK_BYTES = 1000
 # Output of srbval: its name, a file that identifies its folder by a mark, and the names of its parts in the folder.
 OWN_OUTPUT = (
@@ -139,7 +137,8 @@ def inspect_file(
             return entry.with_status(FileStatus.NO_RECORDING, text)
         cut = "truncated: " in text or "truncated file" in text  # from a loader or the HDF5 library
         return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
-    published = {f.name: f.sha256 for d in known_datasets() if d.name == entry.dataset for f in d.files}.get(path.name)
+    files = (file for known in known_datasets() if known.name == entry.dataset for file in known.files)
+    published = {file["name"]: file.get("sha256") for file in files}.get(path.name)
     if published not in (None, entry.sha256):
         return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published:.12}...")
     return entry
@@ -254,7 +253,8 @@ def update_manifest(change: Callable[[EntriesByFile], EntriesByFile]) -> None:
         with filelock.FileLock(path.with_suffix(".lock"), timeout=LOCK_SECONDS):
             remove_unfinished(path.parent, path.name.__eq__)
             entries = change(read_manifest())
-            write_json(path, NO_RECORDINGS | {"recordings": [entries[file] for file in sorted(entries)]})
+            recordings = [entries[file] for file in sorted(entries)]
+            write_json(path, {"schema_version": MANIFEST_SCHEMA, "recordings": recordings})
     except OSError as error:  # or another process has locked the manifest for too long
         raise DataError(
             f"{path}: cannot be written ({error.strerror or error}). Set {HOME_VARIABLE} to a folder that you may "

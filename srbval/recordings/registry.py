@@ -168,9 +168,9 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 
     wanted = dataset(name)
     by_hand = f"get the files from {wanted.url} and register their folder with `srbval data add DIR`"
-    pinned = [file for file in wanted.files if file.url and file.sha256]
+    pinned = [file for file in wanted.files if {"url", "sha256"} <= set(file)]
     if not pinned:
-        downloadable = ", ".join(d.name for d in known_datasets() if any(f.url and f.sha256 for f in d.files))
+        downloadable = ", ".join(d.name for d in known_datasets() if any("url" in file for file in d.files))
         raise DataError(
             f"{name}: no files to download (licence: {wanted.licence}); {by_hand}. Downloadable: {downloadable}."
         )
@@ -179,13 +179,13 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
     pooch.get_logger().setLevel(logging.WARNING)
     progress("Download", 0.0)
     for done, file in enumerate(pinned, 1):
-        known = f"sha256:{file.sha256}"
+        url, known = file["url"], f"sha256:{file['sha256']}"
         try:
-            pooch.retrieve(url=file.url, known_hash=known, fname=file.name, path=target, downloader=downloader)
+            pooch.retrieve(url=url, known_hash=known, fname=file["name"], path=target, downloader=downloader)
         except Exception as error:  # the network and its libraries fail in many ways; the remedy is the same
             why = first_line(error, MAX_DOWNLOAD_ERROR_LENGTH)
             raise DataError(
-                f"{file.name} could not be downloaded from {file.url} ({why}). Try again with a network, or {by_hand}."
+                f"{file['name']} could not be downloaded from {url} ({why}). Try again with a network, or {by_hand}."
             ) from None
         progress("Download", done / len(pinned))
     return add(target)
@@ -274,7 +274,7 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 def is_unopened(entry: RegisteredRecording) -> bool:
     """True for a Torino record if its content and operating point were unknown when the model was developed."""
     excerpts = dataset(RIG_DATASETS[-1])
-    opened = {file.sha256 for file in excerpts.files if file.used_for}
+    opened = {file["sha256"] for file in excerpts.files if "used_for" in file}
     known = entry.sha256 in opened or entry.operating_point in excerpts.operating_points
     return _usable_of_rig(entry) and not known
 

@@ -22,7 +22,14 @@ from srbval.recordings.raw import printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
 from srbval.recordings.simulated import as_accelerations, as_rotation, mean_hz, resample_channels, without_settling
-from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
+from srbval.recordings.speed import (
+    RPM_PER_HZ,
+    STATED_CI95_RPM,
+    nominal_speed,
+    prescribed_speed,
+    stated_speed,
+    with_tachometer,
+)
 from srbval.recordings.times import PLAUSIBLE_HZ
 from srbval.recordings.units import CONVERTER_COUNTS, DERIVATIVES, FINE_UNITS, UNITS, UNKNOWN, known_unit, split_unit
 from srbval.storage.files import read_limited
@@ -31,7 +38,6 @@ from srbval.storage.tables import build
 
 FILE_COLUMN = "file"  # column of a table of labels
 ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a channel of a rotation
-USER_RPM_CI95 = 1.0  # a speed given by the user counts as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # the widest search for the speed in a record
 NAMED_CHANNELS, MAX_SUGGESTIONS = 16, 5
 LIKELY_HZ = 25600.0  # rate in the example of a question
@@ -321,14 +327,14 @@ def _speed_from_user(rpm: float, tolerance_pct: float | None, reading: Reading) 
         return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
     if reading.origin is Origin.SIMULATED:
         return prescribed_speed(rpm / RPM_PER_HZ), ", at which the simulation drives the shaft"
-    if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < USER_RPM_CI95:
+    if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < STATED_CI95_RPM:
         return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
-    if MOST_TOLERANCE_PCT * rpm < 100 * USER_RPM_CI95:
+    if MOST_TOLERANCE_PCT * rpm < 100 * STATED_CI95_RPM:
         raise ConfigurationError(
-            f"--rpm {rpm:g} is taken as accurate to {USER_RPM_CI95:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; "
+            f"--rpm {rpm:g} is taken as accurate to {STATED_CI95_RPM:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; "
             "state how far the true speed may differ with --rpm-tolerance PCT."
         )
-    return stated_speed(rpm, USER_RPM_CI95), ""
+    return stated_speed(rpm), ""
 
 
 def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
@@ -376,12 +382,8 @@ def _likely_unit(channel: Channel) -> str:
 
 def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:
     """Questions about a missing bearing or speed, which are needed for an analysis, not for a recording."""
-    questions: list[OpenQuestion] = []
-    if reading.main.bearing is None and reading.own_bearing is None:
-        questions.append(BEARING_QUESTION)
-    if reading.speed is None and reading.speed_problem is None:
-        questions.append(SPEED_QUESTION)
-    return tuple(questions)
+    bearing = () if reading.main.bearing or reading.own_bearing else (BEARING_QUESTION,)
+    return bearing if reading.speed or reading.speed_problem else (*bearing, SPEED_QUESTION)
 
 
 def _find_channel(path: Path, reading: Reading, wanted: str) -> str:

@@ -13,6 +13,7 @@ from srbval.recordings.units import REVOLUTIONS, SPEED_HZ
 
 RPM_PER_HZ = 60.0
 Z95 = 1.96
+STATED_CI95_RPM = 1.0  # a speed in a file or given by the user counts as rounded to about 1 rpm
 MIN_TACHOMETER_SAMPLES = 8
 PROFILE_STEP_S = 1e-3
 LIMIT_HZ = 2000.0  # above the speed of any rolling bearing
@@ -87,7 +88,7 @@ def nominal_speed(rpm: float, ci95_pct: float) -> ShaftSpeed:
     return stated_speed(rpm, rpm * ci95_pct / 100, SpeedSource.NOMINAL)
 
 
-def stated_speed(rpm: float, ci95_rpm: float, source: SpeedSource = SpeedSource.STATED) -> ShaftSpeed:
+def stated_speed(rpm: float, ci95_rpm: float = STATED_CI95_RPM, source: SpeedSource = SpeedSource.STATED) -> ShaftSpeed:
     """Speed stated by a file or a user [rpm], with the half width of its 95 % interval [rpm]."""
     if not 0 < rpm < LIMIT_HZ * RPM_PER_HZ:
         raise DataError(f"shaft speed {rpm} rpm must be above 0 and below {LIMIT_HZ * RPM_PER_HZ:.0f}.")

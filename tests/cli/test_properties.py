@@ -42,8 +42,8 @@ LONGEST = SrbvalError.longest + 30
 LONG = (  # functions that take long, or change this machine; everything before them runs as it is
     *(f"srbval.cli.{name}" for name in ("campaign_command.run_campaign", "study_commands.run_check")),
     *(f"srbval.cli.{name}" for name in ("data_command.fetch", "installation_commands.clear_cache")),
-    *(f"srbval.cli.{name}" for name in ("study_commands.make_result", "identify_command.simulated_run")),
-    *(f"srbval.cli.study_commands.{name}" for name in ("fingerprint", "recompute")),
+    *(f"srbval.cli.study_commands.{name}" for name in ("make_result", "fingerprint", "recompute")),
+    "srbval.path.identify.simulated_run",
     *(f"srbval.report.{name}" for name in ("reports.gather", "findings.user_records.run_cases")),
     *("sphinx.cmd.build.build_main", "webbrowser.open"),
 )

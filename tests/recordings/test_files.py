@@ -134,13 +134,15 @@ def test_names_patterns_addresses_and_bands_are_usable(d):
     for pattern in (d.match.file, *d.match.variables, *(c.variable for c in d.channels)):
         re.compile(pattern or "")
     assert d.url.startswith("https://")
-    assert all(f.sha256 is None or re.fullmatch("[0-9a-f]{64}", f.sha256) for f in d.files)
+    assert all(set(f) <= {"name", "sha256", "url", "used_for"} for f in d.files)
+    assert all(re.fullmatch("[0-9a-f]{64}", f["sha256"]) for f in d.files if "sha256" in f)
     assert d.access in ("open", "restricted")
-    assert all(b.low_hz < b.high_hz and b.reason for b in d.bands)
+    assert all(b["low_hz"] < b["high_hz"] and b["reason"] for b in d.bands)
+    assert all(set(b) <= {"low_hz", "high_hz", "reason", "fs_hz"} for b in d.bands)
     for band in () if d.name.startswith("torino") else d.bands:
-        fs_hz = band.fs_hz or d.rate_hz or 1e6
-        assert band.low_hz == 500.0
-        assert band.high_hz == pytest.approx(min(10000.0, 0.46 * fs_hz), rel=BAND_EDGE)
+        fs_hz = band.get("fs_hz") or d.rate_hz or 1e6
+        assert band["low_hz"] == 500.0
+        assert band["high_hz"] == pytest.approx(min(10000.0, 0.46 * fs_hz), rel=BAND_EDGE)
 
 
 def ims(path):

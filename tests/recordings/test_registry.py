@@ -20,7 +20,7 @@ from srbval.campaign.run import CampaignTable, folder_lock, write_campaign_table
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording, registry
-from srbval.recordings.datasets.description import ExpectedFile, dataset
+from srbval.recordings.datasets.description import dataset
 from srbval.recordings.manifest import FileStatus, manifest_path, read_manifest
 from srbval.recordings.registry import (
     add,
@@ -393,18 +393,18 @@ def test_what_ships_is_small_and_says_where_it_comes_from():
     assert "Copyright (c) 2025 Politecnico di Torino" in licence
     assert "The above copyright notice and this permission notice shall be included in all" in licence
     described = (FOLDER / "README.md").read_text()
-    published = {file.name: file for file in dataset("torino-excerpts").files}
+    published = {file["name"]: file for file in dataset("torino-excerpts").files}
     packed = sorted(FOLDER.glob("*.h5"))
     assert len(packed) == len(POINTS)
     for path in packed:
         original = published[f"{path.stem}.mat"]
-        assert original.used_for  # so that every point of the grid counts as opened
+        assert original["used_for"]  # so that every point of the grid counts as opened
         with h5py.File(path) as file:
-            assert f"{original.name}, SHA-256 {original.sha256}" in file.attrs["copy_of"]
-            assert file.attrs["source"] == original.url
+            assert f"{original['name']}, SHA-256 {original['sha256']}" in file.attrs["copy_of"]
+            assert file.attrs["source"] == original["url"]
             assert file["acc_m_s2"].dtype == np.float32
-        assert f"| `{path.name}` | `{original.name}` | `{original.sha256}` |" in described
-        assert (original.url or "").split("/")[5] in described  # the commit
+        assert f"| `{path.name}` | `{original['name']}` | `{original['sha256']}` |" in described
+        assert original["url"].split("/")[5] in described  # the commit
 
 
 def test_they_serve_where_nothing_is_registered(tmp_path, monkeypatch):
@@ -475,7 +475,7 @@ def server(tmp_path, monkeypatch):
     threading.Thread(target=served.serve_forever, daemon=True).start()
     written = [files.excerpt(made / name, condition=name.split("_")[0]) for name in NAMES]
     url = f"http://127.0.0.1:{served.server_port}"
-    expected = [ExpectedFile(name=p.name, sha256=file_sha256(p), url=f"{url}/{p.name}") for p in written]
+    expected = [{"name": p.name, "sha256": file_sha256(p), "url": f"{url}/{p.name}"} for p in written]
     described = dataclasses.replace(dataset("torino-excerpts"), files=tuple(expected))
     monkeypatch.setattr(registry, "dataset", lambda _: described)
     yield served

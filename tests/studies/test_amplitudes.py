@@ -82,7 +82,7 @@ def test_the_outcome_is_that_of_the_stored_predictions_on_the_published_records(
     assert outcome is not None
     text = json.dumps(predicted.content["predictions"], sort_keys=True, separators=(",", ":"))
     assert hashlib.sha256(text.encode()).hexdigest() == outcome.content["predictions_sha256"] == PREDICTIONS
-    published = {f"torino/{file.name}": file.sha256 for file in dataset("torino-excerpts").files}
+    published = {f"torino/{file['name']}": file["sha256"] for file in dataset("torino-excerpts").files}
     records = {name: one for name, one in outcome.content["inputs_sha256"].items() if name.startswith("torino/")}
     assert records.items() <= published.items()
     assert len(records) == 4

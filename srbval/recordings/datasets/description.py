@@ -4,11 +4,11 @@ import functools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
 from srbval.recordings.raw import TEXT, RawFile
-from srbval.recordings.reading import Channel
 from srbval.recordings.recording import ShaftSpeed
 from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.storage.installation import shipped_folder
@@ -64,11 +64,6 @@ class ChannelRule:
     analyse: bool = False
     note: str | None = None
 
-    def channel(self, raw: RawFile, variable: str, state: Fault | None) -> Channel:
-        """Create the channel from the samples of `variable`, with the bearing's `state`."""
-        samples = raw.signal(variable)
-        return Channel(samples=samples, unit=self.unit, bearing=self.bearing, state=state, variable=variable)
-
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedRule:
@@ -79,7 +74,6 @@ class SpeedRule:
 
     tachometer_rpm: str | None = None
     stated_rpm: str | None = None
-    stated_ci95_rpm: float = 1.0
     nominal_rpm: float | None = None
     nominal_rpm_by_load: tuple[float, ...] = ()
     nominal_hz_variable: str | None = None
@@ -88,19 +82,8 @@ class SpeedRule:
     def speed(self, stated_rpm: float | None, nominal_rpm: float | None) -> ShaftSpeed | None:
         """Shaft speed from the mean `stated_rpm` in a file, else from the set point `nominal_rpm`, else None."""
         if stated_rpm is not None:
-            return stated_speed(stated_rpm, self.stated_ci95_rpm)
+            return stated_speed(stated_rpm)
         return None if nominal_rpm is None else nominal_speed(nominal_rpm, self.nominal_ci95_pct)
-
-
-@dataclass(frozen=True, kw_only=True)
-class BandRule:
-    """Demodulation band and the `reason` for it, for one `channel` and one sampling rate `fs_hz`; None: for all."""
-
-    low_hz: float
-    high_hz: float
-    reason: str
-    fs_hz: float | None = None
-    channel: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,49 +105,19 @@ class PublishedSpeeds:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordRange:
-    """Facts about records number `first` to `last` of a data set; `end` is the motor end with the faulty bearing."""
-
-    first: int
-    last: int
-    label: str
-    fs_hz: float
-    end: str | None = None
-    note: str | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExpectedFile:
-    """File of a data set; it can be downloaded if it has `url` and `sha256`.
-
-    `used_for` is ``fit`` if a parameter of the model was fitted to the file, ``withheld`` if the file was seen but not
-    used for a fit, None if neither is known.
-    """
-
-    name: str
-    sha256: str | None = None
-    url: str | None = None
-    used_for: str | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class OperatingGrid:
-    """Operating points of a data set: every bearing state at every pair of loads and every nominal speed."""
-
-    source: str
-    states: tuple[Fault, ...]
-    radial_kn: tuple[float, ...]
-    axial_kn: tuple[float, ...]
-    nominal_rpm: tuple[float, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
     """Description of a data set; `reader` is ``variables`` for files of named arrays, or ``signal-structs``.
 
     The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. `labels` maps patterns of the
-    fault label in a file to states of the bearing; `orders` contains published fault orders of bearings. If
-    `one_rig_a_folder` is true, each folder of the data set contains the records of another machine.
+    fault label in a file to states of the bearing. If `one_rig_a_folder` is true, each folder of the data set contains
+    the records of another machine. These tables are read as mappings:
+
+    * `bands`: demodulation bands with their `reason`; with `fs_hz` only for this sampling rate.
+    * `orders`: published fault orders of bearings.
+    * `records`: facts about the records number `first` to `last`; `end` is the motor end with the faulty bearing.
+    * `files`: each file can be downloaded if it has `url` and `sha256`; `used_for` is ``fit`` if a parameter of the
+      model was fitted to the file, ``withheld`` if the file was seen but not used for a fit.
+    * `grid`: operating points, which are all `states` at every pair of loads and every nominal speed.
     """
 
     name: str
@@ -178,15 +131,14 @@ class DatasetDescription:
     channels: tuple[ChannelRule, ...] = ()
     rate_variable: str | None = None
     rate_hz: float | None = None
-    rate_note: str | None = None
     speed: SpeedRule = SpeedRule()
     labels: Mapping[str, Fault] = field(default_factory=dict)
-    bands: tuple[BandRule, ...] = ()
+    bands: tuple[Mapping[str, Any], ...] = ()
     orders: tuple[Mapping[str, str | float], ...] = ()
     published_speeds: PublishedSpeeds | None = None
-    records: tuple[RecordRange, ...] = ()
-    files: tuple[ExpectedFile, ...] = ()
-    grid: OperatingGrid | None = None
+    records: tuple[Mapping[str, Any], ...] = ()
+    files: tuple[Mapping[str, str], ...] = ()
+    grid: Mapping[str, Any] | None = None
     radial_kn: float | None = None
     axial_kn: float | None = None
     load_lbf_variable: str | None = None
@@ -198,14 +150,12 @@ class DatasetDescription:
         """Bearing state, radial load [kN], axial load [kN], nominal speed [rpm] of each point in `grid`."""
         if (grid := self.grid) is None:
             return ()
-        loads = tuple(zip(grid.radial_kn, grid.axial_kn, strict=True))
-        return tuple((state, *load, rpm) for state in grid.states for load in loads for rpm in grid.nominal_rpm)
+        states, loads = map(Fault, grid["states"]), list(zip(grid["radial_kn"], grid["axial_kn"], strict=True))
+        return tuple((state, *load, rpm) for state in states for load in loads for rpm in grid["nominal_rpm"])
 
-    def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
-        """Demodulation band of the data set at this sampling rate, preferably for this channel, or None."""
-        fitting = [b for b in self.bands if b.fs_hz in (None, fs_hz) and b.channel in (None, channel)]
-        fitting.sort(key=lambda b: (b.channel is None, b.fs_hz is None))
-        return (fitting[0].low_hz, fitting[0].high_hz) if fitting else None
+    def band_hz(self, fs_hz: float) -> tuple[float, float] | None:
+        """Demodulation band of the data set at this sampling rate, the first that fits; None if there is none."""
+        return next(((b["low_hz"], b["high_hz"]) for b in self.bands if b.get("fs_hz", fs_hz) == fs_hz), None)
 
     def state_of(self, label: str | None) -> Fault | None:
         """Bearing state for the fault label of a file; None if no pattern of `labels` matches it."""

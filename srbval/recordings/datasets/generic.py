@@ -18,7 +18,6 @@ from srbval.recordings.units import CONVERTER_COUNTS, ENVELOPE, known_unit, spli
 MIN_SAMPLES = 256
 MAX_MATRIX_COLUMNS = 64
 MAX_NAMES_LISTED = 8  # variables in a list
-STATED_CI95_RPM = 1.0
 LIKELY_RPM = (1.0, 120_000.0)
 _RATE_IN_TEXT = re.compile(r"\d+(?:[.,]\d+)?\s*[kM]?Hz", re.IGNORECASE)
 _SIMULINK = re.compile(r".*\.signals(?:\(\d+\))?\.values")
@@ -62,7 +61,7 @@ def read_generic(raw: RawFile) -> Reading:
         origin=Origin.MEASURED,
         fs_hz=rate or (own_rates.pop() if len(own_rates) == 1 else None),
         rate_problem=rate_problem,
-        speed=None if rpm is None else stated_speed(rpm, STATED_CI95_RPM),
+        speed=None if rpm is None else stated_speed(rpm),
         speed_problem=rpm_problem and f"{rpm_problem}.",
         notes=tuple(notes),
     )

@@ -7,7 +7,7 @@ values, usually in SI units, to this unit.
 
 import math
 import re
-from typing import Any, NamedTuple
+from typing import Any
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
@@ -27,12 +27,7 @@ ACCELERATION_TO_SI = {"g": STANDARD_GRAVITY_M_S2, "m/s2": 1.0, "m/s^2": 1.0}
 ROTATION_TO_SI = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
 
 
-class StructSignal(NamedTuple):
-    """Signal in a struct of a MATLAB file: samples [n] of each column in SI units, and sampling rate `fs_hz`."""
-
-    name: str
-    columns: list[FloatArray]
-    fs_hz: float
+StructSignal = tuple[list[FloatArray], float]  # samples [n] of each column in SI units, and sampling rate [Hz]
 
 
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
@@ -42,23 +37,23 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     must choose the channel if there are several and `description` does not list them.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
-    accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION_TO_SI))]
+    accelerations = {n: one for n in names if (one := _signal(raw, n, ACCELERATION_TO_SI))}
     if not accelerations:
         return None
     groups = description.match.groups(raw) or {}
     nominal_rpm = float(groups["rpm"]) if "rpm" in groups else None
-    rotations = [s for n in names if (s := _signal(raw, n, ROTATION_TO_SI))]
-    used = {s.name for s in (*accelerations, *rotations)}
-    left = [f"{n} ({printable(raw.text(f'{n}.y_values.quantity.label') or '')})" for n in names if n not in used]
+    rotations = {n: one for n in names if (one := _signal(raw, n, ROTATION_TO_SI))}
+    others = [n for n in names if n not in accelerations | rotations]
+    left = [f"{n} ({printable(raw.text(f'{n}.y_values.quantity.label') or '')})" for n in others]
     said = (f"left out: {', '.join(left)}",) if left else ()
-    known, speed, signal, problem = "label" in groups, None, None, None
-    note, vectors = "speed left open", [s for s in rotations if len(s.columns) == 1]
+    known, speed, signal, note, problem = "label" in groups, None, None, "speed left open", None
+    vectors = {n: (columns[0], rate_hz) for n, (columns, rate_hz) in rotations.items() if len(columns) == 1}
     if len(vectors) > 1:
-        problem = f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}."
+        problem = f"{len(vectors)} speed signals: {', '.join(vectors)}."
     elif not vectors:
         speed, note = description.speed.speed(None, nominal_rpm), "no speed signal in the file"
     else:
-        ((source, (values_rad_s,), rate_hz),) = vectors
+        ((source, (values_rad_s, rate_hz)),) = vectors.items()
         values_hz = values_rad_s * (1 / (2 * math.pi))
         speed, note = tachometer_speed(values_hz, rate_hz), f"speed from {source}, {rate_hz:g} Hz"
         found_rpm = speed.value_hz * RPM_PER_HZ
@@ -66,6 +61,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
             problem = f"{source} measures {found_rpm:.6g} rpm, the file's name states {nominal_rpm:g}: a wrong unit."
         else:
             signal = SpeedSignal(values_hz=values_hz, rate_hz=rate_hz)
+    first = next(iter(accelerations))
     sensors, tested = _sensors(raw, accelerations, description if known else None)
     of_the_set = [name for name in sensors if known and tested in (None, name)]
     tested_bearing: dict[str, Any] = {
@@ -79,14 +75,14 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
             for name, samples in sensors.items()
         },
         channel=tested,
-        fs_hz=accelerations[0].fs_hz,
+        fs_hz=accelerations[first][1],
         speed=speed,
         speed_signal=signal,
         speed_problem=problem,
         radial_n=scaled(groups.get("radial_kn"), N_PER_KN),
         axial_n=scaled(groups.get("axial_kn"), N_PER_KN),
         nominal_rpm=nominal_rpm,
-        notes=(f"acceleration from {accelerations[0].name}", note, *(description.notes if known else ()), *said),
+        notes=(f"acceleration from {first}", note, *(description.notes if known else ()), *said),
     )
 
 
@@ -114,19 +110,19 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
         expected = " or ".join(f"{f:.4f}" for f in to_si)
         raise DataError(f"{raw.path}: {name} converts to {label!r} by the factor {factor}; it must be {expected}.")
     in_si = columns if fitting[0] == 1 else [column * fitting[0] for column in columns]
-    return StructSignal(name, in_si, round(1 / increment, 6))
+    return in_si, round(1 / increment, 6)
 
 
 def _sensors(
-    raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
+    raw: RawFile, signals: dict[str, StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
     """Samples by channel, and the channel to analyse: the sensor at the tested bearing, else the only one, or None."""
-    rates = {s.fs_hz for s in signals}
+    rates = {rate_hz for _, rate_hz in signals.values()}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")
     layout = description.channels if description is not None else ()
-    if len(signals) == 1 and len(signals[0].columns) == len(layout):
+    named = {f"{name}[{i}]": c for name, (columns, _) in signals.items() for i, c in enumerate(columns, 1)}
+    if len(signals) == 1 and len(named) == len(layout):
         tested = next(rule.name for rule in layout if rule.analyse)
-        return {rule.name: column for rule, column in zip(layout, signals[0].columns, strict=True)}, tested
-    named = {f"{s.name}[{i}]": column for s in signals for i, column in enumerate(s.columns, 1)}
+        return dict(zip((rule.name for rule in layout), named.values(), strict=True)), tested
     return named, next(iter(named)) if len(named) == 1 else None

@@ -6,12 +6,13 @@ In a data set with numbered records, variable names contain the number (``X105_D
 
 import re
 from collections.abc import Iterator
+from typing import Any
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings.datasets.description import ChannelRule, DatasetDescription, RecordRange
+from srbval.recordings.datasets.description import ChannelRule, DatasetDescription
 from srbval.recordings.raw import RawFile, printable
-from srbval.recordings.reading import N_PER_KN, Reading, scaled
+from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
@@ -26,28 +27,33 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     if named is None:
         return None
     record, others = _record_number(raw, description, named)
-    listed = next((r for r in description.records if record and r.first <= int(record) <= r.last), None)
-    by_list = {key: value for key in ("label", "end") if listed and (value := getattr(listed, key))}
-    said = by_list | named
-    state, end = description.state_of(said.get("label")), said.get("end", "").upper()
+    listed = next((r for r in description.records if record and r["first"] <= int(record) <= r["last"]), {})
+    facts = {**listed, **named}
+    state, end = description.state_of(facts.get("label")), facts.get("end", "").upper()
     used = dict(_match_channels(raw, description, record))
     channels = {
-        rule.name: rule.channel(raw, variable, state if state is Fault.HEALTHY or end in ("", rule.name) else None)
+        rule.name: Channel(
+            samples=raw.signal(variable),
+            unit=rule.unit,
+            bearing=rule.bearing,
+            state=state if state is Fault.HEALTHY or end in ("", rule.name) else None,
+            variable=variable,
+        )
         for rule, variable in used.items()
     }
     if not channels:
         return None
     marked = [name for name in (end, *(rule.name for rule in used if rule.analyse)) if name in channels]
-    fs_hz, nominal_rpm = _rate_hz(raw, description, said, listed), _nominal_rpm(raw, description, said, listed, record)
+    fs_hz, nominal_rpm = _rate_hz(raw, description, facts), _nominal_rpm(raw, description, facts, record)
     seconds = None if fs_hz is None else max(c.samples.size for c in channels.values()) / fs_hz
     speed, speed_signal = _speed(raw, description, record, nominal_rpm, seconds)
-    radial_n = scaled(said.get("radial_kn", description.radial_kn), N_PER_KN)
+    radial_n = scaled(facts.get("radial_kn", description.radial_kn), N_PER_KN)
     if description.load_lbf_variable is not None:
         radial_n = scaled(raw.number(description.load_lbf_variable), N_PER_LBF)
     original = raw.attributes.get("copy_of")  # in a compact copy, such as the shipped records
     notes = [f"record {int(record)} by its variables' names"] if record else []
     notes += [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
-    notes += [note for note in (description.rate_note, listed and listed.note) if note]
+    notes += [listed["note"]] if "note" in listed else []
     notes += [f"left out: signals of record {', '.join(others)}"] if others else []
     notes += [f"compact copy of {printable(original, MAX_COPY_NOTE_LENGTH)}"] if isinstance(original, str) else []
     return Reading(
@@ -58,13 +64,14 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         speed=speed,
         speed_signal=speed_signal,
         radial_n=radial_n,
-        axial_n=scaled(said.get("axial_kn", description.axial_kn), N_PER_KN),
+        axial_n=scaled(facts.get("axial_kn", description.axial_kn), N_PER_KN),
         nominal_rpm=nominal_rpm,
         notes=tuple(notes),
         cautions=tuple(
-            f"its name states {said[key]}, the data set's list {value} for record {int(record)}: the name is used"
-            for key, value in by_list.items()
-            if said[key].upper() != value.upper()
+            f"its name states {facts[key]}, the data set's list {listed[key]} for record {int(record)}: "
+            "the name is used"
+            for key in ("label", "end")
+            if key in listed and facts[key].upper() != listed[key].upper()
         ),
     )
 
@@ -99,31 +106,30 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
             yield rule, name
 
 
-def _rate_hz(
-    raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None
-) -> float | None:
-    """Sampling rate [Hz] from the file's name (`said`), the list of records (`listed`), a variable or `description`."""
-    named_hz, variable = scaled(said.get("rate_khz"), HZ_PER_KHZ), description.rate_variable
-    if named_hz and listed and named_hz != listed.fs_hz:
+def _rate_hz(raw: RawFile, description: DatasetDescription, facts: dict[str, Any]) -> float | None:
+    """Sampling rate [Hz] from the file's name or the list of records (`facts`), a variable or the `description`."""
+    named_hz, listed_hz, variable = (
+        scaled(facts.get("rate_khz"), HZ_PER_KHZ),
+        facts.get("fs_hz"),
+        description.rate_variable,
+    )
+    if named_hz and listed_hz and named_hz != listed_hz:
         raise DataError(
-            f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed.fs_hz:g} Hz for this record; "
+            f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed_hz:g} Hz for this record; "
             "rename the file or correct the list."
         )
-    stated_hz = raw.number(variable) if variable else None
-    return named_hz or (listed and listed.fs_hz) or stated_hz or description.rate_hz
+    return named_hz or listed_hz or (raw.number(variable) if variable else None) or description.rate_hz
 
 
-def _nominal_rpm(
-    raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None, record: str
-) -> float | None:
+def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
     """Nominal speed [rpm] from a variable, else from the motor load, else from the file's name or the description."""
     rule, by_load = description.speed, description.speed.nominal_rpm_by_load
     if rule.nominal_hz_variable is not None:
         return scaled(raw.number(rule.nominal_hz_variable), RPM_PER_HZ)
-    load = int(said.get("hp", len(by_load)))
-    if "hp" not in said and listed is not None and listed.last - listed.first == len(by_load) - 1:
-        load = int(record) - listed.first
-    return by_load[load] if load < len(by_load) else scaled(said.get("rpm", rule.nominal_rpm), 1.0)
+    load = int(facts.get("hp", len(by_load)))
+    if "hp" not in facts and "first" in facts and facts["last"] - facts["first"] == len(by_load) - 1:
+        load = int(record) - facts["first"]
+    return by_load[load] if load < len(by_load) else scaled(facts.get("rpm", rule.nominal_rpm), 1.0)
 
 
 def _speed(

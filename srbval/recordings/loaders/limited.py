@@ -8,13 +8,12 @@ systems without these limits (Windows; macOS for memory).
 import atexit
 import math
 import os
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.errors import DataError
-from srbval.processes.worker import DiedError, WorkerProcess
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.recordings.raw import EXPANSION, RawFile, memory_limit_bytes
 
 COMPUTING_S = 3.0  # for any file; an intact file of 10 MB needs 0.1 s
@@ -64,27 +63,25 @@ class FileFormat:
             except OSError as error:
                 raise DataError(f"{path}: cannot start a process to read it ({error.strerror}). Try again.") from None
             _running.add(reader)
-            start = time.monotonic()
             try:
                 answer: RawFile | DataError = reader.call(request, limit_s=WAITING * computing_s)
-            except BaseException as error:
-                how, waited = str(error), time.monotonic() - start >= WAITING * computing_s
-                reader.kill()
-                reader.close()
-                interrupted = reader not in _running
-                _running.discard(reader)
-                if not isinstance(error, DiedError):
-                    raise
-                if interrupted:
+            except DiedError as error:
+                if reader not in _running:
                     raise DataError(f"{path}: not read, as the program was interrupted.") from None
-                if fresh or waited or how.endswith("SIGXCPU"):
+                died, how = error, str(error)
+                if fresh or isinstance(error, OverLimitError) or how.endswith("SIGXCPU"):
                     break
+            except BaseException:
+                reader.kill()
+                raise
             else:
                 _idle.append(reader)
                 if isinstance(answer, DataError):
                     raise answer
                 return answer
-        if waited:
+            finally:
+                _running.discard(reader)
+        if isinstance(died, OverLimitError):
             text = f"could not be read within {WAITING * computing_s} s; its disk may not answer. Try again, or copy it"
         elif how.endswith("SIGXCPU"):
             text = f"reading it took more than {computing_s} s of computing time. The file is damaged; copy it again"
