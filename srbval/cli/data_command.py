@@ -44,8 +44,7 @@ def run_data_command(options: argparse.Namespace) -> int:
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     """Build `RecordingSettings` from the options that describe a recording."""
-    known = {field.name for field in dataclasses.fields(RecordingSettings)}
-    known -= {"band_hz", "auto_band"}  # options of the analysis; only `data add` stores them
+    known = set(ALIASES.values()) - {"band_hz", "auto_band"}  # options of the analysis; only `data add` stores them
     given = {ALIASES.get(name, name): value for name, value in vars(options).items()}
     return settings_of({name: value for name, value in given.items() if name in known})
 

@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +80,9 @@ def run_validate_command(options: argparse.Namespace) -> int:
         with stage(progress, "Load the program"):
             from srbval.report.reports import report_case
             from srbval.validation.case import load_case, write_case
-        changes = dict(_changes(options))
+        # Options with a dot are keys of the case.
+        short = {key: value for key, value in vars(options).items() if key == "bearing" or "." in key}
+        changes = {key: value for key, value in short.items() if value is not None} | dict(options.set or ())
         if options.case is not None:
             if options.simulated or options.measured:
                 raise ConfigurationError("give a case, or --simulated and --measured files, not both.")
@@ -108,13 +109,6 @@ def run_validate_command(options: argparse.Namespace) -> int:
 
     document = result.to_dict() | {"report": written}
     return print_result(options, document, show, code=code, tables={"table": document["table"]})
-
-
-def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
-    """Yield dotted key and new value of each setting that options change in the case, the input of ``validate``."""
-    short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # keys of a case
-    yield from ((key, value) for key, value in short if value is not None)
-    yield from options.set or ()
 
 
 def _case_of_files(options: argparse.Namespace, changes: dict[str, Any]) -> Any:

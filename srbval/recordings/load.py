@@ -173,8 +173,8 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
     )
 
 
-# Units (of `bearing-datasets`, of a recording) and states of public data sets.
-SET_UNITS = {"acceleration": ("m/s^2", "m/s2"), "velocity": ("mm/s", "mm/s"), "displacement": ("um", "um")}
+# Units and states of public data sets.
+SET_UNITS = {"acceleration": "m/s^2", "velocity": "mm/s", "displacement": "um"}
 SET_STATES = {"normal": Fault.HEALTHY, "inner": Fault.INNER, "outer": Fault.OUTER, "rolling_element": Fault.ROLLER}
 NOT_STATED = (None, "none", "unknown")
 SET_POINT_PCT = 1.5  # tolerance of a speed, unless the data set states that the speed was measured
@@ -202,12 +202,12 @@ def _recording_of_row(
 ) -> Recording:
     """Create the recording of a metadata row (`facts`); `speeds` are the rows of all speed signals of the data set."""
     identity, channel, given = facts["signal_id"], facts["channel"], {"fs_hz": facts["fs"], **stated}
-    theirs, ours = SET_UNITS.get(facts.get("quantity", ""), (None, None))
+    unit = SET_UNITS.get(facts.get("quantity", ""))
     try:
-        samples = public_set.signal(identity, unit=theirs)
+        samples = public_set.signal(identity, unit=unit)
     except ValueError:  # raw values of no stated unit
-        samples, ours = public_set.signal(identity), None
-    if ours:
+        samples, unit = public_set.signal(identity), None
+    if unit:
         given.pop("unit", None)
     notes = [f"data set {public_set.name} of bearing-datasets, label {facts.get('native_label', 'none')}"]
     fault, places = facts.get("fault_type"), [facts.get(f"{of}_location") for of in ("sensor", "fault")]
@@ -221,7 +221,7 @@ def _recording_of_row(
         given = {"bearing": _bearing_of_set(facts, public_set.name)} | given
     except ConfigurationError as error:
         notes.append(f"the bearing, {facts.get('bearing_model', 'of orders')}, is left open: {error}")
-    known: dict[str, Any] = {"name": f"{public_set.name} {identity}", "column_units": {channel: ours} if ours else {}}
+    known: dict[str, Any] = {"name": f"{public_set.name} {identity}", "column_units": {channel: unit} if unit else {}}
     recording = recording_from_columns({channel: samples}, **known, channel=channel, **given)
     found: dict[str, Any] = {"notes": tuple(notes)}
     for speed in (one for one in speeds if one["recording_id"] == facts["recording_id"]):

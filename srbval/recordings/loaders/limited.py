@@ -73,6 +73,7 @@ class FileFormat:
                     break
             except BaseException:
                 reader.kill()
+                reader.close()
                 raise
             else:
                 _idle.append(reader)
