@@ -8,7 +8,6 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib.resources import files
-from pathlib import Path
 from typing import Any, NoReturn
 
 from srbval import __version__
@@ -170,9 +169,7 @@ def _tolerance(text: str) -> float:
 
 
 def _record(name: str) -> str:
-    """Return `name` if it is an existing file or a path with a folder, otherwise the path of a shipped recording."""
-    if Path(name).exists() or Path(name).name != name:
-        return name
+    """Return the path of the shipped recording `name`, otherwise `name` itself."""
     from srbval.recordings.registry import find_shipped  # imports slow modules
 
     return str(find_shipped(name))

@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
 from srbval.recordings.raw import TEXT, RawFile
 from srbval.recordings.recording import ShaftSpeed
-from srbval.recordings.speed import nominal_speed, stated_speed
+from srbval.recordings.speed import nominal_speed
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import build, read_toml
 
@@ -66,27 +66,6 @@ class ChannelRule:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpeedRule:
-    """Sources of the shaft speed in a data set, the most reliable first.
-
-    `tachometer_rpm` and `stated_rpm` are names of variables; ``{record}`` in a name stands for the record's number.
-    """
-
-    tachometer_rpm: str | None = None
-    stated_rpm: str | None = None
-    nominal_rpm: float | None = None
-    nominal_rpm_by_load: tuple[float, ...] = ()
-    nominal_hz_variable: str | None = None
-    nominal_ci95_pct: float = 1.5
-
-    def speed(self, stated_rpm: float | None, nominal_rpm: float | None) -> ShaftSpeed | None:
-        """Shaft speed from the mean `stated_rpm` in a file, else from the set point `nominal_rpm`, else None."""
-        if stated_rpm is not None:
-            return stated_speed(stated_rpm)
-        return None if nominal_rpm is None else nominal_speed(nominal_rpm, self.nominal_ci95_pct)
-
-
-@dataclass(frozen=True, kw_only=True)
 class PublishedSpeed:
     """Published mean shaft speed [rpm] of the record with this bearing state and nominal motor speed."""
 
@@ -108,9 +87,12 @@ class PublishedSpeeds:
 class DatasetDescription:
     """Description of a data set; `reader` is ``variables`` for files of named arrays, or ``signal-structs``.
 
-    The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. `labels` maps patterns of the
-    fault label in a file to states of the bearing. If `one_rig_a_folder` is true, each folder of the data set contains
-    the records of another machine. These tables are read as mappings:
+    The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. The variables `tachometer_rpm`
+    and `stated_rpm` contain the measured shaft speed; ``{record}`` in a name stands for the record's number. Without
+    them the speed is a set point, kept within `nominal_ci95_pct`: `nominal_hz_variable`, `nominal_rpm_by_load` (by
+    motor load) or `nominal_rpm`. `labels` maps patterns of the fault label in a file to states of the bearing. If
+    `one_rig_a_folder` is true, each folder of the data set contains the records of another machine. These tables are
+    read as mappings:
 
     * `bands`: demodulation bands with their `reason`; with `fs_hz` only for this sampling rate.
     * `orders`: published fault orders of bearings.
@@ -131,7 +113,12 @@ class DatasetDescription:
     channels: tuple[ChannelRule, ...] = ()
     rate_variable: str | None = None
     rate_hz: float | None = None
-    speed: SpeedRule = SpeedRule()
+    tachometer_rpm: str | None = None
+    stated_rpm: str | None = None
+    nominal_rpm: float | None = None
+    nominal_rpm_by_load: tuple[float, ...] = ()
+    nominal_hz_variable: str | None = None
+    nominal_ci95_pct: float = 1.5
     labels: Mapping[str, Fault] = field(default_factory=dict)
     bands: tuple[Mapping[str, Any], ...] = ()
     orders: tuple[Mapping[str, str | float], ...] = ()
@@ -156,6 +143,10 @@ class DatasetDescription:
     def band_hz(self, fs_hz: float) -> tuple[float, float] | None:
         """Demodulation band of the data set at this sampling rate, the first that fits; None if there is none."""
         return next(((b["low_hz"], b["high_hz"]) for b in self.bands if b.get("fs_hz", fs_hz) == fs_hz), None)
+
+    def set_point(self, nominal_rpm: float | None) -> ShaftSpeed | None:
+        """Shaft speed from the set point `nominal_rpm`; None without a set point."""
+        return None if nominal_rpm is None else nominal_speed(nominal_rpm, self.nominal_ci95_pct)
 
     def state_of(self, label: str | None) -> Fault | None:
         """Bearing state for the fault label of a file; None if no pattern of `labels` matches it."""

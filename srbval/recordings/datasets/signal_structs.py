@@ -51,7 +51,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     if len(vectors) > 1:
         problem = f"{len(vectors)} speed signals: {', '.join(vectors)}."
     elif not vectors:
-        speed, note = description.speed.speed(None, nominal_rpm), "no speed signal in the file"
+        speed, note = description.set_point(nominal_rpm), "no speed signal in the file"
     else:
         ((source, (values_rad_s, rate_hz)),) = vectors.items()
         values_hz = values_rad_s * (1 / (2 * math.pi))

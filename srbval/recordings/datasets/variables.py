@@ -14,7 +14,7 @@ from srbval.recordings.datasets.description import ChannelRule, DatasetDescripti
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal
-from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
+from srbval.recordings.speed import RPM_PER_HZ, stated_speed, tachometer_speed
 
 N_PER_LBF = 4.4482216152605
 HZ_PER_KHZ = 1e3
@@ -123,24 +123,24 @@ def _rate_hz(raw: RawFile, description: DatasetDescription, facts: dict[str, Any
 
 def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
     """Nominal speed [rpm] from a variable, else from the motor load, else from the file's name or the description."""
-    rule, by_load = description.speed, description.speed.nominal_rpm_by_load
-    if rule.nominal_hz_variable is not None:
-        return scaled(raw.number(rule.nominal_hz_variable), RPM_PER_HZ)
+    if description.nominal_hz_variable is not None:
+        return scaled(raw.number(description.nominal_hz_variable), RPM_PER_HZ)
+    by_load = description.nominal_rpm_by_load
     load = int(facts.get("hp", len(by_load)))
     if "hp" not in facts and "first" in facts and facts["last"] - facts["first"] == len(by_load) - 1:
         load = int(record) - facts["first"]
-    return by_load[load] if load < len(by_load) else scaled(facts.get("rpm", rule.nominal_rpm), 1.0)
+    return by_load[load] if load < len(by_load) else scaled(facts.get("rpm", description.nominal_rpm), 1.0)
 
 
 def _speed(
     raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
     """Shaft speed (by tachometer, else stated, else nominal) and tachometer signal of a record of `seconds`."""
-    rule, signal = description.speed, None
-    if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
-        values_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
+    tachometer, stated = description.tachometer_rpm, description.stated_rpm
+    if tachometer and raw.array(tachometer) is not None:
+        values_hz, signal = raw.signal(tachometer) / RPM_PER_HZ, None
         if seconds is not None:  # its samples cover the whole record at any rate
             signal = SpeedSignal(values_hz=values_hz, rate_hz=values_hz.size / seconds)
         return tachometer_speed(values_hz, None if signal is None else signal.rate_hz), signal
-    stated_rpm = raw.number(rule.stated_rpm.format(record=record)) if rule.stated_rpm else None
-    return rule.speed(stated_rpm, nominal_rpm), None
+    rpm = raw.number(stated.format(record=record)) if stated else None
+    return description.set_point(nominal_rpm) if rpm is None else stated_speed(rpm), None
