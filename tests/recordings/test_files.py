@@ -136,7 +136,6 @@ def test_names_patterns_addresses_and_bands_are_usable(d):
     assert d.url.startswith("https://")
     assert all(set(f) <= {"name", "sha256", "url", "used_for"} for f in d.files)
     assert all(re.fullmatch("[0-9a-f]{64}", f["sha256"]) for f in d.files if "sha256" in f)
-    assert d.access in ("open", "restricted")
     assert all(b["low_hz"] < b["high_hz"] and b["reason"] for b in d.bands)
     assert all(set(b) <= {"low_hz", "high_hz", "reason", "fs_hz"} for b in d.bands)
     for band in () if d.name.startswith("torino") else d.bands:

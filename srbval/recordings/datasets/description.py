@@ -95,7 +95,6 @@ class DatasetDescription:
     read as mappings:
 
     * `bands`: demodulation bands with their `reason`; with `fs_hz` only for this sampling rate.
-    * `orders`: published fault orders of bearings.
     * `records`: facts about the records number `first` to `last`; `end` is the motor end with the faulty bearing.
     * `files`: each file can be downloaded if it has `url` and `sha256`; `used_for` is ``fit`` if a parameter of the
       model was fitted to the file, ``withheld`` if the file was seen but not used for a fit.
@@ -105,7 +104,6 @@ class DatasetDescription:
     name: str
     title: str
     licence: str
-    access: str
     source: str
     url: str
     reader: str = "variables"
@@ -121,7 +119,6 @@ class DatasetDescription:
     nominal_ci95_pct: float = 1.5
     labels: Mapping[str, Fault] = field(default_factory=dict)
     bands: tuple[Mapping[str, Any], ...] = ()
-    orders: tuple[Mapping[str, str | float], ...] = ()
     published_speeds: PublishedSpeeds | None = None
     records: tuple[Mapping[str, Any], ...] = ()
     files: tuple[Mapping[str, str], ...] = ()
