@@ -127,7 +127,7 @@ def test_the_strongest_comb_of_a_whitened_record_gives_the_speed_unless_another_
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
 
 NOMINAL_HZ = 25.0
-SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "12"))
+SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "8"))
 
 
 def outer_race(shaft_hz: float, seed: int = 0):
@@ -212,7 +212,7 @@ def test_the_tolerance_of_a_set_point_binds(off, tolerance_pct, slip, kind, seed
         assert not result.line("BPFI").detected
 
 
-RPM, COUNT = 1500.0, 24
+RPM, COUNT = 1500.0, 12
 # BPFI = n (f_r - f_c): what a cage's slip raises it by.
 BPFI_SHARE = BEARING.rolling_elements * BEARING.orders.ftf / BEARING.orders.bpfi
 
@@ -244,10 +244,10 @@ def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_n
         covered += line.detected and abs(line.found_hz - true_hz) <= line.ci95_hz
         named[diagnose(found).state] += 1
     assert seen == COUNT
-    assert named["inner"] >= COUNT - 4  # the weakest, at a third to two thirds, remain undecided
+    assert named["inner"] >= COUNT - 2  # the weakest, at a third to two thirds, remain undecided
     assert set(named) <= {"inner", "undecided"}
-    assert covered >= COUNT - 3  # 95 % intervals: fewer with a probability of 3 %
-    for seed in range(6):
+    assert covered >= COUNT - 2  # 95 % intervals: fewer with a probability of 2 %
+    for seed in range(3):
         assert diagnose(read(bearing, cage_slip=0.0, seed=100 + seed, fault=False)).state in ("healthy", "undecided")
 
 

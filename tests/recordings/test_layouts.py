@@ -18,7 +18,7 @@ from srbval.recordings.speed import stated_speed
 from srbval.recordings.units import UNITS
 from tests.recordings.formats import BEARING
 
-DRAWN = 2000 if os.environ.get("SRBVAL_TESTS") == "all" else 400
+DRAWN = 2000 if os.environ.get("SRBVAL_TESTS") == "all" else 250
 ANALYSED = 40  # every so many that are read, the line is looked for too
 RATES = (6000, 8000, 10_000, 12_000, 12_800, 16_000, 20_480, 25_600)
 SPELLINGS = {
