@@ -131,7 +131,13 @@ def _own_results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("srbval.storage.content_store.cache_folder", lambda _: folder)
-        yield
+        yield folder
+
+
+@pytest.fixture
+def _results_of_the_module(_own_home, _own_results, monkeypatch):
+    """Let a test read what earlier tests of its module stored."""
+    monkeypatch.setattr("srbval.storage.content_store.cache_folder", lambda kind: _own_results / kind)
 
 
 @pytest.fixture(autouse=True, scope="session")

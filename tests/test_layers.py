@@ -1,6 +1,7 @@
 """The layout is the pipeline: a room imports only from rooms above it in this list, and nothing in a circle."""
 
 import ast
+import functools
 import subprocess
 import sys
 import tomllib
@@ -17,8 +18,8 @@ SIMULATED = ("errors", "arrays", "storage", "bridges", "progress", "processes", 
 READ = ("recordings", "signal", "reading", "diagnosis", "sweep", "comparison", "path", "plan")
 ORDER = (*SIMULATED, *READ, "campaign", "check", "validation", "report", "studies", "cli")
 PACKAGE = Path(srbval.__file__).parent
-SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
-FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "docs")]
+PATHS = sorted(PACKAGE.rglob("*.py"))
+FILES = [path for path in PATHS if path.parent not in (PACKAGE, PACKAGE / "docs")]
 DRAWING = ("srbval.report.", "matplotlib")
 WRITING_FUNCTIONS = {"document", "to_json", "json_text", "write_json", "move_listed_files", "content_sha256"}
 GATHERING = ("findings", "pages.py", "reports.py")  # of the report: what is shown, before anything is drawn
@@ -38,7 +39,13 @@ def module_name(path: Path) -> str:
     return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
 
 
-MODULES = {module_name(path) for path in SOURCES}
+MODULES = {module_name(path) for path in PATHS}
+
+
+@functools.cache
+def sources() -> dict[Path, ast.Module]:
+    """Syntax trees of the package's files, parsed at the first use: every worker imports this file, one runs it."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in PATHS}
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
@@ -54,7 +61,7 @@ def imported(tree: ast.AST) -> Iterator[str]:
 
 def imported_rooms(path: Path) -> set[str]:
     """Rooms that a file imports from, for types too."""
-    return {name.split(".")[1] for name in imported(SOURCES[path]) if "." in name}
+    return {name.split(".")[1] for name in imported(sources()[path]) if "." in name}
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
@@ -66,7 +73,7 @@ def test_imports_only_run_forward(path):
 
 def test_no_import_circle():
     """Imports within functions and those for types alone count: they only hide a circle."""
-    graph = {module_name(path): set(imported(tree)) - {module_name(path)} for path, tree in SOURCES.items()}
+    graph = {module_name(path): set(imported(tree)) - {module_name(path)} for path, tree in sources().items()}
     del graph["srbval"]  # its names are loaded when they are used
     try:
         TopologicalSorter(graph).prepare()
@@ -77,7 +84,7 @@ def test_no_import_circle():
 def test_nothing_imports_the_whole_package():
     """`import srbval` needs no path and no name that a room does not offer itself; the version alone stands there."""
     for path in FILES:
-        for node in ast.walk(SOURCES[path]):
+        for node in ast.walk(sources()[path]):
             if isinstance(node, ast.Import):
                 assert "srbval" not in [alias.name for alias in node.names], path
             if isinstance(node, ast.ImportFrom) and node.module == "srbval":
@@ -90,7 +97,7 @@ def names_of_modules() -> Iterator[tuple[str, str]]:
     Type variables are left out, and the folders of studies, each of which has the functions of the others.
     """
     for path in FILES:
-        for node in SOURCES[path].body if path.parent.parent.name != "studies" else ():
+        for node in sources()[path].body if path.parent.parent.name != "studies" else ():
             value = getattr(node, "value", None)
             if isinstance(value, ast.Call) and ast.unparse(value.func) == "TypeVar":
                 continue
@@ -106,7 +113,7 @@ def test_no_public_name_occurs_twice():
         if not name.startswith("_"):
             modules.setdefault(name, set()).add(module)
     assert {name: found for name, found in modules.items() if len(found) > 1} == {}
-    nodes = [node for tree in SOURCES.values() for node in ast.walk(tree)]
+    nodes = [node for tree in sources().values() for node in ast.walk(tree)]
     classes = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
     assert [name for name, count in classes.items() if count > 1] == []
 
@@ -118,7 +125,7 @@ def test_no_name_is_an_empty_word():
 
 def offered(path: Path) -> set[str]:
     """Names that an ``__init__`` takes in from the modules of its folder where it does nothing else."""
-    _, *rest = SOURCES[path].body
+    _, *rest = sources()[path].body
     imports = [node for node in rest if isinstance(node, ast.ImportFrom)]
     return {alias.name for node in imports for alias in node.names} if len(imports) == len(rest) else set()
 
@@ -126,7 +133,7 @@ def offered(path: Path) -> set[str]:
 def test_one_import_path_for_each_name():
     """What a folder's ``__init__`` offers the files outside import from the folder, not from the module."""
     folders = {module_name(p): offered(p) for p in FILES if p.name == "__init__.py" and offered(p)}
-    for path, tree in SOURCES.items():
+    for path, tree in sources().items():
         for node in ast.walk(tree):
             if not isinstance(node, ast.ImportFrom) or node.module in folders:
                 continue
@@ -153,7 +160,7 @@ def concepts() -> dict[str, int]:
     """What a newcomer has to learn: classes, commands with their actions, studies."""
     commands = tomllib.loads((PACKAGE / "cli" / "commands.toml").read_text(encoding="utf-8"))["commands"]
     return {
-        "classes": sum(isinstance(node, ast.ClassDef) for tree in SOURCES.values() for node in ast.walk(tree)),
+        "classes": sum(isinstance(node, ast.ClassDef) for tree in sources().values() for node in ast.walk(tree)),
         "commands": sum(max(1, len(command.get("actions", {}))) for command in commands.values()),
         "studies": len(list((PACKAGE / "studies").glob("*/study.py"))),
     }
@@ -162,14 +169,14 @@ def concepts() -> dict[str, int]:
 def test_there_is_not_too_much():
     """So that the whole of it can be read, and a newcomer finds the file to change; packed lines do not help."""
     root, tests = PACKAGE.parent, list(Path(__file__).parent.rglob("*.py"))
-    studies = [path for path in SOURCES if path.relative_to(PACKAGE).parts[0] == "studies"]
+    studies = [path for path in PATHS if path.relative_to(PACKAGE).parts[0] == "studies"]
     documents = [path for folder in ("srbval", "data_manifest", "tests") for path in (root / folder).rglob("*.md")]
     documents += root.glob("*.md")
     shown = [path for path in documents if path.stem == "texts" or path.parent.name == "texts"]  # of the report
-    skipped = (f"{path.read_text(encoding='utf-8')}".count("# fmt: " + "skip") for path in (*SOURCES, *tests))
+    skipped = (f"{path.read_text(encoding='utf-8')}".count("# fmt: " + "skip") for path in (*PATHS, *tests))
     found = {
-        "files": len(SOURCES),
-        "lines": lines_of(SOURCES),
+        "files": len(PATHS),
+        "lines": lines_of(PATHS),
         "lines_of_studies": lines_of(studies),
         "lines_of_tests": lines_of(tests),
         "lines_of_toml": lines_of(PACKAGE.rglob("*.toml")),
@@ -205,7 +212,7 @@ def test_limits_only_fall():
 def importers() -> dict[str, set[str]]:
     """For each module the modules that import it."""
     found: dict[str, set[str]] = {name: set() for name in MODULES}
-    for path, tree in SOURCES.items():
+    for path, tree in sources().items():
         for name in set(imported(tree)) - {module_name(path)}:
             found[name].add(module_name(path))
     return found
@@ -232,7 +239,7 @@ STUDY_FILES = ("study", "page", "figure")  # every study has the same few
 def test_functions_do_not_take_too_many_arguments():
     many = [
         f"{path.relative_to(PACKAGE)}: {node.name}"
-        for path, tree in SOURCES.items()
+        for path, tree in sources().items()
         if not path.stem.endswith("_kernel")
         for node in ast.walk(tree)
         if isinstance(node, ast.FunctionDef)
@@ -244,7 +251,7 @@ def test_functions_do_not_take_too_many_arguments():
 
 def test_nothing_outside_the_studies_imports_one():
     """But for the commands; and no study imports another one."""
-    for path, tree in SOURCES.items():
+    for path, tree in sources().items():
         room, *inner = path.relative_to(PACKAGE).parts
         for name in imported(tree):
             parts = name.split(".")
@@ -262,7 +269,7 @@ def test_nothing_below_the_report_draws():
 
 
 def test_no_function_is_too_long():
-    for path, tree in SOURCES.items():
+    for path, tree in sources().items():
         if path.stem.endswith("_kernel"):
             continue
         for node in ast.walk(tree):
@@ -276,7 +283,7 @@ def test_the_report_computes_nothing():
     for path in (PACKAGE / "report").rglob("*.py"):
         if path.relative_to(PACKAGE / "report").parts[0] in GATHERING:
             continue
-        for node in ast.walk(SOURCES[path]):
+        for node in ast.walk(sources()[path]):
             if isinstance(node, ast.ImportFrom) and not f"{node.module}.".startswith(DRAWING):
                 names = {alias.name for alias in node.names} if f"{node.module}.".startswith("srbval.") else set()
                 functions = {name for name in names if name.islower() and name != "__version__"}

@@ -88,7 +88,7 @@ MANY = """\
 name = "many"
 outputs = ["summary", "statistics", "acceleration"]
 [scene]
-duration = "1 s"
+duration = "0.4 s"
 settle = "0 s"
 model = "planar"
 [[axes]]

@@ -1,7 +1,7 @@
 """Every command with any options: no traceback; exit code, JSON and text agree.
 
 Commands and options are the parser's own, so a new one is tested without being named here. `SRBVAL_PROPERTIES` is the
-number of random examples in all, 600 by default.
+number of random examples in all, 300 by default.
 """
 
 import argparse
@@ -34,7 +34,7 @@ from srbval.storage.cache import cache_use
 from srbval.studies.harness import study_names
 from tests.campaign.campaigns import run_small, small
 
-EXAMPLES = int(os.environ.get("SRBVAL_PROPERTIES", "600"))
+EXAMPLES = int(os.environ.get("SRBVAL_PROPERTIES", "300"))
 GIVEN = 8  # an option that may be left out is given once in so many examples, those of `OFTEN` but once
 FS_HZ, SECONDS = 12_000, 1.0  # of the records
 LONGEST = SrbvalError.longest + 30

@@ -125,7 +125,7 @@ RECORD = shipped_folder("data_manifest") / "rig_excerpts" / "OR_877rpm_sample.h5
 COMMANDS = {"bench": ("--quick",), "validate": ("--measured", RECORD, "--no-pdf")}
 
 
-@pytest.mark.usefixtures("fmu")
+@pytest.mark.usefixtures("fmu", "_results_of_the_module")
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize(
     ("old", "new", "codes", "text"),

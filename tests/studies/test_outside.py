@@ -58,6 +58,7 @@ def _model_file(tmp_path, monkeypatch):
     Path("models.py").write_text(MODELS, encoding="utf-8")
 
 
+@pytest.mark.usefixtures("_results_of_the_module")
 def test_the_chart_has_the_cost_in_turns_and_both_errors(srbval_json):
     found = srbval_json("bench", "--model", "models.py:simulate", "--quick")
     own, usual = (next(row for row in found["runs"] if row["solver"] == name) for name in ("euler", "imex2"))
@@ -97,6 +98,7 @@ def test_ok_never_stands_beside_an_error_beyond_its_limit():
     assert "its step errors are 1.62 dB of the level; accepted are at most 0.1 % of the line" in found["reason"]
 
 
+@pytest.mark.usefixtures("_results_of_the_module")
 def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(srbval_json):
     found = srbval_json("bench", "--model", "models.py:raises", "--quick")
     own = next(row for row in found["runs"] if row["model"] == "models.py:raises")
