@@ -69,7 +69,10 @@ def test_killed_at_random_moments(engine: str, undisturbed: dict[str, str], tmp_
             assert starting or len([line for line in messages if "warnings.warn(" not in line]) <= 1, said
             # A worker's end is not the campaign's, unless SLURM has lost all its jobs.
             assert target != WORKER or process.returncode in ((0, 3) if engine == "slurm" else (0,)), said
-            assert start(file, folder, *options, environment=environment).wait() == 0
+            if engine == "local" and number:  # each command starts three processes: once is enough
+                assert run_small(load_campaign(str(file)), folder)["failed"] == []
+            else:
+                assert start(file, folder, *options, environment=environment).wait() == 0
             assert content(folder) == undisturbed
         assert not list(tmp_path.rglob("*.srbval-part"))
     until(lambda: not marked(mark), within_s=GONE_S)

@@ -166,6 +166,9 @@ def test_of_what_is_not_measured_nothing_is_said(origin):
     assert entry["headline"].startswith("No fault is named: the record is ")
 
 
+DRAWN = 25 if os.environ.get("SRBVAL_TESTS") == "all" else 13
+
+
 def test_what_would_have_been_seen_is_seen():
     """At the stated limit a line with its harmonics stands out in 95 of 100 records; at half of it seldom."""
     speed, number = ShaftSpeed(value_hz=25.0, ci95_hz=0.002, source=SpeedSource.STATED), np.arange(1, 6)
@@ -177,15 +180,15 @@ def test_what_would_have_been_seen_is_seen():
         )
         return next(x for x in lines if (x.name, x.harmonic) == ("BPFI", 1))
 
-    limits = [smallest_detectable_depth(bpfi(0.0, seed), NOTHING) for seed in range(25)]
+    limits = [smallest_detectable_depth(bpfi(0.0, seed), NOTHING) for seed in range(DRAWN)]
     whole, half = (sum(bpfi(share * limit, n).stands_out for n, limit in enumerate(limits)) for share in (1.0, 0.5))
-    assert whole >= 22  # of 25 at 95 %: fewer in 3 of 100 draws
-    assert half <= 4
+    assert whole >= 0.84 * DRAWN  # at 95 %: fewer in 1 of 100 draws of 25, in 3 of 100 of 13
+    assert half <= 0.16 * DRAWN
 
 
 def test_a_declared_state_changes_nothing_that_is_found():
     found = []
-    for state in (None, *Fault):
+    for state in (None, Fault.HEALTHY, Fault.INNER):
         analysis = analyse(dataclasses.replace(record(shaft_hz=25.0), state=state), bearing=BEARING)
         verdict = fault_verdict(analysis, healthy_analysis())
         assert (
@@ -234,11 +237,11 @@ def part_of(recording: Recording, first: float, end: float) -> Recording:
 
 
 def test_a_verdict_is_stable_under_its_inputs():
-    """Tolerance, speed by 0.2 %, halves, four fifths, another band: the same part, and no probability jumps."""
+    """Tolerance, speed by 0.2 %, half, four fifths, another band: the same part, and no probability jumps."""
     whole = record(shaft_hz=25.0)
-    found = [judged(whole, 1500.0, tolerance) for tolerance in (0.0, 0.3, 0.5, 1.0, 2.0, 4.0)]
+    found = [judged(whole, 1500.0, tolerance) for tolerance in (0.0, 0.5, 4.0)]
     found += [judged(whole, rpm) for rpm in (1497.0, 1503.0)]
-    found += [judged(part_of(whole, *ends), 1500.0) for ends in ((0, 0.5), (0.5, 1), (0, 0.8))]
+    found += [judged(part_of(whole, *ends), 1500.0) for ends in ((0.5, 1), (0, 0.8))]
     found += [judged(whole, 1500.0, band_hz=band) for band in ((1000.0, 5000.0), (2500.0, 4500.0))]
     assert {one.part for one in found} == {Fault.INNER}
     assert np.ptp([one.diagnosis.probabilities["inner"] for one in found]) < 0.3
@@ -307,7 +310,7 @@ def test_probabilities_table_and_headline_are_one_whatever_the_record(kind):
         assert found["all"] >= 0.8 * RECORDS - 0.6, found
 
 
-@pytest.mark.parametrize(("name", "mains"), [("bpfo", 100.0), ("bpfi", 150.0), ("bpfo", 120.0), ("bpfi", 120.0)])
+@pytest.mark.parametrize(("name", "mains"), [("bpfi", 150.0), ("bpfo", 120.0)])
 def test_a_line_at_a_multiple_of_the_mains_is_not_named_and_said(name, mains):
     order, rng = getattr(BEARING.orders, name), np.random.default_rng(1)
     verdict = judged(made(rng, mains / 25.0), 60 * mains / order)
@@ -331,6 +334,6 @@ def test_records_too_short_to_be_read_are_pooled_each_at_its_own_speed(name, par
     given = ["analyse", tmp_path, "--bearing", BEARING.name, "--one-machine"]
     machine = srbval_json(*given)["machine"]
     assert (machine["called"], machine["records"]) == (part, 40)
-    assert "40 short records" in srbval_text(*given).out
+    assert "40 short records" in machine["sentence"]
     if name is None:
         assert re.search("Record at least|longer recording", srbval_text(*given[:-1], code=3).err)

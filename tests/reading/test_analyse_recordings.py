@@ -67,13 +67,14 @@ def healthy_file(file: Path, dataset: str) -> Path | None:
 def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir):
     """Recordings alone and beside their healthy ones; labels by the manifest, which no analysis sees.
 
-    Every fifth one, in the long form all.
+    Every seventh one, and of eight channels two; in the long form all.
     """
     findings, entries = {}, json.loads((recordings_dir / "manifest.json").read_text(encoding="utf-8"))
-    taken = entries[:: 1 if os.environ.get("SRBVAL_TESTS") == "all" else 5]
+    every, channels = (1, range(1, 9)) if os.environ.get("SRBVAL_TESTS") == "all" else (7, (1, 7))
+    taken = entries[::every]
     for entry in taken:
         path = recordings_dir / entry["file"]
-        for channel in [f"ch{n}" for n in range(1, 9)] if entry["dataset"] == "ims_test1" else [None]:
+        for channel in [f"ch{n}" for n in channels] if entry["dataset"] == "ims_test1" else [None]:
             state, analysis = analysed(recordings_dir, entry["file"], channel)
             alone = diagnose(analysis, all_channels=channel in (None, "ch1"))  # once each file: they are the same eight
             healthy = healthy_file(path, entry["dataset"])

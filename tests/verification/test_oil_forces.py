@@ -5,6 +5,7 @@ read with the kinetic energy, a quadratic form of the speeds: x M a = T(x + a) -
 with what the same forces do on each body's own velocity, from closed forms of `srbval.models.oil`, in every speed.
 """
 
+import functools
 import math
 from typing import Any, NamedTuple
 
@@ -41,6 +42,7 @@ class Case(NamedTuple):
     scene: Any
 
 
+@functools.cache
 def case(name: str, still: bool = False) -> Case:
     """The scene `rig-oil` with one force of the oil, or all, at 859 rpm or at rest."""
     scene = load_scene("rig-oil", {"oil": ONLY[name], "line_contact": {"slices": 5}})
