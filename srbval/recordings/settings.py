@@ -147,7 +147,7 @@ OPTION_VALUES += r"|auto|dask|full|impulse|kinematic|line|local|planar|slices|da
 OPTION = re.compile(
     r"(?P<command>`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
     r"|(?<![\w-])(?:-(?P<folder>o)\b|--(?P<name>[a-z][a-z-]*)(?: (?P<edges>LO HI)"
-    rf"| (?P<value>{OPTION_VALUES})(?![\w|])| (?=[A-Z\d']|\S+ \|)|(?P<bare>)))"
+    rf"| (?P<value>{OPTION_VALUES})(?![\w/|]| \|)| (?=[A-Z\d']|\S+ \|)|(?P<bare>)))"
 )
 
 
