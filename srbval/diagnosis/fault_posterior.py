@@ -82,13 +82,12 @@ class FaultScores:
     """Strongest combs of a record by cause: one for each fault, and `OTHER_CAUSE` for a comb without a known cause.
 
     `first` are the combs of the whole spectrum, `second` the combs found after the lines of the `strongest` comb are
-    removed (empty if no comb indicates a fault). `cage` is the comb at the cage frequency, which identifies no fault.
+    removed (empty if no comb indicates a fault).
     """
 
     first: Mapping[str, Comb]
     second: Mapping[str, Comb]
     strongest: str
-    cage: Comb
     shaft_hz: float
 
     @property
@@ -118,9 +117,7 @@ def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> Fau
         half_hz = SLIP_SPREAD * number * found_hz + np.abs(side) * speed.ci95_hz
         rest = spectrum.without(centre.ravel(), half_hz.ravel())
         second = {name: one for name, one in _combs(rest, analysis, relative, typical).items() if name != strongest}
-    cage_hz = families_of(bearing, speed.value_hz)[-1].kinematic_hz
-    cage = _comb(spectrum, spectrum.highest(cage_hz, relative * cage_hz), typical)
-    return FaultScores(first=first, second=second, strongest=strongest, cage=cage, shaft_hz=speed.value_hz)
+    return FaultScores(first=first, second=second, strongest=strongest, shaft_hz=speed.value_hz)
 
 
 def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: str = "") -> Comb:

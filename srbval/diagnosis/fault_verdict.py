@@ -84,7 +84,7 @@ class Diagnosis(NotebookObject):
 
     @property
     def sentence(self) -> str:
-        """Probabilities, named fault, strongest unexplained comb and cage comb in sentences."""
+        """Probabilities, named fault, and strongest unexplained comb in sentences."""
         shares = ", ".join(f"{name} {100 * share:.0f} %" for name, share in self.shown_probabilities.items())
         answer = "no fault is named" if self.state == Fault.HEALTHY else "no part is probable enough to be named"
         if faults_of(self.state):
@@ -98,11 +98,6 @@ class Diagnosis(NotebookObject):
             said.append(f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}.")
         if self.channel is not None:
             said.append(f"The evidence is strongest in channel {self.channel}.")
-        if stands_out(self.scores.cage.excess):
-            said.append(
-                f"The cage's comb is strong (evidence {self.scores.cage.excess:.1f}): a roller or a pocket may "
-                "strike once per turn of the cage. This does not identify a fault."
-            )
         return " ".join(said)
 
 
@@ -252,7 +247,6 @@ class FaultVerdict:
             "probabilities": named.probabilities if named else {},
             "log_likelihood": named.log_likelihood if named else {},
             "unexplained_order": named and named.scores.unexplained_order,
-            "cage_excess": named and (named.scores.cage.found_hz and named.scores.cage.excess),
             "channel": named and named.channel,
             "parts": [{"fault": f, **vars(named.scores.first[f])} for f in DEFECTS] if named else [],
             **{name: getattr(compared, name) for name in ("line", "ratio", "ratio_ci95", "baseline")},

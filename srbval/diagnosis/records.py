@@ -276,7 +276,7 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     if not faults:
         return entry | {"sentence": "One machine: no measured record can be used."}
     together = posterior.of_one_machine([fault["log_likelihood"] for fault in faults])
-    return entry | _of_machine(together, [fault["cage_excess"] for fault in faults], f"{len(faults)} records together")
+    return entry | _of_machine(together, f"{len(faults)} records together")
 
 
 def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
@@ -297,28 +297,24 @@ def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
     scores = posterior.fault_scores(found[0], found[1:])
     together = posterior.log_likelihood([scores], {}, stands=False)
     how = f"{len(found)} short records, {turns:.0f} turns in all, by their mean spectrum"
-    return {"records": len(found)} | _of_machine(together, [scores.cage.excess], how)
+    return {"records": len(found)} | _of_machine(together, how)
 
 
-def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how: str) -> dict[str, Any]:
-    """Verdict on a machine from log likelihood ratios `together` and excesses of `cage` combs; `how` is the method."""
+def _of_machine(together: Mapping[str, float], how: str) -> dict[str, Any]:
+    """Verdict on a machine from the log likelihood ratios of its records, `together`; `how` is the method in words."""
     shares = posterior.probabilities(together)
     state = posterior.decide(shares)
     parts, best = posterior.faults_of(state), posterior.most_probable(shares)
     answer = state if state == posterior.UNDECIDED else posterior.LABELS[state]
     answer += " fault" if parts else ", no fault named" if state != posterior.UNDECIDED else ""
-    shown = sum(excess is not None and posterior.stands_out(excess) for excess in cage)
     share = f"{posterior.LABELS[best]} {100 * posterior.share_of(best, shares):.0f} %"
-    said = f"One machine: {answer} ({share} by {how})."
-    said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
     return {
         "state": state,
         "called": parts[0] if parts else None,
         "parts_called": parts,
         "probabilities": shares,
         "log_likelihood": together,
-        "cage_excess": cage,
-        "sentence": said,
+        "sentence": f"One machine: {answer} ({share} by {how}).",
     }
 
 

@@ -36,7 +36,7 @@ def scores(second: dict[str, float] | None = None, depth: float = DEEP, **excess
     first = {name: Comb(excess=excess.get(name, -1.0), found_hz=100.0, depth=depth) for name in names}
     strongest = max(first, key=lambda name: first[name].log_ratio)
     rest = {name: Comb(excess=e, found_hz=80.0, depth=depth) for name, e in (second or {}).items()}
-    return FaultScores(first=first, second=rest, strongest=strongest, cage=Comb(), shaft_hz=25.0)
+    return FaultScores(first=first, second=rest, strongest=strongest, shaft_hz=25.0)
 
 
 def said(*views: FaultScores, lines: dict[str, int] | None = None, stands: bool = False) -> dict[str, float]:
