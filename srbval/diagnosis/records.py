@@ -113,7 +113,7 @@ def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> lis
     requests = []
     for source in sources:
         if isinstance(source, str | Path):
-            requests += [replace(request, file=file) for file in files_of([source])]
+            requests += [replace(request, file=file) for file in files_of(source)]
         else:
             requests.append(replace(request, recording=recording_of(source, request.settings)))
     return requests

@@ -4,7 +4,7 @@ import contextlib
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +33,6 @@ from srbval.storage.json_files import parse_json
 
 if TYPE_CHECKING:
     import pandas
-
-ErrorKind = TypeVar("ErrorKind", bound=SrbvalError)
 
 
 def load_recording(path: str | Path, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
@@ -88,8 +86,8 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
 
 
 def questions_error(
-    kind: type[ErrorKind], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
-) -> ErrorKind:
+    kind: type[SrbvalError], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
+) -> SrbvalError:
     """Create an error about `subject`: open `questions`, each with the option that answers it, and the `remedy`."""
     error = kind(f"{subject} lacks information: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)

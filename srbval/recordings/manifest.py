@@ -127,8 +127,7 @@ def inspect_file(
         if entry.sha256 and entry.status is FileStatus.OK and entry.settings == (settings or None):
             return replace(entry, mtime_ns=mtime_ns)
         entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
-        entry_of_format = replace(entry, format=detect_format(path).name)
-        entry = _describe_contents(entry_of_format, path, settings or RecordingSettings())
+        entry = _describe_contents(entry, path, settings or RecordingSettings())
     except OSError as error:
         return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
@@ -163,6 +162,7 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
     return replace(
         entry,
         reason="; ".join(wrong) or None,
+        format=detect_format(path).name,
         origin=reading.origin,
         dataset=reading.dataset,
         state=main.state,

@@ -329,10 +329,9 @@ def load_entry(entry: RegisteredRecording) -> Recording:
 RecordSource = str | Path | Recording | Run  # a record's file, itself, or a simulated run
 
 
-def files_of(paths: Iterable[str | Path]) -> list[str]:
-    """List the named files and all files below the named folders, each once."""
-    found = (files_under(Path(path)) if Path(path).is_dir() else [find_shipped(path)] for path in paths)
-    return list(dict.fromkeys(str(file) for files in found for file in files))
+def files_of(path: str | Path) -> list[str]:
+    """List the named file, or all files below the named folder."""
+    return [str(file) for file in (files_under(Path(path)) if Path(path).is_dir() else [find_shipped(path)])]
 
 
 def recording_of(source: RecordSource, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
