@@ -160,13 +160,17 @@ def test_a_run_loads_what_one_process_compiled_for_all_copies_of_the_package(tmp
 
 TIMES = ("wall_s", "compile_s", "check_wall_s", "stored_utc")
 LONG_FORM = {"duration": "20 ms", "settle": "0 s", "detail_rate_hz": 1024.0}
-PLANTED = {  # file, what stands there, what is written in its place: what depends on it
-    ("models/full/damping_kernel.py", "BORDER = 6", "BORDER = 7"): {"full", "line", "slices", "rig"},
-    ("models/planar/ring_kernel.py", "1.0 / 6.0", "1.0 / 7.0"): {"planar", "impulse"},  # which takes its resonance
-    ("models/kinematic.py", "CLICK_M_S2 = 1.0", "CLICK_M_S2 = 2.0"): {"kinematic", "planar", "impulse"},
-    ("scene/rig.toml", 'duration = "2 s"', 'duration = "3 s"'): {"rig"},
-    ("report/texts/limits.md", "No record is blind", "A record is blind"): set(),
-}
+PLANTED = [  # planted together: file, what stands there, what is written in its place; what depends on it
+    {
+        ("models/full/damping_kernel.py", "BORDER = 6", "BORDER = 7"): {"full", "line", "slices", "rig"},
+        ("report/texts/limits.md", "No record is blind", "A record is blind"): set(),
+    },
+    {
+        ("models/planar/ring_kernel.py", "1.0 / 6.0", "1.0 / 7.0"): {"planar", "impulse"},  # which takes its resonance
+        ("scene/rig.toml", 'duration = "2 s"', 'duration = "3 s"'): {"rig"},
+    },
+    {("models/kinematic.py", "CLICK_M_S2 = 1.0", "CLICK_M_S2 = 2.0"): {"kinematic", "planar", "impulse"}},
+]
 WITHOUT_KERNELS = ("kinematic", "impulse")
 SCRIPT = """
 import json
@@ -239,12 +243,14 @@ def test_a_change_invalidates_what_depends_on_it_and_nothing_else(tmp_path):
 
     before = found()
     assert before["read"] == dict.fromkeys(WITHOUT_KERNELS, False)
-    for (file, old, new), depends in PLANTED.items():
-        source = package / file
-        text = source.read_text(encoding="utf-8")
-        assert old in text
-        source.write_text(text.replace(old, new), encoding="utf-8")
-        after = found()
-        assert {name for name, key in after["keys"].items() if key != before["keys"][name]} == depends, file
-        assert after["read"] == {name: name not in depends for name in WITHOUT_KERNELS}, file
-        source.write_text(text, encoding="utf-8")
+    for changes in PLANTED:
+        texts = {package / file: (package / file).read_text(encoding="utf-8") for file, *_ in changes}
+        for file, old, new in changes:
+            text = texts[package / file]
+            assert old in text
+            (package / file).write_text(text.replace(old, new), encoding="utf-8")
+        after, depends = found(), set().union(*changes.values())
+        assert {name for name, key in after["keys"].items() if key != before["keys"][name]} == depends, changes
+        assert after["read"] == {name: name not in depends for name in WITHOUT_KERNELS}, changes
+        for source, text in texts.items():
+            source.write_text(text, encoding="utf-8")
