@@ -259,16 +259,15 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     )
 
 
-def whitened_bands(
-    processed: Processed, bearing: Bearing, speed: ShaftSpeed, *, most: int = WHITENED_BANDS
-) -> tuple[Periodogram, ...]:
-    """Periodograms of the squared envelope in at most `most` equal parts of the whole band, wide enough for all lines.
+def whitened_bands(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> tuple[Periodogram, ...]:
+    """Periodograms of the squared envelope in equal parts of the whole band.
 
-    The record is prewhitened by its cepstrum; squared envelopes are clipped so that single knocks form no comb.
+    There are `WHITENED_BANDS` parts, or fewer so that each is wide enough for all lines. The record is prewhitened by
+    its cepstrum; squared envelopes are clipped so that single knocks form no comb.
     """
     low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE
-    edges = np.linspace(low, high, 1 + max(1, min(most, math.floor((high - low) / needed_hz)))).tolist()
+    edges = np.linspace(low, high, 1 + max(1, min(WHITENED_BANDS, math.floor((high - low) / needed_hz)))).tolist()
     white, ends, found = prewhitened(processed.whole), min(processed.end_s, end_s((low, high))), []
     for band_hz in itertools.pairwise(edges):
         square, rate = squared_envelope_one_pass(white, processed.fs_hz, band_hz)

@@ -13,23 +13,20 @@ import numpy as np
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.reading.families import HARMONICS, LOG_RATIO_ONSET, LOG_RATIO_SLOPE, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
-from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, Tracking, periodogram_of, whitened_bands
+from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, Tracking, periodogram_of
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram, ShaftAngle, read_comb
+from srbval.signal import LEAST_SNR, ShaftAngle, read_comb
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import MIN_PLACEBOS
 from srbval.signal.order_tracking import DRIFT_PARTS
-from srbval.signal.shaft_lines import RIVAL_SHARE, shaft_by_lines
+from srbval.signal.shaft_lines import shaft_by_lines
 
 SEARCH_SHARE = 0.1  # half width of the search, as a share of the nominal speed: set points turn out 6 % wrong
 COMBS_PER_SPEED = 220  # placebos: the least rank, times all speeds and two bands, is below `comb.PLACEBO_FALSE_ALARM`
 # Error of the speed beyond the fit's scatter, as a share: clocks, drift, rounding. With each record of measured speed
 # left out, the largest excess of the others covers 16 of 17 (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
-# Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
-COMB_LINES, LEAST_COMB = 5, 12.0
 DRIFT_STEPS = 64  # of the course of a drifting shaft in each part of a record
-SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches to the farthest of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,7 +138,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
             return False
         return abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
 
-    fits = estimate(stated, ()) or speed_by_comb(whitened_bands(processed, bearing, stated, most=1)[0], stated)
+    fits = estimate(stated, ())
     if is_within(fits):
         lines = _read_lines_at(processed, bearing, fits)
         found = SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=fits)
@@ -230,20 +227,6 @@ def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
     """Ratios of trial speeds to the nominal speed, `apart` apart, at which search windows cover its whole tolerance."""
     steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9))
     return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
-
-
-def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Estimate the shaft speed near `nominal` from the strongest comb of a whitened envelope; None if it is unclear."""
-    combs = CombSpectrum.of([[record.unmasked()]], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
-    inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
-    score, hz = combs.score[inside], combs.frequency_hz[inside]
-    if not score.size or (highest := float(score.max())) < LEAST_COMB:
-        return None
-    value, usual = float(hz[np.argmax(score)]), float(np.median(score))
-    spread = float(np.abs(hz[score - usual > RIVAL_SHARE * (highest - usual)] / value - 1).max())
-    if spread > SMEAR:
-        return None
-    return ShaftSpeed(value_hz=value, ci95_hz=max(ALLOWANCE, spread) * value, source=SpeedSource.ESTIMATED)
 
 
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:

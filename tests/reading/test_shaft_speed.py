@@ -16,7 +16,6 @@ from srbval.bearing import LARGEST_SLIP, Bearing, Fault, load_bearing
 from srbval.reading import speed_search
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.recordings.speed import nominal_speed, stated_speed
-from srbval.signal import Periodogram
 from srbval.storage.json_files import to_json
 
 SLIP_PCT = 0.15  # the estimated speed's own uncertainty, in per cent of the line
@@ -105,23 +104,6 @@ def test_left_out_records_are_covered(recordings_dir, monkeypatch):
     covered = [excess[name] <= max(e for other, e in excess.items() if other != name) for name in excess]
     assert sum(covered) >= 0.9 * len(covered), excess
     assert max(excess.values()) < DECLARED
-
-
-def whitened(*shafts_hz: float) -> Periodogram:
-    """An envelope of noise and five harmonics of each shaft."""
-    time_s = np.arange(6000) / 1000
-    lines = sum(0.3 * np.cos(2 * np.pi * h * hz * time_s + h) for hz in shafts_hz for h in range(1, 6))
-    samples = np.random.default_rng(2).standard_normal(time_s.size) + lines + 3
-    return Periodogram.of(samples, 1000.0, limit_hz=300.0, shaft_hz=25.0)
-
-
-def test_the_strongest_comb_of_a_whitened_record_gives_the_speed_unless_another_rivals_it():
-    nominal = nominal_speed(1500.0, 1.5)
-    found = speed_search.speed_by_comb(whitened(26.4), nominal)
-    assert abs(found.value_hz - 26.4) <= found.ci95_hz < 0.02 * 26.4
-    assert speed_search.speed_by_comb(whitened(26.4, 23.9), nominal) is None
-    assert speed_search.speed_by_comb(whitened(), nominal) is None
-    assert speed_search.speed_by_comb(whitened(28.0), nominal) is None, "beyond what is searched"
 
 
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
