@@ -178,10 +178,8 @@ def analysis_once(recording: Recording, bearing: Bearing, **bands: Any) -> Analy
         table = {one.name: getattr(found, one.name) for one in fields(StoredReading)}
         table = json.loads(json.dumps(table | {"lines": [vars(line) for line in found.lines]}, default=to_json))
         READINGS.save(content, table)
-    stored, tracking = (
-        build(StoredReading, table, "reading"),
-        choose_tracking(recording, bearing, recording.known_speed),
-    )
+    stored = build(StoredReading, table, "reading")
+    tracking = choose_tracking(recording, bearing, recording.known_speed)
     processed = process(recording, band_hz=stored.band.band_hz, tracking=tracking)
     return Analysis(**vars(stored), recording=recording, bearing=bearing, processed=processed)
 
