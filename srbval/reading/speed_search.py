@@ -158,6 +158,9 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
     fits = refined or fits
     if fits is None or abs(fits.value_hz - stated.value_hz) <= stated.ci95_hz + fits.ci95_hz:
         return replace(found, outside=outside)
+    if found.speed is not stated:  # two speeds contradict each other: neither is certain
+        found = _search_trial_speeds(processed, bearing, stated)
+        outside = _find_outside_family(found)[0]
     beyond = OutsideSpeed(
         value_hz=fits.value_hz,
         ci95_hz=fits.ci95_hz,
