@@ -1,5 +1,6 @@
 """Cases of a campaign: check the scenes, choose the models, name the results and estimate the cost."""
 
+import contextlib
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -104,14 +105,11 @@ def cost_of(scene: Scene) -> tuple[float, float | None]:
     """Planned and expected wall time [s] of a scene, equal if the model was timed; otherwise a rough guess and None."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
-    weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
-    try:
+    with contextlib.suppress(DataError):  # no measured times are stored
         table = nearest_table(scene)
-    except DataError:
-        return GUESSED_S * weight, None
-    pace, measured = table.pace.get(scene.model), table.values
-    if pace is None:
-        return GUESSED_S * weight, None
-    other = right_hand_sides_per_step(measured["solver.name"]) / measured["solver.step_s"]
-    expected_s = pace * seconds * (1.0 if lesser else each / scene.solver.step_s / other)
-    return expected_s, expected_s
+        if (pace := table.pace.get(scene.model)) is not None:
+            other = right_hand_sides_per_step(table.values["solver.name"]) / table.values["solver.step_s"]
+            expected_s = pace * seconds * (1.0 if lesser else each / scene.solver.step_s / other)
+            return expected_s, expected_s
+    weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
+    return GUESSED_S * weight, None

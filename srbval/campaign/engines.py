@@ -71,97 +71,88 @@ def run_tasks(
         yield result
 
 
-@dataclass
-class LocalProcesses:
-    """Engine that runs cases in `jobs` processes of this machine."""
+@dataclass(frozen=True)
+class Engine:
+    """Engine of a campaign; ``run(tasks)`` yields each result when its case has ended; closing it stops all cases."""
 
-    jobs: int
-    name: str = LOCAL
-
-    def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        """Yield one result per task when its case has ended; closing the generator ends all processes."""
-        processes = [case_process() for _ in range(self.jobs)]
-        free = list(processes)
-
-        def take_process() -> None:
-            this_thread.process = free.pop()
-
-        pool = ThreadPoolExecutor(self.jobs, initializer=take_process)
-        try:
-            yield from run_tasks(pool.submit, tasks)
-        finally:
-            for process in processes:
-                process.stop()
-            pool.shutdown(cancel_futures=True)
-            for process in processes:
-                process.close()
+    name: str
+    run: Callable[[Iterable[CaseTask]], Generator[CaseResult]]
 
 
-@dataclass
-class DaskEngine:
-    """Engine that runs cases on a Dask cluster, one case at a time in each thread of a worker.
+def run_in_processes(jobs: int, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
+    """Run cases in `jobs` processes of this machine, and yield their results; closing the generator ends them all."""
+    processes = [case_process() for _ in range(jobs)]
+    free = list(processes)
+
+    def take_process() -> None:
+        this_thread.process = free.pop()
+
+    pool = ThreadPoolExecutor(jobs, initializer=take_process)
+    try:
+        yield from run_tasks(pool.submit, tasks)
+    finally:
+        for process in processes:
+            process.stop()
+        pool.shutdown(cancel_futures=True)
+        for process in processes:
+            process.close()
+
+
+def run_on_dask(cluster: Any, name: str, wait_s: float, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
+    """Run cases on a Dask cluster, one at a time in each thread of a worker, and yield their results.
 
     `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object, or a function
-    that returns a context manager of a cluster. If there is no worker for `wait_s` [s], `run` raises `DataError`. If
-    the workers declare a resource ``memory`` [bytes], a worker runs as many cases at a time as fit into it.
+    that returns a context manager of a cluster. If there is no worker for `wait_s` [s], `DataError` is raised with the
+    `name` of the cluster. If the workers declare a resource ``memory`` [bytes], a worker runs as many cases at a time
+    as fit into it. Dask moves the cases of a lost worker to other workers.
     """
+    from distributed import KilledWorker
 
-    cluster: Any
-    name: str = DASK
-    wait_s: float = WAIT_S
+    with _dask_client(cluster, name) as client:
+        check = functools.partial(_wait_for_worker, client, name, wait_s)
+        check()
+        workers = client.scheduler_info(n_workers=-1)["workers"].values()
+        stated = [worker["resources"].get(MEMORY, 0.0) for worker in workers]
+        most = max(stated) if stated and all(stated) else 0.0
 
-    def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        """Yield each result when its case has ended; Dask moves the cases of a lost worker to other workers."""
-        from distributed import KilledWorker
+        def submit(function: Callable[..., Any], task: CaseTask) -> Any:
+            needed = {MEMORY: min(task.memory_bytes, most)} if most else None
+            return client.submit(function, task, pure=False, resources=needed)
 
-        with self._client() as client:
-            check = functools.partial(self._wait_for_worker, client)
-            check()
-            workers = client.scheduler_info(n_workers=-1)["workers"].values()
-            stated = [worker["resources"].get(MEMORY, 0.0) for worker in workers]
-            most = max(stated) if stated and all(stated) else 0.0
-
-            def submit(function: Callable[..., Any], task: CaseTask) -> Any:
-                needed = {MEMORY: min(task.memory_bytes, most)} if most else None
-                return client.submit(function, task, pure=False, resources=needed)
-
-            yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
-
-    @contextlib.contextmanager
-    def _client(self) -> Iterator[Any]:
-        """Context with the Dask client; errors of the cluster become a `DataError`, and Dask's log is suppressed."""
-        from distributed import Client
-
-        before = logging.root.manager.disable
-        logging.disable(logging.CRITICAL)
-        try:
-            with contextlib.ExitStack() as opened:
-                cluster = opened.enter_context(self.cluster()) if callable(self.cluster) else self.cluster
-                own = isinstance(cluster, Client)
-                yield cluster if own else opened.enter_context(Client(cluster, timeout=CONNECT_S))
-        except Exception as error:  # network, missing packages on a worker, Dask's configuration
-            # Closing a cluster whose jobs were refused raises another error.
-            first = (isinstance(error, AssertionError) and error.__context__) or error
-            if isinstance(first, SrbvalError):
-                raise first from None
-            why = "its scheduler has ended" if isinstance(first, CancelledError) else " ".join(str(first).split())
-            raise DataError(f"{self.name} failed ({type(first).__name__}: {why}).") from None
-        finally:
-            logging.disable(before)
-
-    def _wait_for_worker(self, client: Any) -> None:
-        """Wait until the cluster has a worker; raise `DataError` after `wait_s`."""
-        try:
-            client.wait_for_workers(1, timeout=self.wait_s)
-        except TimeoutError:
-            raise DataError(
-                f"no worker of {self.name} for {self.wait_s:g} s. See the cluster's log: the queue may be full (wait "
-                "longer with --wait S), jobs may be refused or exceed their time limit, or workers may not reach the "
-                "scheduler."
-            ) from None
+        yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
 
 
-Engine = LocalProcesses | DaskEngine
+@contextlib.contextmanager
+def _dask_client(cluster: Any, name: str) -> Iterator[Any]:
+    """Context with the Dask client; errors of the cluster become a `DataError`, and Dask's log is suppressed."""
+    from distributed import Client
+
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        with contextlib.ExitStack() as opened:
+            made = opened.enter_context(cluster()) if callable(cluster) else cluster
+            yield made if isinstance(made, Client) else opened.enter_context(Client(made, timeout=CONNECT_S))
+    except Exception as error:  # network, missing packages on a worker, Dask's configuration
+        # Closing a cluster whose jobs were refused raises another error.
+        first = (isinstance(error, AssertionError) and error.__context__) or error
+        if isinstance(first, SrbvalError):
+            raise first from None
+        why = "its scheduler has ended" if isinstance(first, CancelledError) else " ".join(str(first).split())
+        raise DataError(f"{name} failed ({type(first).__name__}: {why}).") from None
+    finally:
+        logging.disable(before)
+
+
+def _wait_for_worker(client: Any, name: str, wait_s: float) -> None:
+    """Wait until the cluster has a worker; raise `DataError` after `wait_s`."""
+    try:
+        client.wait_for_workers(1, timeout=wait_s)
+    except TimeoutError:
+        raise DataError(
+            f"no worker of {name} for {wait_s:g} s. See the cluster's log: the queue may be full (wait longer with "
+            "--wait S), jobs may be refused or exceed their time limit, or workers may not reach the scheduler."
+        ) from None
 
 
 @contextlib.contextmanager
@@ -242,13 +233,14 @@ def choose_engine(
         )
     workers = jobs or usable_cores()
     if name == LOCAL:
-        return LocalProcesses(workers)
-    kind = _dask_class(cluster_class or LOCAL_CLUSTER)
+        return Engine(LOCAL, functools.partial(run_in_processes, workers))
+    kind, wait_s = _dask_class(cluster_class or LOCAL_CLUSTER), wait_s or (QUEUE_WAIT_S if cluster_class else WAIT_S)
     if scheduler:
-        where = f" at {scheduler}" if isinstance(scheduler, str) else ""
-        return DaskEngine(scheduler, f"{DASK}{where}", wait_s or WAIT_S)
-    made = functools.partial(start_cluster, kind, workers, cluster_options or {}, adapt=adapt)
-    return DaskEngine(made, f"{DASK} {kind.__name__}", wait_s or (QUEUE_WAIT_S if cluster_class else WAIT_S))
+        title = f"{DASK} at {scheduler}" if isinstance(scheduler, str) else DASK
+        return Engine(title, functools.partial(run_on_dask, scheduler, title, wait_s))
+    title = f"{DASK} {kind.__name__}"
+    cluster = functools.partial(start_cluster, kind, workers, cluster_options or {}, adapt=adapt)
+    return Engine(title, functools.partial(run_on_dask, cluster, title, wait_s))
 
 
 def _dask_class(path: str) -> type:

@@ -6,10 +6,9 @@ Status, reason and numbers are also stored as a line of JSON after the HDF5 part
 """
 
 import enum
-import itertools
 import json
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -25,7 +24,6 @@ from srbval.storage.sources import content_version
 from srbval.storage.tables import build
 
 Quantities = Mapping[str, tuple[float, str]]  # value and unit
-NamedQuantity = tuple[str, float | None, str]
 SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_share": "1", "energy_imbalance": "1"}
 
 
@@ -44,17 +42,16 @@ class Output(enum.StrEnum):
 
 def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
     """Compute the numbers of a run that `outputs` request: value and unit by name, without NaN and missing numbers."""
-    readers = {Output.SUMMARY: _summary, Output.STATISTICS: _statistics}
-    rows = itertools.chain.from_iterable(read(run) for output, read in readers.items() if output in outputs)
-    return {name: (value, unit) for name, value, unit in rows if value is not None and math.isfinite(value)}
+    found: dict[str, tuple[float | None, str]] = {}
+    if Output.SUMMARY in outputs:
+        found |= {name: (getattr(run, name), unit) for name, unit in SUMMARY.items()}
+    if Output.STATISTICS in outputs:
+        found |= _statistics(run)
+    return {name: (value, unit) for name, (value, unit) in found.items() if value is not None and math.isfinite(value)}
 
 
-def _summary(run: Run) -> Iterator[NamedQuantity]:
-    return ((name, getattr(run, name), unit) for name, unit in SUMMARY.items())
-
-
-def _statistics(run: Run) -> Iterator[NamedQuantity]:
-    """Yield numbers of the outer ring's vertical acceleration and mean height, and a roller's deepest penetration."""
+def _statistics(run: Run) -> Quantities:
+    """Compute numbers of the outer ring's vertical acceleration and mean height, and a roller's deepest penetration."""
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis
@@ -62,12 +59,14 @@ def _statistics(run: Run) -> Iterator[NamedQuantity]:
     samples = run.acceleration_m_s2[:, 1]
     deviation = samples - samples.mean()
     rms = math.sqrt(float(np.mean(deviation * deviation)))
-    yield "rms_m_s2", rms, "m s-2"
-    yield "band_rms_m_s2", band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"
-    yield "crest_factor", float(np.max(np.abs(deviation))) / rms if rms else None, "1"
-    yield "kurtosis", kurtosis(deviation), "1"
-    yield "deepest_m", float(np.max(run.depth_m)), "m"
-    yield "sag_m", float(np.mean(run.displacement_m[:, 1])), "m"
+    return {
+        "rms_m_s2": (rms, "m s-2"),
+        "band_rms_m_s2": (band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"),
+        "crest_factor": (float(np.max(np.abs(deviation))) / rms if rms else math.nan, "1"),
+        "kurtosis": (kurtosis(deviation), "1"),
+        "deepest_m": (float(np.max(run.depth_m)), "m"),
+        "sag_m": (float(np.mean(run.displacement_m[:, 1])), "m"),
+    }
 
 
 COMPUTED_BY = "srbval.campaign.worker"

@@ -57,7 +57,7 @@ class CampaignTable:
         """Pandas table with one row per case: changed inputs, model, status, reason and numbers."""
         import pandas
 
-        return pandas.DataFrame(result_rows(self, read_results(self.folder, self)))
+        return pandas.DataFrame(result_rows(self, read_results(self)))
 
     def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
         """Data set along ``case``: changed inputs and models as coordinates, status, reason and numbers as variables.
@@ -66,7 +66,7 @@ class CampaignTable:
         cases that were refused, failed or are inaccurate, these numbers are NaN and the state is empty. Raises
         `DataError` if sampling rates differ or no case has signals.
         """
-        results = read_results(self.folder, self)
+        results = read_results(self)
         rows = result_rows(self, results)
         swept = dict.fromkeys(key for case in self.cases for key in case.point)
         units = {name: unit for result in results.values() for name, (_, unit) in result.quantities.items()}
@@ -131,12 +131,13 @@ def result_path(folder: Path, key: str) -> Path:
     return folder / RESULTS_FOLDER / f"{key}.h5"
 
 
-def write_campaign_table(folder: Path, table: CampaignTable) -> None:
-    """Write the table of cases and remove half-written files; call it with the folder locked.
+def write_campaign_table(table: CampaignTable) -> None:
+    """Write the table of cases to its folder and remove half-written files; call it with the folder locked.
 
     Raises `ConfigurationError` if the folder contains files of another campaign, `DataError` if it cannot be written.
     """
-    file, name = folder / CAMPAIGN_JSON, table.campaign.name
+    folder, name = table.folder, table.campaign.name
+    file = folder / CAMPAIGN_JSON
     own = file.is_file() and file.read_bytes().startswith(f'{{"campaign": {{"name": "{name}"'.encode())
     if not own and any(os.path.lexists(path) for path in (file, folder / RESULTS_CSV)):
         raise ConfigurationError(
@@ -178,10 +179,10 @@ def case_numbers(sources: Sequence[Any]) -> dict[str, float]:
     return {str(result_path(folder, case.key)): float(case.index) for case in read_campaign_table(folder).cases}
 
 
-def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
+def read_results(table: CampaignTable) -> dict[str, CaseResult]:
     """Read the intact results, by key; a refused case, which has no file, gets a result with the reason."""
     found = {
-        case.key: read_intact_result(result_path(folder, case.key))
+        case.key: read_intact_result(result_path(table.folder, case.key))
         if case.refused is None
         else CaseResult(key=case.key, status=REFUSED, reason=case.refused)
         for case in table.cases
@@ -206,7 +207,7 @@ def summarise_campaign(table: CampaignTable, results: Mapping[str, CaseResult]) 
     }
 
 
-def write_results(folder: Path, table: CampaignTable, results: Mapping[str, CaseResult]) -> Path:
+def write_results(table: CampaignTable, results: Mapping[str, CaseResult]) -> Path:
     """Write the results as CSV, one row per case and one column per quantity; returns the path.
 
     Names of quantities end with their SI unit if they have one. A failed case has no quantities; a case without an
@@ -217,9 +218,10 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
     rows = [row for row in result_rows(table, results) if row["status"] != NO_RESULT]
     points = [key for case in table.cases for key in case.point]
     columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *itertools.chain(*rows)])
-    with atomic_write(folder / RESULTS_CSV) as part:
+    path = table.folder / RESULTS_CSV
+    with atomic_write(path) as part:
         pandas.DataFrame(rows, columns=[*columns], dtype=object).to_csv(part, index=False, errors="replace")
-    return folder / RESULTS_CSV
+    return path
 
 
 def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
@@ -273,10 +275,9 @@ def campaign_status(path: str | Path) -> dict[str, Any]:
     """
     path = Path(path)
     table = read_campaign_table(path)
-    results = read_results(path, table)
-    written, running = None, False
+    results, written, running = read_results(table), None, False
     with contextlib.suppress(DataError):  # the folder may be read-only
-        written = write_results(path, table, results)
+        written = write_results(table, results)
         try:
             with folder_lock(path):
                 pass
@@ -331,22 +332,22 @@ def run_campaign(
     campaign = load_campaign(campaign) if isinstance(campaign, str | Path) else campaign
     campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign
     engine = choose_engine(engine) if engine is None or isinstance(engine, str) else engine
-    table = CampaignTable(campaign=campaign, version=code_version(), cases=tuple(plan_cases(campaign)))
+    cases = tuple(plan_cases(campaign))
+    table = CampaignTable(campaign=campaign, version=code_version(), cases=cases, folder=folder)
     with folder_lock(folder):
-        write_campaign_table(folder, table)
-        results = {key: result for key, result in read_results(folder, table).items() if result.final}
+        write_campaign_table(table)
+        results = {key: result for key, result in read_results(table).items() if result.final}
         missing = {case.key: case for case in table.cases if case.key not in results}
-        ran = _run_missing(folder, table, missing, engine, progress, message) if missing else {}
+        ran = _run_missing(table, missing, engine, progress, message) if missing else {}
         return summarise_campaign(table, results | ran) | {
             "engine": engine.name,
             "ran": len(ran),
             "wall_s": time.perf_counter() - started,
-            "table": write_results(folder, table, results | ran),
+            "table": write_results(table, results | ran),
         }
 
 
 def _run_missing(
-    folder: Path,
     table: CampaignTable,
     missing: Mapping[str, CampaignCase],
     engine: Engine,
@@ -355,17 +356,17 @@ def _run_missing(
 ) -> dict[str, CaseResult]:
     """Run the `missing` cases, the longest first, and return their results by key."""
     longest_first = sorted(missing.values(), key=lambda case: -case.planned_s)
-    needed, free = sum(case.expected_bytes for case in longest_first), shutil.disk_usage(folder).free
+    needed, free = sum(case.expected_bytes for case in longest_first), shutil.disk_usage(table.folder).free
     if needed > free:
         raise DataError(
-            f"{folder}: {len(missing)} results will take {needed / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are free. Free "
-            "some space, choose another -o, or ask for fewer outputs."
+            f"{table.folder}: {len(missing)} results will take {needed / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are free. "
+            "Free some space, choose another -o, or ask for fewer outputs."
         )
     name, total_s = f"campaign {table.campaign.name}, {len(missing)} cases", sum(c.planned_s for c in longest_first)
     ran, ended_s, failed = dict[str, CaseResult](), 0.0, 0
     progress(name, 0.0)
     try:
-        with contextlib.closing(engine.run(_make_task(folder, table, case) for case in longest_first)) as results:
+        with contextlib.closing(engine.run(_make_task(table, case) for case in longest_first)) as results:
             for result in results:
                 case, ran[result.key] = missing[result.key], result
                 ended_s += case.planned_s
@@ -376,18 +377,18 @@ def _run_missing(
         kept = f"{len(ran)} of {len(missing)} cases of this run are done and kept; the same command runs the rest."
         raise DataError(f"{error} {kept}") from None
     finally:
-        remove_incomplete(folder)  # files of processes that were ended while writing
+        remove_incomplete(table.folder)  # files of processes that were ended while writing
     return ran
 
 
-def _make_task(folder: Path, table: CampaignTable, case: CampaignCase) -> CaseTask:
+def _make_task(table: CampaignTable, case: CampaignCase) -> CaseTask:
     scene = replace(scene_of_point(table.campaign, case.point), model=case.model)
     return CaseTask(
         key=case.key,
         version=table.version,
         scene=scene,
         outputs=table.campaign.outputs,
-        path=result_path(folder, case.key),
+        path=result_path(table.folder, case.key),
         limit_s=table.campaign.limit_s(case.planned_s),
         memory_bytes=PROCESS_BYTES + SAMPLE_BYTES * scene.samples,
     )

@@ -16,7 +16,6 @@ V^-1 X)^-1 X' V^-1, and r = y - X m for the m with the least r' V^-1 r:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -66,18 +65,18 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
             f"{len(readings)} records at {rpm.size} speeds have a cage ratio; a mean needs two records at one speed."
         )
     ratios, own = np.array([one.ratio for one in readings]), covariance(readings)
-    found, apart = random_effects(ratios, own, np.eye(rpm.size)[place]), None
-    design = race_design(readings)
+    effects, between = random_effects(ratios, own, np.eye(rpm.size)[place])
+    design, apart = race_design(readings), None
     if len(readings) > design.shape[1] == np.linalg.matrix_rank(design):
-        apart = random_effects(ratios, own, design).effects[:, -1]
-    low, middle, high = np.quantile(found.between, (0.025, 0.5, 0.975)).tolist()
+        apart = random_effects(ratios, own, design)[0][:, -1]
+    low, middle, high = np.quantile(between, (0.025, 0.5, 0.975)).tolist()
     return CageMeans(
         rpm=tuple(rpm.tolist()),
         records=tuple(np.bincount(place).tolist()),
-        means=tuple(found.effects.mean(axis=0).tolist()),
+        means=tuple(effects.mean(axis=0).tolist()),
         between_u=middle,
         between_ci95=(low, high),
-        draws=found.effects,
+        draws=effects,
         outer_less_inner=apart,
     )
 
@@ -95,15 +94,11 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
     return design if full else np.column_stack((speeds, apart))
 
 
-class RandomEffects(NamedTuple):
-    """Posterior draws of the `effects`, [draws, effects], and of the scatter `between` records, tau, [draws]."""
+def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sample the posterior of the effects from n `values`, error `covariance` [n, n] and `design` [n, effects].
 
-    effects: FloatArray
-    between: FloatArray
-
-
-def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
-    """Sample the posterior of the effects from n `values`, error `covariance` [n, n] and `design` [n, effects]."""
+    Returns draws of the effects, shape [draws, effects], and of the scatter tau between records, shape [draws].
+    """
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))
@@ -121,4 +116,4 @@ def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArra
     drawn = rng.choice(tau.size, POSTERIOR_DRAWS, p=p / p.sum())
     normal = rng.standard_normal((POSTERIOR_DRAWS, design.shape[1]))
     moved = np.einsum("dij,dj->di", np.linalg.cholesky(covariances)[drawn], normal)
-    return RandomEffects(effects[drawn] + moved, tau[drawn])
+    return effects[drawn] + moved, tau[drawn]

@@ -1,7 +1,7 @@
 """Table 6 of the paper, compared with our model at the paper's speed and at the measured speeds of the rig."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -140,22 +140,37 @@ def _build_line_row(
     } | further
 
 
-def check_race_sum(pair: Mapping[str, Any]) -> dict[str, Any]:
+def check_race_sum(
+    source: str,
+    origin: str,
+    rolling_elements: int,
+    orders: Sequence[float],
+    ci95: float | None,
+    rpm: float,
+    slip: float = 0.0,
+) -> Row:
     """Check the sum rule: BPFO + BPFI in orders of the shaft equals the number of rolling elements.
 
-    `pair` contains both orders, the 95 % half width `ci95` of their sum, and `slip_difference`: the part of the sum due
-    to different slip in the two runs. `closed` is true if the sum without this part equals the number of rolling
-    elements within `ci95`, and None if `ci95` is None. `implied_rpm` is the shaft speed at which the rule is exact.
+    `orders` are BPFO and BPFI at the stated speed `rpm`, `ci95` is the 95 % half width of their sum, `slip` the part of
+    the sum due to different slip in the two runs. `closed` is true if the sum without this part equals the number of
+    rolling elements within `ci95`, and None if `ci95` is None. `implied_rpm` is the shaft speed at which the rule is
+    exact.
     """
-    total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
-    slip = pair.get("slip_difference", 0.0)
+    bpfo, bpfi = orders
+    total = bpfo + bpfi
     return {
-        **pair,
+        "source": source,
+        "origin": origin,
+        "rolling_elements": rolling_elements,
+        "bpfo_order": bpfo,
+        "bpfi_order": bpfi,
+        "ci95": ci95,
+        "stated_rpm": rpm,
         "slip_difference": slip,
         "total": total,
-        "difference_pct": 100 * (total / rollers - 1),
-        "implied_rpm": pair["stated_rpm"] * total / rollers,
-        "closed": None if ci95 is None else bool(abs(total - slip - rollers) <= ci95),
+        "difference_pct": 100 * (total / rolling_elements - 1),
+        "implied_rpm": rpm * total / rolling_elements,
+        "closed": None if ci95 is None else bool(abs(total - slip - rolling_elements) <= ci95),
     }
 
 
@@ -164,40 +179,28 @@ def check_table6_sums(
     paper: Mapping[Fault, Analysis],
     runs: Mapping[str, Run],
     rig: Mapping[Fault, Analysis],
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[Row]:
     """Check that BPFO + BPFI orders equal the number of rollers, for Table 6, our model and the rig's recordings."""
+    shaft_hz, rollers = printed[Fault.OUTER].rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
-        shaft_hz, rollers = printed[Fault.OUTER].rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
-        bpfo, bpfi = (getattr(printed[fault], f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
-        stated = {"ci95": None, "stated_rpm": 60 * shaft_hz}
-        orders = {"rolling_elements": rollers, "bpfo_order": bpfo, "bpfi_order": bpfi}
-        yield check_race_sum({"source": name, "origin": "published", **orders, **stated})
-    cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
-    slip = paper[Fault.OUTER].bearing.rolling_elements * (cage[Fault.OUTER] - cage[Fault.INNER])
-    yield _check_recorded_sum("our model, two runs", "simulated", paper, slip)
+        orders = [getattr(printed[fault], f"{key}_hz") / shaft_hz for fault in RACE_DEFECTS]
+        yield check_race_sum(name, "published", rollers, orders, None, 60 * shaft_hz)
+    outer, inner = (runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS)
+    yield _check_recorded_sum("our model, two runs", "simulated", paper, rollers * (outer - inner))
     if all(s in rig and read_first_harmonic(rig[s], s)[0].detected for s in RACE_DEFECTS):
         rpm = rig[Fault.OUTER].recording.nominal_rpm
         yield _check_recorded_sum(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
 
 
-def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> dict[str, Any]:
+def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> Row:
     orders, ci95 = [], []
-    for fault in (Fault.OUTER, Fault.INNER):
+    for fault in RACE_DEFECTS:
         (_, found_hz, ci95_hz), speed = read_first_harmonic(sides[fault], fault), sides[fault].speed
         orders.append(found_hz / speed.value_hz)
         ci95.append(math.hypot(ci95_hz / found_hz, speed.ci95_hz / speed.value_hz) * orders[-1])
-    return check_race_sum(
-        {
-            "source": source,
-            "origin": origin,
-            "rolling_elements": sides[Fault.OUTER].bearing.rolling_elements,
-            "bpfo_order": orders[0],
-            "bpfi_order": orders[1],
-            "ci95": math.hypot(*ci95),
-            "stated_rpm": 60 * (sides[Fault.OUTER].speed.value_hz + sides[Fault.INNER].speed.value_hz) / 2,
-            "slip_difference": slip,
-        }
-    )
+    rpm = 60 * sum(sides[fault].speed.value_hz for fault in RACE_DEFECTS) / 2
+    rollers = sides[Fault.OUTER].bearing.rolling_elements
+    return check_race_sum(source, origin, rollers, orders, math.hypot(*ci95), rpm, slip)
 
 
 def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:

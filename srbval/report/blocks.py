@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any
 
 from srbval.report.figures.style import Drawing
@@ -26,7 +26,6 @@ class Badge(enum.StrEnum):
     PUBLISHED = "published"
     STAND_IN = "stand-in"
     SIMULATED = "simulated"
-    COMPUTED = "computed"
 
 
 class Tone(enum.StrEnum):
@@ -43,7 +42,7 @@ class Tone(enum.StrEnum):
         return {"good": "✓", "bad": "✗", "warning": "⚠", "neutral": "•"}[self.value]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class TableColumn:
     """Column of a table; a `format`, such as ``.2f``, formats the numbers of the column and aligns them right."""
 
@@ -172,44 +171,32 @@ class KeyValues:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Explore:
-    """Interactive chart that the page's script draws from the data of a figure.
-
-    `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and x positions of the
-    frequencies to mark, `x_per_order` is the width of one shaft order in units of the x axis.
-    """
-
-    x: str
-    x_label: str
-    y_label: str
-    curves: Mapping[str, str]
-    marks: tuple[tuple[str, float], ...] = ()
-    x_per_order: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
 class Figure:
     """Picture with its data, caption and alternative text.
 
     ``draw(folder, id)`` writes the picture (SVG) and the plotted data (CSV). `label` ("Figure 11a") precedes the
-    caption. A `synthetic` figure is marked as drawn from synthetic data. A `wide` figure takes the full width of the
-    text. `small_of` is empty, or for a thumbnail the id of the full figure. Raises ValueError if the alternative text
-    or the caption is empty.
+    caption. A `wide` figure takes the full width of the text. `small_of` is empty, or for a thumbnail the id of the
+    full figure. `explore` describes an interactive chart of the data (see `explore_spectrum`). Raises ValueError if the
+    alternative text or the caption is empty.
     """
 
     id: str
     caption: str
     alt: str
     draw: Drawing
-    synthetic: bool = False
     label: str = ""
     badge: Badge | None = None
     wide: bool = True
     small_of: str = ""
-    explore: Explore | None = None
+    explore: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         _check(self, "figure", "alt", "caption")
+
+    @property
+    def synthetic(self) -> bool:
+        """True if the figure is marked as drawn from synthetic data."""
+        return self.badge is Badge.STAND_IN
 
     @property
     def files(self) -> dict[str, str]:
@@ -262,21 +249,18 @@ class Section:
 class Report:
     """Complete report; `data` is the content of ``report.json``, to which tables and figures are added.
 
-    `generated_utc` needs a time zone. Each list in `rows` is written as a CSV file, named after its key. Raises
-    ValueError if two parts have the same id.
+    Each list in `rows` is written as a CSV file, named after its key. Raises ValueError if two parts have the same id.
     """
 
     title: str
-    generated_utc: datetime
     verdict: VerdictBox
     sections: tuple[Section, ...]
     subtitle: str = ""
     data: dict[str, Any] = field(default_factory=dict)
     rows: Mapping[str, Any] = field(default_factory=dict)
+    generated_utc: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     def __post_init__(self) -> None:
-        if self.generated_utc.utcoffset() is None:
-            raise ValueError("generated_utc needs a time zone: use datetime.now(UTC).")
         seen = {"verdict", "contents", "main"}  # anchors that the page defines
         parts: tuple[Section | ReportTable | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
         for name in (*(part.id for part in parts), *self.rows):

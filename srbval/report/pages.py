@@ -9,14 +9,12 @@ from srbval.report.prose import Prose
 from srbval.storage.stored_result import StoredResult, newest_result
 
 STORED_TEXTS = Prose("srbval.report", "texts/stored.md")
+StoredResults = Mapping[str, StoredResult]  # newest stored results of studies, by name
 
 
-class StoredResults(dict[str, StoredResult]):
-    """Newest stored results of studies, by name."""
-
-    def content(self, name: str) -> Mapping[str, Any]:
-        """Return the content of the stored result `name`, or an empty mapping if there is none."""
-        return self[name].content if name in self else {}
+def stored_content(results: StoredResults, name: str) -> Mapping[str, Any]:
+    """Return the content of the stored result `name`, or an empty mapping if there is none."""
+    return results[name].content if name in results else {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,14 +29,14 @@ class Page:
     place: float
     results: tuple[str, ...]
     section: Callable[[StoredResults], Section]
-    data: Callable[[StoredResults], Mapping[str, Any]] = lambda _: {}
-    tile: Callable[[StoredResults], Callout | None] = lambda _: None
+    data: Callable[[StoredResults], Mapping[str, Any]]
+    tile: Callable[[StoredResults], Callout | None]
 
 
 def load_newest_results(pages: Iterable[Page], *names: str) -> StoredResults:
     """Load the newest stored results of `names` and of the names that `pages` use."""
     wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
-    return StoredResults({name: result for name in wanted if (result := newest_result(name)) is not None})
+    return {name: result for name in wanted if (result := newest_result(name)) is not None}
 
 
 def join_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
@@ -69,13 +67,14 @@ def study_page(
         shown = blocks(prose, results[name].content) if name in results else ()
         return prose.section(origin_line(results, name), *shown)
 
-    def own_data(results: StoredResults) -> Mapping[str, Any]:
-        return data(results[name].content) if name in results else {}
-
-    def own_tile(results: StoredResults) -> Callout | None:
-        return tile(prose, results[name].content) if tile and name in results else None
-
-    return Page(name=name, place=place, results=(name,), section=section, data=own_data, tile=own_tile)
+    return Page(
+        name=name,
+        place=place,
+        results=(name,),
+        section=section,
+        data=lambda results: data(results[name].content) if name in results else {},
+        tile=lambda results: tile(prose, results[name].content) if tile and name in results else None,
+    )
 
 
 def origin_line(results: StoredResults, name: str) -> Block:
@@ -101,3 +100,8 @@ def describe_origin(result: StoredResult) -> Paragraph:
     )
     why = result.why_stale()
     return Paragraph(text if why is None else f"{text} {STORED_TEXTS.text('stale', why=why)}")
+
+
+def record_words(record: str) -> str:
+    """Shorten the name of a rig record, such as OR_877rpm_sample to "OR 877"."""
+    return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")

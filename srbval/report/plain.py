@@ -83,6 +83,8 @@ def as_plain(report: Report) -> dict[str, Any]:
 
 def _plain(value: Any, name: str = "") -> Any:
     """Convert a value in the report's field `name` to text, list or dict; a dict's `kind` is its dataclass's name."""
+    if name == "explore" and value is not None:
+        return json_text(value)
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, str):
@@ -95,12 +97,10 @@ def _plain(value: Any, name: str = "") -> Any:
         return value
     kind = type(value).__name__
     parts = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.name != "draw"}
-    if name == "explore":
-        return json_text(value)
     if isinstance(value, KeyValues):
         parts["pairs"] = [(str(key), format_value(item, "")) for key, item in value.pairs.items()]
     if isinstance(value, Figure):
-        parts |= value.files
+        parts |= value.files | {"synthetic": value.synthetic}
     if isinstance(value, ReportTable):
         parts |= {"columns": [vars(column) | {"align": column.align} for column in value.columns]}
         parts |= {"rows": [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]}

@@ -3,7 +3,7 @@
 A file starts with ``# Title {#id}``. A part is ``## name`` followed by its text; each line that begins with ``- `` is
 an item of a list. A figure, table or callout NAME has the parts ``NAME.caption``, ``NAME.alt``, ``NAME.label`` (the
 bold start of the caption) and ``NAME.title``; a table also has the lists ``NAME.notes`` and ``NAME.columns``, whose
-items are ``key | title | unit | format`` (see `tables.frame_table`).
+items are ``key | title | unit | format`` (see `Prose.table`).
 
 `str.format` inserts values such as ``{error_pct:+.2f}``; ``{name!l}`` escapes markup in a foreign text. A missing value
 (not given, None, not finite) raises ValueError: choose another text in that case.
@@ -12,17 +12,32 @@ items are ``key | title | unit | format`` (see `tables.frame_table`).
 import math
 import re
 from collections.abc import Iterable, Mapping
+from enum import Enum
 from functools import cached_property
 from importlib import resources
 from string import Formatter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from srbval.report import blocks
-from srbval.report.blocks import Explore, Figure, FigureGrid, ReportTable, Section, Tone, format_value
+from srbval.report.blocks import (
+    Badge,
+    Cell,
+    CellValue,
+    Figure,
+    FigureGrid,
+    ReportTable,
+    Section,
+    TableColumn,
+    Tone,
+    format_value,
+)
 from srbval.report.figures.style import Drawing
 from srbval.report.plain import literal
-from srbval.report.tables import Title, frame_table
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+WHOLE_NUMBER_FORMATS = ("d", ",d")  # a frame with gaps stores whole numbers as floats
 _TITLE = re.compile(r"#\s+(?P<title>.+?)\s*\{#(?P<id>[a-z0-9-]+)\}\s*")
 _PART_HEADING = re.compile(r"^##[ \t]+(\S+)[ \t]*$", re.MULTILINE)
 _ITEM_START = re.compile(r"^- ", re.MULTILINE)
@@ -72,10 +87,6 @@ class Prose:
         """Make a paragraph of a report from the part `name` of the file, with `values` inserted."""
         return blocks.Paragraph(self.text(name, **values))
 
-    def listing(self, name: str, /, **values: Any) -> blocks.Listing:
-        """Make a list of a report from the items of the part `name` of the file, with `values` inserted."""
-        return blocks.Listing(items=self.items(name, **values))
-
     def callout(self, name: str, /, *, tone: Tone, **values: Any) -> blocks.Callout:
         """Make a boxed remark from the part `name` of the file, with `values` inserted; `tone` sets its colour."""
         return blocks.Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
@@ -90,16 +101,14 @@ class Prose:
         badge: str | None = None,
         wide: bool = True,
         small_of: str = "",
-        explore: Explore | None = None,
+        explore: Mapping[str, Any] | None = None,
         **values: Any,
     ) -> Figure:
         """Make a figure with the caption, alternative text and label in `texts.md`; `id` is `name` by default."""
-        source = blocks.Badge(badge) if badge else None
         return Figure(
             id=id or name,
             draw=draw,
-            badge=source,
-            synthetic=source is blocks.Badge.STAND_IN,
+            badge=Badge(badge) if badge else None,
             wide=wide,
             small_of=small_of,
             explore=explore,
@@ -116,24 +125,43 @@ class Prose:
     def table(
         self,
         name: str,
-        frame: Any,
+        frame: "pd.DataFrame | Iterable[Mapping[str, Any]]",
         /,
-        columns: Mapping[str, Title] | None = None,
+        columns: Mapping[str, TableColumn] | None = None,
         *,
         id: str = "",
         more_notes: Iterable[str] = (),
         **values: Any,
     ) -> ReportTable:
-        """Make a table from a frame (see `frame_table`) with the file's texts; `more_notes` precede its notes."""
-        notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
-        columns = self.columns(name, **values) if columns is None else columns
-        caption, label = self.text(f"{name}.caption", **values), self._optional(f"{name}.label", values)
-        return frame_table(frame, id or name, caption, columns, label=label, notes=(*more_notes, *notes))
+        """Make a table with one row for each row of `frame`, a pandas frame or a list of mappings with the same keys.
 
-    def columns(self, name: str, /, **values: Any) -> dict[str, Title]:
+        The keys of `columns` are names of the frame's columns. The frame's columns ``X_ci95``, ``X_badge``, ``X_tone``
+        and ``X_note`` give the 95 % half width, the source, the judgement and the remark of each value in the column
+        ``X``. The texts, and by default the columns, are from the file; `more_notes` precede its notes. Raises KeyError
+        if the frame lacks a column.
+        """
+        import pandas as pd
+
+        table = frame if isinstance(frame, pd.DataFrame) else pd.DataFrame(list(frame))
+        shown = self.columns(name, **values) if columns is None else columns
+        missing = next((key for key in shown if key not in table.columns), None)
+        if missing and len(table):
+            raise KeyError(f"table {name!r}: the frame has no column {missing!r}; it has {', '.join(table.columns)}.")
+        rows = (dict(zip(table.columns, row, strict=True)) for row in table.itertuples(index=False, name=None))
+        notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
+        return ReportTable(
+            id=id or name,
+            caption=self.text(f"{name}.caption", **values),
+            label=self._optional(f"{name}.label", values),
+            notes=tuple(filter(None, (*more_notes, *notes))),
+            columns=tuple(shown.values()),
+            rows=tuple(tuple(_cell(row, key, column) for key, column in shown.items()) for row in rows),
+        )
+
+    def columns(self, name: str, /, **values: Any) -> dict[str, TableColumn]:
         """Return title, unit and format of a table's columns, by key."""
         rows = [[part.strip() for part in row.split("|")] for row in self.items(f"{name}.columns", **values)]
-        return {key: (title, *more) for key, title, *more in rows}  # type: ignore[misc]
+        return {key: TableColumn(*about) for key, *about in rows}
 
     def section(self, *blocks: Any, open: bool = False, **values: Any) -> Section:
         """Make the section with the title and the id from the first line of the file."""
@@ -159,3 +187,29 @@ class _Fill(Formatter):
 
 
 _FILL = _Fill()
+
+
+def _cell(row: Mapping[str, Any], name: str, column: TableColumn) -> Cell:
+    ci95, badge, tone, note = (_plain(row.get(f"{name}_{of}"), column) for of in ("ci95", "badge", "tone", "note"))
+    return Cell(
+        value=_plain(row[name], column),
+        ci95=None if ci95 is None else float(ci95),
+        badge=Badge(str(badge)) if badge else None,
+        tone=Tone(str(tone)) if tone else None,
+        note=str(note or ""),
+    )
+
+
+def _plain(value: Any, column: TableColumn) -> CellValue:
+    """Convert a value of a frame to a plain Python value; a missing value (None, NaN, NaT, pandas.NA) becomes None."""
+    import pandas as pd
+
+    if isinstance(value, Enum):
+        value = value.value
+    if isinstance(value, list | tuple | set | Mapping):
+        raise TypeError(f"column {column.title!r}: a cell must be one value, not {type(value).__name__}.")
+    if value is None or pd.isna(value):
+        return None
+    plain: CellValue = value.item() if hasattr(value, "item") else value
+    whole = column.format in WHOLE_NUMBER_FORMATS and isinstance(plain, float) and plain.is_integer()
+    return int(plain) if whole and isinstance(plain, float) else plain

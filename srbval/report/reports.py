@@ -35,13 +35,13 @@ from srbval.report.findings.gather import gather
 from srbval.report.findings.provenance import provenance
 from srbval.report.findings.user_records import gather_user_records, user_record
 from srbval.report.pages import Page
-from srbval.report.renderers import render_html, require_typst
+from srbval.report.renderers import render_html
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.case import MAX_DRAWN_PAIRS, assemble_case
-from srbval.report.sections.pair_figures import pair_figures
+from srbval.report.sections.figures import pair_figures
 from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
-from srbval.report.write import FORMATS, draw_figures, write_report
+from srbval.report.write import FORMATS, check_formats, draw_figures, write_report
 from srbval.storage.files import atomic_write
 from srbval.validation.case import ValidationCase
 from srbval.validation.validate import PairReading, Validation, validate
@@ -67,8 +67,7 @@ def make_report(
     `ConfigurationError` if the duration is too short or typst is missing, `NumericsError` if a run fails, and
     `DataError` if the folder cannot be written to.
     """
-    if "pdf" in formats:
-        require_typst()
+    check_formats(formats)
     pages = tuple(pages)
     # Cases and records already run in parallel; threads of the libraries would only wait for each other.
     with one_thread():
@@ -114,8 +113,7 @@ def report_sources(
     is requested, one is chosen for each record. Unreadable recordings are listed with the reason. For `model` and the
     errors raised, see `gather_user_records` and `make_report`.
     """
-    if "pdf" in formats:
-        require_typst()
+    check_formats(formats)
     named = list(dict.fromkeys(str(find_shipped(one)) for one in sources if isinstance(one, str | Path)))
     requests = requests_for(named, request)
     others, failed = list[dict[str, Any]](), list[FailedFile]()
@@ -186,8 +184,7 @@ def report_case(
 
     Raises the errors of `validate`, and `DataError` if the folder cannot be written to; then no file is written.
     """
-    if "pdf" in formats:
-        require_typst()
+    check_formats(formats)
     grids: dict[int, tuple[FigureGrid, ...]] = {}
     with tempfile.TemporaryDirectory(prefix="srbval-") as name, one_thread():
 

@@ -2,7 +2,7 @@
 
 import base64
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -31,12 +31,7 @@ def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS)
     written to.
     """
     wanted = tuple(formats)
-    unknown = [kind for kind in wanted if kind not in FORMATS]
-    if unknown:
-        raise ConfigurationError(f"report format {unknown[0]!r} is not known; choose from {', '.join(FORMATS)}.")
-    if "pdf" in wanted:
-        require_typst()
-    folder = Path(folder)
+    check_formats(wanted)
     try:
         return _write(report, folder, wanted)
     except OSError as error:
@@ -44,6 +39,14 @@ def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS)
             f"the report could not be written to {folder}: {error.strerror or error} "
             f"({error.filename or folder}). Choose another folder or free some space."
         ) from error
+
+
+def check_formats(formats: Collection[str]) -> None:
+    """Raise `ConfigurationError` for an unknown format, or for ``pdf`` without typst."""
+    if unknown := [kind for kind in formats if kind not in FORMATS]:
+        raise ConfigurationError(f"report format {unknown[0]!r} is not known; choose from {', '.join(FORMATS)}.")
+    if "pdf" in formats:
+        require_typst()
 
 
 def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, Path]:

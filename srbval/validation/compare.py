@@ -80,7 +80,7 @@ def compare_pair(
             own = replace(own, value=own.value + studied["shift"])
             parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
         if all(known) and base != "paper":
-            parts |= outside_parts(quantity, state, own, repeats, case, 100 / theirs.value)
+            parts |= outside_parts(quantity, state, own, repeats, case, scale)
         row = comparison_row(
             model=own,
             rig=replace(theirs, kinematic=own.kinematic if theirs.kinematic is None else theirs.kinematic),
@@ -149,15 +149,14 @@ def outside_parts(
     own: QuantityValue,
     repeats: float | None,
     case: ValidationCase,
-    pct: float,
+    scale: float,
 ) -> dict[str, float]:
     """Parts of an external simulation's uncertainty [% or dB]: from reading or repeats, and stated in the case.
 
-    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). A value times
-    `pct` is in per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of
-    BPFI, and does not apply to a rolling element's spin.
+    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). A half width
+    times `scale` is in per cent of the measured value, or for a level in dB. A stated 1 % of the cage ratio c is 1 % of
+    BPFO and c / (1 - c) % of BPFI, and does not apply to a rolling element's spin.
     """
-    scale = pct if quantity.value_of else 1.0
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db
     if stated is None or quantity is ROLLER_LINE:

@@ -163,7 +163,6 @@ def validate(
     case = dataclasses.replace(case, pair=tuple(one for pair in case.pair for one in registered_pairs(pair)))
     stored = newest_result("inputs")
     effects = effects_of(stored.content) if stored is not None else {}
-    numbered, count = list(enumerate(case.pair, start=1)), len(case.pair)
 
     def try_pair(numbered_pair: tuple[int, CasePair]) -> PairReading | SrbvalError:
         try:
@@ -172,24 +171,25 @@ def validate(
             return error
 
     progress("compare the pairs", 0.0)
-    rows, pairs, failed = list[Row](), list[Row](), list[tuple[int, SrbvalError]]()
-    for (number, _), one in zip(numbered, _in_order(try_pair, numbered, jobs or usable_cores()), strict=True):
+    rows, pairs, failed = list[Row](), list[Row](), dict[int, SrbvalError]()
+    tried = _in_order(try_pair, enumerate(case.pair, start=1), jobs or usable_cores())
+    for number, one in enumerate(tried, start=1):
         if isinstance(one, SrbvalError):
-            failed.append((number, one))
+            failed[number] = one
         else:
             rows += one.rows
             pairs.append(pair_row(one))
             found(one)
-        progress("compare the pairs", number / count)
+        progress("compare the pairs", number / len(case.pair))
     if not pairs:
-        raise failed[0][1]
+        raise next(iter(failed.values()))
     return Validation(
         case=case,
         table=table_of(rows, case.tolerance),
         pairs=plain_frame(pairs),
         comparisons=tuple(rows),
         sums=tuple(check_pair_sums(rows, case.known_bearing.rolling_elements)),
-        failed=tuple({"pair": number, "reason": str(error)} for number, error in failed),
+        failed=tuple({"pair": number, "reason": str(error)} for number, error in failed.items()),
     )
 
 
@@ -272,10 +272,9 @@ def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]
                 continue  # a line computed from the cage speed is no test of the shaft speed
             if abs(inner["speeds_hz"][place] / shaft_hz - 1) > MAX_SUM_SPEED_DIFFERENCE:
                 continue
-            pair = {"source": f"{side}, {60 * shaft_hz:.5g} rpm", "origin": side, "rolling_elements": rolling_elements}
-            pair |= {"bpfo_order": outer[name], "bpfi_order": inner[name], "stated_rpm": 60 * shaft_hz}
-            pair["ci95"] = math.hypot(*(row[f"{name}_ci95"] or 0.0 for row in (outer, inner)))
-            yield check_race_sum(pair)
+            orders, ci95 = (outer[name], inner[name]), math.hypot(outer[f"{name}_ci95"], inner[f"{name}_ci95"])
+            source = f"{side}, {60 * shaft_hz:.5g} rpm"
+            yield check_race_sum(source, side, rolling_elements, orders, ci95, 60 * shaft_hz)
 
 
 def _describe_largest_error(rows: pd.DataFrame) -> str:

@@ -16,7 +16,7 @@ from typing import Any, cast
 import pytest
 
 from srbval.campaign import worker
-from srbval.campaign.engines import WORKER_CHECK_S, DaskEngine, choose_engine, run_tasks
+from srbval.campaign.engines import WORKER_CHECK_S, choose_engine, run_tasks
 from srbval.campaign.results import CaseResult
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
@@ -136,7 +136,7 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
             found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(jobs=2))
     else:
         with dask_cluster({"PYTHONPATH": paths}) as cluster:
-            found = run_campaign(campaign, tmp_path / "run", engine=DaskEngine(cluster))
+            found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(scheduler=cluster))
     assert (found["cases"], found["done"]) == (6, 6)
     assert [(entry["case"], entry["status"]) for entry in found["failed"]] == [
         (1, "crashed"),

@@ -12,7 +12,7 @@ from srbval.comparison.table6 import check_race_sum, check_table6_sums, publishe
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
-from srbval.report.findings.rows import line_deviations
+from srbval.report.findings.findings import line_deviations
 
 PRINTED_PCT = 0.01  # the paper prints its deviations with one or two digits, and 0.226 as 0.22
 ROUNDING_PCT = 1e-12  # sums of exact numbers
@@ -30,8 +30,7 @@ def test_printed_deviations_are_those_of_the_printed_frequencies() -> None:
 def test_the_sum_is_blind_to_slip_sees_speed_and_closes_within_its_uncertainty() -> None:
     def pair(bpfo_hz: float, bpfi_hz: float, ci95: float | None = None) -> dict[str, Any]:
         """Both race lines of 19 rollers, read at 600 rpm."""
-        stated = {"rolling_elements": 19, "ci95": ci95, "stated_rpm": 600.0}
-        return check_race_sum({"bpfo_order": bpfo_hz / 10, "bpfi_order": bpfi_hz / 10, **stated})
+        return check_race_sum("made", "simulated", 19, (bpfo_hz / 10, bpfi_hz / 10), ci95, 600.0)
 
     exact, slipped, slower = pair(81.0, 109.0), pair(80.0, 110.0), pair(80.19, 107.91)
     assert (exact["difference_pct"], slipped["difference_pct"]) == pytest.approx((0.0, 0.0), abs=ROUNDING_PCT)
@@ -61,9 +60,8 @@ def test_lines_of_the_model() -> None:
 
 def test_the_papers_rig_lines_imply_a_slower_shaft_than_stated() -> None:
     """So that its inner race's -1 % is speed in the first place, not slip."""
-    lines = {row.state.value: row.rig_hz / (row.rpm / 60) for row in table6().values()}
-    stated = {"rolling_elements": 19, "ci95": None, "stated_rpm": 710.0}
-    found = check_race_sum({"bpfo_order": lines["outer"], "bpfi_order": lines["inner"], **stated})
+    orders = [row.rig_hz / (row.rpm / 60) for row in table6().values()]
+    found = check_race_sum("paper's rig", "published", 19, orders, None, 710.0)
     assert found["implied_rpm"] == pytest.approx(706.6, abs=0.05)
 
 

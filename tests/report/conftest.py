@@ -109,7 +109,7 @@ def panels():
         caption="Acceleration.",
         alt="Noise without bursts, 195 ms long",
         draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"),
-        synthetic=True,
+        badge=blocks.Badge.STAND_IN,
     )
     model = blocks.Figure(
         id="fig12a",
@@ -131,11 +131,11 @@ def table():
         label="Table 6",
         caption="Fault frequencies.",
         columns=(
-            blocks.TableColumn(title="Defect"),
-            blocks.TableColumn(title="Kinematic", unit="Hz", format=".2f"),
-            blocks.TableColumn(title="Model", unit="Hz", format=".3f"),
-            blocks.TableColumn(title="Deviation", unit="%", format="+.2f"),
-            blocks.TableColumn(title="Verdict"),
+            blocks.TableColumn("Defect"),
+            blocks.TableColumn("Kinematic", "Hz", ".2f"),
+            blocks.TableColumn("Model", "Hz", ".3f"),
+            blocks.TableColumn("Deviation", "%", "+.2f"),
+            blocks.TableColumn("Verdict"),
         ),
         rows=tuple(
             tuple(cell if isinstance(cell, blocks.Cell) else blocks.Cell(value=cell) for cell in row)

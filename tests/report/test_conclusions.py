@@ -14,7 +14,7 @@ from srbval.report.sections.assemble import blind_sentence
 from srbval.report.sections.figures import level_sentence, picture_verdict
 from srbval.report.sections.table6 import closure_word, parts_sentence, trend_sentence
 from srbval.report.sections.trend import trend_points
-from srbval.report.sections.user_texts import MAX_NAMES, headline_of_all, limit_items, points_of_all, unseen_reason
+from srbval.report.sections.user_report import MAX_NAMES, headline_of_all, limit_items, points_of_all, unseen_reason
 
 CHANGE = "353 less 877 rpm"
 

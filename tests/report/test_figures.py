@@ -9,10 +9,10 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.report.figures import style
-from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import extreme_indices, figure_style
+from srbval.report.sections.table6 import cage_ratio_plot
 from srbval.signal import Scalogram
 from srbval.storage.sources import sources_of
 
@@ -32,7 +32,7 @@ DRAWERS = {
     "acceleration": lambda record, title: acceleration_panel(record, limit=6.0, title=title, period=("1/BPFO", 0.01)),
     "spectrum": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title),
     "brief": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title, brief=True),
-    "scalogram": lambda record, title: scalogram_panel(record, IMAGE, Fault.INNER, top=1.0, title=title),
+    "scalogram": lambda record, title: scalogram_panel(record, Fault.INNER, top=1.0, title=title),
     "band": lambda record, _: band_panel({"outer": record}, limits_db=(-60.0, 10.0), end_hz=10_000.0),
 }
 COLUMNS = {
@@ -44,7 +44,7 @@ COLUMNS = {
 
 
 def draw(kind, folder, origin="measured", title=""):
-    DRAWERS[kind](view(origin), title)(folder, "a")
+    DRAWERS[kind](view(origin, scalogram=IMAGE), title)(folder, "a")
     return SimpleNamespace(picture=folder / "a.svg", data=folder / "a.csv")
 
 

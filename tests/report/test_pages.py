@@ -5,7 +5,6 @@ import os
 import shutil
 import subprocess
 import sys
-from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,13 +17,12 @@ from hypothesis import strategies as st
 import srbval
 from srbval.comparison.table6 import table6
 from srbval.report import blocks
-from srbval.report.blocks import Badge, Callout, Figure, Listing, Paragraph, ReportTable, Tone
+from srbval.report.blocks import Badge, Callout, Figure, Paragraph, ReportTable, TableColumn, Tone
 from srbval.report.findings.gather import select_drawn_records
 from srbval.report.findings.records import fault_cursors
-from srbval.report.pages import StoredResults, describe_origin, join_data, load_newest_results, study_page
+from srbval.report.pages import describe_origin, join_data, load_newest_results, study_page
 from srbval.report.plain import literal, mask_controls, spans
 from srbval.report.prose import Prose
-from srbval.report.tables import frame_table
 from srbval.storage.stored_result import StoredResult, newest_result
 from srbval.studies.harness import pages, study_names
 
@@ -72,10 +70,9 @@ def prose(tmp_path, monkeypatch):
 
 def test_texts_take_values_and_keep_foreign_text_literal(prose):
     assert prose.paragraph("intro", count=3, error=0.1234) == Paragraph("The mean of 3 runs is +0.12 %.")
-    listing = prose.listing("points", file="a**b**")
-    assert isinstance(listing, Listing)
-    assert listing.items[1] == "Second over two lines."
-    assert spans(listing.items[0]) == (("strong", "First"), ("text", ": a**b**"))
+    first, second = prose.items("points", file="a**b**")
+    assert second == "Second over two lines."
+    assert spans(first) == (("strong", "First"), ("text", ": a**b**"))
     assert prose.text("intro", count=3, error=-0.001) == "The mean of 3 runs is 0.00 %."
 
 
@@ -88,7 +85,7 @@ def test_section_callout_figure_and_table(prose):
     assert (figure.id, figure.label, figure.badge) == ("chart-2", "Figure 2", Badge.MEASURED)
     assert (figure.caption, figure.alt) == ("Ratio by speed.", "A line.")
     assert prose.grid("careful", [figure]).caption == "Not all is known."
-    table = prose.table("limits", [{"a": 1}], {"a": "A"})
+    table = prose.table("limits", [{"a": 1}], {"a": TableColumn("A")})
     assert (table.id, table.caption, table.label, table.notes) == ("limits", "Limits.", "", ("In seconds.",))
 
 
@@ -111,7 +108,7 @@ PAGES = {page.name: page for page in pages()}
 
 @pytest.mark.parametrize("name", [name for name, page in PAGES.items() if page.results])
 def test_without_a_result_a_page_says_how_to_make_one(name):
-    section = PAGES[name].section(StoredResults())
+    section = PAGES[name].section({})
     remarks = [block for block in section.blocks if isinstance(block, Callout)]
     assert section.blocks == () or any("`srbval " in remark.text for remark in remarks)
 
@@ -160,9 +157,9 @@ def test_a_study_page_starts_with_the_origin_or_the_command(monkeypatch):
     monkeypatch.setattr(Prose, "_parts", {"": "# Naming {#naming}", "found": "{n} of 3."})
     page = study_page("made.naming", 10, lambda prose, content: [prose.paragraph("found", n=content["n"])])
     result = StoredResult(path=Path("naming.json"), content=STORED | {"n": 2})
-    origin, found = page.section(StoredResults({"naming": result})).blocks
+    origin, found = page.section({"naming": result}).blocks
     assert (origin, found) == (describe_origin(result), Paragraph("2 of 3."))
-    (remark,) = page.section(StoredResults()).blocks
+    (remark,) = page.section({}).blocks
     assert isinstance(remark, Callout)
     assert "`srbval evidence naming`" in remark.text
 
@@ -218,11 +215,6 @@ def figure(**changes):
     return blocks.Figure(**{"id": "fig11a", "caption": "c", "alt": "a", "draw": nothing} | changes)
 
 
-def report(generated_utc, *sections):
-    verdict = blocks.VerdictBox(tone=blocks.Tone.NEUTRAL, headline="h")
-    return blocks.Report(title="t", generated_utc=generated_utc, sections=sections, verdict=verdict)
-
-
 @pytest.mark.parametrize("changes", [{"alt": " "}, {"caption": ""}, {"id": "../up"}])
 def test_a_figure_without_its_text_or_with_a_bad_name_cannot_be_built(changes):
     with pytest.raises(ValueError, match=r"fig11a|up"):
@@ -234,14 +226,13 @@ def test_what_does_not_fit_together_is_refused():
         blocks.ReportTable(
             id="t",
             caption="c",
-            columns=(blocks.TableColumn(title="x"),),
+            columns=(TableColumn("x"),),
             rows=((blocks.Cell(value=1), blocks.Cell(value=2)),),
         )
-    with pytest.raises(ValueError, match="time zone"):
-        report(datetime(2025, 1, 1))
     twice = blocks.Section(id="a", title="A", blocks=(figure(), blocks.FigureGrid(figures=(figure(),))))
+    verdict = blocks.VerdictBox(tone=blocks.Tone.NEUTRAL, headline="h")
     with pytest.raises(ValueError, match="'fig11a' is used twice"):
-        report(datetime(2025, 1, 1, tzinfo=UTC), twice)
+        blocks.Report(title="t", sections=(twice,), verdict=verdict)
 
 
 @pytest.mark.parametrize(
@@ -289,14 +280,18 @@ def test_literal_text_comes_back_unchanged_as_one_run(text):
     assert mask_controls("a\x00b\u202ec\ud800") == "a\ufffdb\ufffdc\ufffd"
 
 
-COLUMNS = {"name": "Scene", "error": ("Error", "%", "+.2f"), "runs": ("Runs", "", "d")}
+COLUMNS = {
+    "name": TableColumn("Scene"),
+    "error": TableColumn("Error", "%", "+.2f"),
+    "runs": TableColumn("Runs", "", "d"),
+}
 
 
 def _shown(table: blocks.ReportTable) -> list[list[str]]:
     return [[cell.text(column) for cell, column in zip(row, table.columns, strict=True)] for row in table.rows]
 
 
-def test_a_frame_is_shown_with_its_companions_and_its_gaps():
+def test_a_frame_is_shown_with_its_companions_and_its_gaps(prose):
     frame = pd.DataFrame(
         {
             "name": ["paper", "rig"],
@@ -309,21 +304,21 @@ def test_a_frame_is_shown_with_its_companions_and_its_gaps():
             "not_shown": [[1], [2]],
         }
     )
-    table = frame_table(frame, id="t", caption="Errors.", columns=COLUMNS, label="Table 1", notes=["one", ""])
+    table = prose.table("limits", frame, COLUMNS, more_notes=["one", ""])
     assert _shown(table) == [["paper", "+0.12 ± 0.05", "3"], ["rig", "–", "–"]]
     first, second = table.rows[0][1], table.rows[1][1]
     assert (first.badge, first.tone, first.note) == (blocks.Badge.MEASURED, blocks.Tone.GOOD, "of 3")
     assert (second.ci95, second.badge, second.tone, second.note) == (None, None, None, "")
-    assert (table.label, table.notes) == ("Table 1", ("one",))
+    assert table.notes == ("one", "In seconds.")
     heads = [(column.title, column.unit, column.align) for column in table.columns]
     assert heads == [("Scene", "", "left"), ("Error", "%", "right"), ("Runs", "", "right")]
 
 
-def test_an_unknown_column_and_a_cell_with_several_values_are_errors():
+def test_an_unknown_column_and_a_cell_with_several_values_are_errors(prose):
     with pytest.raises(KeyError, match="no column 'runs'; it has name, error"):
-        frame_table([{"name": "a", "error": 1.0}], id="t", caption="x", columns=COLUMNS)
+        prose.table("limits", [{"name": "a", "error": 1.0}], COLUMNS)
     with pytest.raises(TypeError, match="'Scene': a cell must be one value, not list"):
-        frame_table([{"name": ["a"]}], id="t", caption="x", columns={"name": "Scene"})
+        prose.table("limits", [{"name": ["a"], "error": 1.0, "runs": 1}], COLUMNS)
 
 
 def test_cursors_are_named_as_the_field_does():

@@ -17,7 +17,7 @@ import pytest
 from srbval import DataError, Findings
 from srbval.report.blocks import MISSING, Callout, Cell, Listing, TableColumn
 from srbval.report.findings import gather as gathering
-from srbval.report.findings.rows import list_cautions
+from srbval.report.findings.findings import list_cautions
 from srbval.report.plain import literal, mask_controls
 from srbval.report.sections.assemble import MAX_LISTED, records_blocks
 from srbval.storage.installation import child_environment

@@ -15,7 +15,7 @@ from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, SIDEBAND
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.recordings.registry import add
-from srbval.report.findings.rows import select_comparisons
+from srbval.report.findings.findings import select_comparisons
 from srbval.validation import sides
 from srbval.validation.case import Source, ValidationCase, case_of_pairs, files_of_source, load_case, write_case
 from srbval.validation.sides import pair_files, state_in_name

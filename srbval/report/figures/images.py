@@ -9,7 +9,6 @@ from srbval.bearing import Fault
 from srbval.report.figures import style
 from srbval.report.figures.style import INK, ORIGINS, PanelData, panel
 from srbval.report.findings.records import RecordView
-from srbval.signal import Scalogram
 
 IMAGE_COLUMNS, IMAGE_ROWS, COLOUR_LEVELS = 320, 110, 64
 SCALOGRAM_CSV_TIMES, SCALOGRAM_CSV_FREQUENCIES = 180, 40
@@ -17,20 +16,20 @@ THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of
 
 
 @panel
-def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: float, top: float) -> PanelData:
+def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float) -> PanelData:
     """Draw a thumbnail of a figure without axis labels: model left, rig right, on the same axes.
 
-    If there are `images`, scalograms are drawn; if `end_hz` is not 0, spectra up to `end_hz`; otherwise signals
-    over time. `top` is the end of the amplitude axis or of the colour scale.
+    `kind` is ``scalogram``, ``spectrum`` (up to `end_hz`) or ``acceleration``. `top` is the end of the amplitude axis
+    or of the colour scale.
     """
     figure, columns = style.new_figure(THUMBNAIL_INCHES), list[tuple[str, FloatArray, FloatArray]]()
-    for place, (axes, record) in enumerate(zip(figure.subplots(1, 2), sides, strict=True)):
+    for axes, record in zip(figure.subplots(1, 2), sides, strict=True):
         word, colour, light = ORIGINS[record.origin]
-        if images:
-            x, shown = _on_log_grid(images[place].frequency_hz, images[place].amplitude)
+        if kind == "scalogram":
+            x, shown = _on_log_grid(record.scalogram.frequency_hz, record.scalogram.amplitude)
             axes.imshow(shown, origin="lower", aspect="auto", vmin=0.0, vmax=top, cmap="viridis")
             y = shown.mean(axis=1)
-        elif end_hz:
+        elif kind == "spectrum":
             x, y = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, THUMBNAIL_BINS)
             axes.plot(x, y, color=colour, lw=0.7)
             axes.set(xlim=(0, end_hz), ylim=(0, top))
@@ -52,17 +51,16 @@ def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: 
 
 
 @panel
-def scalogram_panel(
-    record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
-) -> PanelData:
+def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str = "", title: str = "") -> PanelData:
     """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
     The fault frequency of the bearing state `state` is marked. If this fault causes sidebands, ticks along the top mark
     the shaft's turns. The regions that the ends of the record distort (cone of influence) are hatched.
     """
     from matplotlib import colormaps
+    from matplotlib.transforms import offset_copy
 
-    start, stop = record.window_s
+    image, (start, stop) = record.scalogram, record.window_s
     time = image.time_s + start
     inside = (time >= start) & (time <= stop)
     frequency, shown = _on_log_grid(image.frequency_hz, image.amplitude[:, inside])
@@ -88,8 +86,8 @@ def scalogram_panel(
     if state.sidebands:
         turn_ms, look = 1e3 / record.shaft_hz, {"color": INK, "lw": 0.9, "clip_on": False}
         axes.vlines(np.arange(0.0, span[1], turn_ms), 1.012, 1.05, transform=axes.get_xaxis_transform(), **look)
-        place = {"transform": style.transform_above_axes(axes, 8.0), "ha": "right", "va": "baseline"}
-        axes.text(1.0, 1.0, f"ticks: 1/fr = {turn_ms:.2f} ms", fontsize=7.5, **place)
+        place = {"transform": offset_copy(axes.transAxes, figure, y=8.0, units="points"), "ha": "right"}
+        axes.text(1.0, 1.0, f"ticks: 1/fr = {turn_ms:.2f} ms", fontsize=7.5, va="baseline", **place)
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)

@@ -13,16 +13,8 @@ from srbval.recordings import Recording
 from srbval.report.figures import style
 from srbval.report.figures.signals import ORDER_LABEL_POINTS, QUANTITY_NAMES, draw_acceleration, draw_spectrum
 from srbval.report.figures.style import BLUE, extreme_indices, figure_style, legend_above, new_figure, title_panel
-from srbval.report.findings.records import (
-    OWN_UNITS,
-    load_signal,
-    marked_line,
-    peak_amplitude,
-    record_views,
-    spectrum_view,
-)
-from srbval.report.sections.figures import HEAD_ROOM
-from srbval.report.sections.pair_figures import draw_error_bars
+from srbval.report.findings.records import OWN_UNITS, load_signal, marked_line, record_views, spectrum_view
+from srbval.report.sections.figures import HEAD_ROOM, draw_error_bars
 from srbval.signal import Spectrum
 from srbval.validation.validate import Validation
 
@@ -64,12 +56,9 @@ def _signal(of: Recording | Run | str | Path, axes: Any) -> None:
 
 @_draw.register
 def _analysis(of: Analysis, axes: Any, healthy: Analysis | None = None) -> None:
-    record, other = record_views(of, healthy)
-    view = spectrum_view(record, other, marked_line(of))
-    draw_spectrum(
-        axes, view, SPECTRUM_LABEL_ROOM * max(peak_amplitude(r, view.end_hz) for r in (record, other) if r is not None)
-    )
-    title_panel(axes, record.origin, "", f"{of.recording.name}, envelope spectrum", pad=9.0)
+    view = spectrum_view(*record_views(of, healthy), marked_line(of))
+    draw_spectrum(axes, view, SPECTRUM_LABEL_ROOM * view.highest)
+    title_panel(axes, view.record.origin, "", f"{of.recording.name}, envelope spectrum", pad=9.0)
     legend_above(axes, points=ORDER_LABEL_POINTS)
 
 
@@ -105,7 +94,7 @@ def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:
     record, _ = record_views(analysis, healthy)
     figure = new_figure((7.6, 5.4))
     upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
-    draw_acceleration(upper, record, HEAD_ROOM * float(max(abs(record.acceleration).max(), record.envelope.max())))
+    draw_acceleration(upper, record, HEAD_ROOM * record.highest)
     _analysis(analysis, lower, healthy)
     title_panel(upper, record.origin, "", f"{analysis.recording.name}, {60 * record.shaft_hz:.5g} rpm")
     title_panel(lower, record.origin, "", "envelope spectrum", pad=9.0)

@@ -145,20 +145,20 @@ def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
     return {".svg": picture_bytes(figure, ".svg").decode(), ".csv": text}
 
 
-def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
-    """Make an empty figure of a width and height [inch], without pyplot; `looks` are options of matplotlib."""
+def new_figure(inches: tuple[float, float]) -> Any:
+    """Make an empty figure of a width and height [inch], without pyplot."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure: Any = Figure(figsize=inches, **looks)
+    figure: Any = Figure(figsize=inches)
     FigureCanvasAgg(figure)
     figure._repr_png_ = functools.partial(picture_bytes, figure, ".png")
     return figure
 
 
-def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
+def new_axes(inches: tuple[float, float]) -> tuple[Any, Any]:
     """Make a figure of a width and height [inch] with one pair of axes; return both."""
-    figure = new_figure(inches, **looks)
+    figure = new_figure(inches)
     return figure, figure.add_subplot()
 
 
@@ -173,15 +173,11 @@ def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17
     axes.set_title(text, color=colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False)
 
 
-def transform_above_axes(axes: Any, points: float) -> Any:
-    """Return a matplotlib transform from axes coordinates to a place that is `points` (1/72 inch) higher."""
-    from matplotlib.transforms import ScaledTranslation
-
-    return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
-
-
 def legend_above(axes: Any, points: float = 3.0) -> None:
     """Draw the legend in one row, `points` (1/72 inch) above the axes, so that it covers no curve."""
-    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": transform_above_axes(axes, points)}
+    from matplotlib.transforms import offset_copy
+
+    above = offset_copy(axes.transAxes, axes.figure, y=points, units="points")
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": above}
     spaces = {"borderaxespad": 0, "borderpad": 0, "columnspacing": 1.2, "handletextpad": 0.5}
     axes.legend(**place, **spaces, ncols=6, frameon=False)

@@ -1,26 +1,40 @@
-"""All data that the sections and figures of the main report need; sections and figures compute nothing."""
+"""Data of the main report's sections and figures, and the tables of ``report.json`` that are computed from them."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from srbval.bearing import Bearing, Fault
+from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.comparison import plain_frame
-from srbval.comparison.table6 import Published
+from srbval.comparison.compared_quantities import RACE_LINE, biases, effects_of
+from srbval.comparison.comparison import VERDICT, Row, comparison_frame, deviation_pct, plain_frame, verdict_on_error
+from srbval.comparison.counterpart import AnalysedRun, SimulationCase
+from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows, table6
+from srbval.comparison.verdicts import none_missed, trend_pct, verdicts
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.recordings.datasets.description import DatasetDescription
-from srbval.report.findings.records import RecordView
-from srbval.report.pages import StoredResults
-from srbval.signal import Scalogram
+from srbval.recordings.manifest import RegisteredRecording
+from srbval.recordings.registry import RegisterListing
+from srbval.report.blocks import REPORT_SCHEMA
+from srbval.report.findings.provenance import run_facts
+from srbval.report.findings.records import RecordView, power_share_near_line
+from srbval.report.pages import StoredResults, stored_content
+from srbval.signal import NORMAL_95, kurtosis
 from srbval.storage.json_files import to_json
+from srbval.sweep.sweep import records
+from srbval.validation.compare import LINE_QUANTITIES, PAIR_KEYS
 from srbval.validation.validate import Validation
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Side = Mapping[Fault, Analysis]
+INTERVAL_QUANTILES = (0.025, 0.5, 0.975)  # ends of the 95 % interval and median
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,28 +43,215 @@ class Findings:
 
     `validation` covers every recording of the rig. `analyses` contains one analysis for each side and bearing state;
     the sides are ``paper`` (model at 710 rpm), ``rig`` (one recording per state) and ``model`` (model at the speed of
-    this recording). `views` (arrays for figures) and `scalograms` have only the sides ``model`` and ``rig``. The keys
-    of `runs` are ids of simulation cases.
+    this recording). `views` (arrays for figures) has only the sides ``model`` and ``rig``. The keys of `runs` are ids
+    of simulation cases.
     """
 
     data: Mapping[str, Any]
     bearing: Bearing
-    printed: Mapping[Fault, Published]
     runs: Mapping[str, Run]
-    run_facts: tuple[Mapping[str, Any], ...]
-    analyses: Mapping[str, Side]
+    analyses: Mapping[str, Mapping[Fault, Analysis]]
     views: Mapping[str, Mapping[Fault, RecordView]]
-    scalograms: Mapping[str, Mapping[Fault, Scalogram]]
     validation: Validation
-    cage_readings: tuple[CageReading, ...]
     datasets: tuple[DatasetDescription, ...]
     results: StoredResults
     provenance: Mapping[str, Any]
 
-    def sides_of(self, state: Fault) -> tuple[list[RecordView], list[Scalogram]]:
-        """Return the arrays for figures and the scalograms of one bearing state, each as a list [model, rig]."""
-        return [side[state] for side in self.views.values()], [side[state] for side in self.scalograms.values()]
+    def sides_of(self, state: Fault) -> list[RecordView]:
+        """Return the arrays for figures of one bearing state, of model and rig."""
+        return [side[state] for side in self.views.values()]
 
     def frame(self, key: str) -> "pd.DataFrame":
         """Return the table stored under `key` in ``report.json``, such as ``table6``, as a data frame."""
         return plain_frame(to_json(list(self.data[key])))
+
+
+def compared_rows(
+    found: Findings,
+    cases: Iterable[SimulationCase],
+    models: Mapping[Fault, AnalysedRun],
+    readings: Sequence[CageReading],
+    register: RegisterListing,
+    registered: Sequence[RegisteredRecording],
+) -> dict[str, Any]:
+    """Compute the entries of ``report.json`` from findings, simulated `cases`, `models`, cage ratios and recordings."""
+    printed, bearing, runs = table6(), found.bearing, found.runs
+    every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
+    shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
+    comparisons = every[every["record"].isin(shown)]
+    model_runs = {state: side.run for state, side in models.items()}
+    paper, rig = (found.analyses[side] for side in ("paper", "rig"))
+    stored = stored_content(found.results, "inputs")
+    measured = [row | rig_scene_line(row, stored, rig) for row in measured_rows(rig, model_runs, comparisons)]
+    lines = [*published_rows(printed, paper, runs), *measured]
+    keys = dict.fromkeys(key for one in lines for key in one)
+    rows, means = verdicts(readings, stored), cage_means(readings)
+    ratios = list(cage_ratio_rows(readings, means, stored, bearing.orders.ftf))
+    change = trend_row(means, rows)
+    levels, amplitudes = records(comparisons), stored_content(found.results, "amplitudes").get("rows", ())
+    return {
+        "schema_version": REPORT_SCHEMA,
+        "status": "ok",
+        "headline": {"holds": none_missed(rows), "verdicts": rows},
+        "verdicts": rows,
+        "cage_readings": readings,
+        "cage_ratios": ratios,
+        "trend": change,
+        "near": [*near_cage_rows(rows, ratios, change), *near_level_rows(levels, amplitudes)],
+        "table6": [keys | row for row in lines],  # a missing value is None
+        "closure": tuple(check_table6_sums(printed, paper, runs, rig)),
+        "comparisons": levels,
+        "pairs": pairs,
+        "line_deviations": list(line_deviations(pairs, found.validation.comparisons)),
+        "recordings": tuple(registered),
+        "recordings_not_used": [
+            {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
+        ],
+        "register_unreadable": register.unreadable or None,
+        "bias": biases(every, used_for="withheld"),
+        "sensitivity": list(effects_of(stored).values()),
+        "pictures": [row for state in models for row in picture_rows(state, found.sides_of(state), levels)],
+        "verdict_power": stored.get("power", []),
+        "kept_results": {name: result.origin for name, result in found.results.items()},
+        "runs": [run_facts(case, runs[case.id]) for case in cases],
+        "cautions": list_cautions(pairs),
+    }
+
+
+def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
+    """Return mean and 95 % half width [Hz] of the line in Table 6's `row`, simulated in scene `rig` (`stored`)."""
+    fault, variants = Fault(row["defect"]), stored.get("variants", ())
+    analysis = rig[fault]
+    found = [
+        np.asarray(one["drawn"])
+        for variant in variants
+        for one in variant["records"]
+        if (variant["scene"], one["state"], one["nominal_rpm"]) == ("rig", fault, analysis.recording.nominal_rpm)
+    ]
+    names = ("rig_scene_hz", "rig_scene_ci95_hz")
+    if not found:
+        return dict.fromkeys(names)
+    elements, shaft_hz = analysis.bearing.rolling_elements, analysis.speed.value_hz
+    hz = [shaft_hz * (fault.passing_order(elements, one) or math.nan) for one in found[0].tolist()]
+    low, _, high = np.quantile(hz, INTERVAL_QUANTILES)
+    return dict(zip(names, (float(np.mean(hz)), float(high - low) / 2), strict=True))
+
+
+def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row]) -> Iterator[Row]:
+    """Judge if the `views` (model, rig) of a state are alike: kurtosis, line `levels`, power of the scalogram."""
+    about = {"state": state.value, "kind": "acceleration"}
+    filtered = (one.analysis.processed.filtered for one in views)
+    model, rig = (kurtosis(signal - signal.mean()) for signal in filtered)
+    yield about | alike_row("kurtosis", model, rig)
+    for row in levels:
+        known = row["error_unit"] == "dB" and row["error"] is not None and not math.isnan(row["error"])
+        if known and row["state"] == state:
+            yield about | alike_row(row["quantity"], row["model"], row["rig"], "dB") | {"kind": "spectrum"}
+    if state.line:
+        model, rig = (power_share_near_line(one.scalogram, one.analysis.line_of(state).kinematic_hz) for one in views)
+        yield about | alike_row(f"share of power at {state.line}", model, rig) | {"kind": "scalogram"}
+
+
+def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
+    """Compare a quantity of model and rig: `alike` if within a limit, in dB or as a share of the rig's value."""
+    limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
+    return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
+
+
+def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
+    """List the rig's cage `ratios`, their `change` with speed, and the model's errors by scene (verdicts `stated`)."""
+    rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
+    known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
+    known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
+    for endpoint in dict.fromkeys(one["endpoint"] for one in stated):
+        value, ci95, unit = known.get(endpoint, (None, None, ""))
+        row = {"quantity": f"cage ratio, {endpoint}", "rig": value, "rig_ci95": ci95, "unit": unit, "error_unit": "%"}
+        for one in stated:
+            if one["endpoint"] == endpoint:
+                names = (f"{one['scene']}_{what}" for what in ("error", "u", "verdict"))
+                row |= dict(zip(names, (one["error_pct"], one["u_pct"], one["verdict"]), strict=True))
+        yield row
+
+
+def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
+    """List the model's errors [dB] in line levels: in scene `paper` from `comparisons`, in `rig` from `amplitudes`."""
+    own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
+    for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
+        if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
+            continue
+        record = Path(one["record"]).stem
+        row = {"quantity": one["quantity"], "record": record, "unit": "dB", "error_unit": "dB", "rig": one["rig"]}
+        row |= {"paper_error": one["error"], "paper_u": one["uncertainty"], "paper_verdict": one["verdict"]}
+        row |= {"rig_ci95": one["rig_ci95"]}
+        if other := own.get((record, one["kind"])):
+            error, u = other["error"], other["uncertainty"]
+            seen = "fitted" if other["used_for"] == "fit" else verdict_on_error(error, u, VERDICT.level_db).value
+            row |= {"rig_error": error, "rig_u": u, "rig_verdict": seen}
+        yield row
+
+
+def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
+    """Select the comparisons of records with a detected fault line, without comparisons of the line's frequency.
+
+    The cage ratio contains the same information, and its errors may be averaged over outer and inner race faults.
+    Errors of BPFO and BPFI must not be averaged: slip lowers BPFO and raises BPFI.
+    """
+    frame = comparison_frame(rows)
+    lines = frame[frame["kind"].isin([one.kind for one in LINE_QUANTITIES]) & frame["rig_present"].astype(bool)]
+    kept = frame["pair"].isin(lines["pair"]) & (frame["kind"] != RACE_LINE.kind) & frame["error"].notna()
+    return frame[kept].sort_values("pair", kind="stable").drop(columns=list(PAIR_KEYS))
+
+
+def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterator[Row]:
+    """Compute the deviation [%] of the BPFO or BPFI of each measured record from pure rolling at its shaft speed."""
+    speed_source = {one["pair"]: one["measured_facts"]["shaft_from"] for one in pairs}
+    for row in comparisons:
+        if row["kind"] == RACE_LINE.kind and row["rig_present"]:
+            found = {"record": Path(row["record"]).stem, "line": Fault(row["state"]).line}
+            found |= {"speed_source": speed_source[row["pair"]], "slip_ci95_pct": row["data_ci95"]}
+            yield found | {"slip_pct": deviation_pct(row["rig"], row["kinematic"])}
+
+
+def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
+    """List once each caution on a measured recording, with its file; `pairs` are measured and simulated recordings."""
+    once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
+    return [{"file": file, "caution": caution} for file, caution in once]
+
+
+def cage_ratio_rows(
+    readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
+) -> Iterator[Row]:
+    """List cage ratios by nominal speed: measured, mean, simulated (`stored`), and for pure rolling (`kinematic`)."""
+    for place, rpm in enumerate(means.rpm):
+        for one in (one for one in readings if one.nominal_rpm == rpm):
+            half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
+            yield _cage_ratio_row("record", rpm, (one.ratio - half, one.ratio, one.ratio + half), one.state.code)
+        yield _cage_ratio_row("mean", rpm, np.quantile(means.draws[:, place], INTERVAL_QUANTILES))
+        for variant in stored.get("variants", ()):
+            own = [one["drawn"] for one in variant["records"] if one["nominal_rpm"] == rpm]
+            if own:
+                yield _cage_ratio_row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), INTERVAL_QUANTILES))
+        yield _cage_ratio_row("kinematics", rpm, (kinematic,) * 3)
+
+
+def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str = "") -> Row:
+    low, ratio, high = map(float, interval)
+    return {"of": of, "state": state, "nominal_rpm": rpm, "ratio": ratio, "low": low, "high": high}
+
+
+def trend_row(means: CageMeans, rows: Iterable[Row]) -> Row:
+    """Compute the cage ratio's change from fastest to slowest speed [%], measured (`means`) and simulated (`rows`)."""
+    rig, ci95 = trend_pct(means)
+    name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
+    own = next((one for one in rows if (one["scene"], one["endpoint"]) == ("rig", name)), None)
+    return {
+        "endpoint": name,
+        "records": list(means.records),
+        "rig_pct": rig,
+        "rig_ci95_pct": ci95,
+        "between_records_pct": 100 * means.between_u / means.means[-1],
+        "between_records_ci95_pct": [100 * end / means.means[-1] for end in means.between_ci95],
+        "model_pct": own and rig + own["error_pct"],
+        "u_pct": own and own["u_pct"],
+        "verdict": own and own["verdict"],
+    }

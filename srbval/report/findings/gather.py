@@ -1,6 +1,8 @@
 """Gather the findings of the main report: simulate, read, analyse and compare everything before anything is drawn."""
 
 import dataclasses
+import math
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -17,11 +19,10 @@ from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import listing, load_entry, rig_recordings
-from srbval.report.findings.findings import Findings
-from srbval.report.findings.provenance import provenance, run_facts
-from srbval.report.findings.records import envelope_scalogram, record_view
-from srbval.report.findings.rows import compared_rows
-from srbval.report.pages import Page, load_newest_results
+from srbval.report.findings.findings import Findings, compared_rows
+from srbval.report.findings.provenance import provenance
+from srbval.report.findings.records import record_view
+from srbval.report.pages import Page, load_newest_results, stored_content
 from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.tables import build
 from srbval.validation.validate import PairReading, validate
@@ -50,8 +51,7 @@ def gather(
         chosen = choose_rig_recordings(printed, of_rig)
     cases = paper_cases(seconds)
     runs = dict(run_cases(cases, jobs=jobs, progress=progress))
-    facts = [run_facts(case, runs[case.id]) for case in cases]
-    stored = results.content("inputs")
+    stored = stored_content(results, "inputs")
     sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
 
     def keep(one: PairReading) -> None:
@@ -83,6 +83,7 @@ def gather(
         "rig": {state: rig for state, (rig, _) in sides.items()},
     }
     runs |= {side.case.id: side.run for side in models.values()}
+    cases += [side.case for side in models.values()]
     with stage(progress, "Prepare the records that figures show"):
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
@@ -91,19 +92,15 @@ def gather(
     found = Findings(
         data={},
         bearing=bearing,
-        printed=printed,
         runs=runs,
-        run_facts=(*facts, *(run_facts(side.case, side.run) for side in models.values())),
         analyses=analyses,
         views=views,
-        scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
         validation=validation,
-        cage_readings=readings,
         datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
         results=results,
         provenance=provenance(runs.values(), registered),
     )
-    data = compared_rows(found, models, register, registered)
+    data = compared_rows(found, cases, models, readings, register, registered)
     return dataclasses.replace(found, data=data | {"scene": scene_dict(scene) | {"geometry": vars(geometry)}})
 
 
@@ -122,8 +119,14 @@ def select_drawn_records(
 ) -> list[RegisteredRecording]:
     """Select recordings at the paper's load (in `printed`), and at the speeds that the study result `stored` covers."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
-    at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
-    return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
+    return [one for one in select_at_paper_load(registered, printed) if not speeds or one.nominal_rpm in speeds]
+
+
+def select_at_paper_load(
+    registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published]
+) -> list[RegisteredRecording]:
+    """Select recordings at the radial load of the paper (see `printed`) without axial load."""
+    return [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
 
 
 def choose_rig_recordings(
@@ -134,17 +137,9 @@ def choose_rig_recordings(
     The speed is the one at which most states were recorded; of several, the nearest to the paper's motor speed. Of
     several recordings of a state, the longest is chosen.
     """
-    by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
-    for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):
-        at_load = entry.radial_kn == printed[Fault.OUTER].radial_kn and not entry.axial_kn
-        if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= MIN_SIMULATED_S:
-            by_state = by_speed.setdefault(entry.nominal_rpm, {})
-            if entry.state in PAPER_STATES and entry.state is not None:
-                by_state.setdefault(entry.state, entry)
-    best = max(
-        by_speed,
-        key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - (printed[Fault.OUTER].motor_rpm or 0.0))),
-        default=None,
-    )
-    chosen = {} if best is None else by_speed[best]
-    return {state: chosen[state] for state in PAPER_STATES if state in chosen}
+    paper, by_speed = printed[Fault.OUTER], defaultdict[float, dict[Fault, RegisteredRecording]](dict)
+    for entry in sorted(select_at_paper_load(registered, printed), key=lambda entry: -(entry.seconds or 0)):
+        if entry.nominal_rpm and entry.state in PAPER_STATES and (entry.seconds or 0) >= MIN_SIMULATED_S:
+            by_speed[entry.nominal_rpm].setdefault(entry.state, entry)
+    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - (paper.motor_rpm or 0.0))), default=math.nan)
+    return {state: by_speed[best][state] for state in PAPER_STATES if state in by_speed[best]}

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,6 @@ from srbval.reading.lines import Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording
 from srbval.recordings.registry import RecordSource, recording_of
-from srbval.report.blocks import Badge
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import SCALOGRAM_COLUMNS, SCALOGRAM_HZ, SCALOGRAM_ROWS
 
@@ -26,11 +26,6 @@ OWN_UNITS, NORMALISED = {"m/s2": "m/s²", "mm/s": "mm/s", "um": "µm"}, "std. de
 MIN_SPECTRUM_HZ, MIN_SPECTRUM_ORDER = 1.0, 0.3
 MARKED_SPAN, RACES_SPAN = 4.4, 2.3  # end of a plotted spectrum: times the marked line, otherwise times BPFI
 BAND_EDGE_FACTOR = 2 ** (1 / 6)  # edges of the one-third-octave band about a line, as factors
-
-
-def make_badge(analysis: Analysis) -> Badge:
-    """Return the label of an analysed recording's source, such as "measured"."""
-    return Badge(analysis.recording.origin.value)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,6 +59,17 @@ class RecordView:
     def shaft_hz(self) -> float:
         """Mean shaft speed [Hz]."""
         return self.analysis.speed.value_hz
+
+    @cached_property
+    def scalogram(self) -> Scalogram:
+        """Wavelet transform of the envelope in the time window that figures show."""
+        envelope, fs_hz = self.envelope - self.envelope.mean(), self.analysis.processed.fs_hz
+        return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
+
+    @property
+    def highest(self) -> float:
+        """Largest magnitude of signal and envelope in the time window."""
+        return float(max(np.abs(self.acceleration).max(), self.envelope.max()))
 
 
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
@@ -139,6 +145,11 @@ class SpectrumView:
     peaks: tuple[tuple[float, float], ...]
     end_hz: float
 
+    @property
+    def highest(self) -> float:
+        """Largest amplitude of both spectra."""
+        return max(peak_amplitude(one, self.end_hz) for one in (self.record, self.healthy) if one is not None)
+
 
 def peak_amplitude(record: RecordView, end_hz: float) -> float:
     """Return the largest amplitude of the envelope spectrum up to `end_hz`, excluding slow trends near 0 Hz."""
@@ -207,15 +218,8 @@ def fault_cursors(
     return tuple(sorted(found, key=lambda cursor: cursor.frequency_hz))
 
 
-def envelope_scalogram(shown: RecordView) -> Scalogram:
-    """Compute the wavelet transform of a record's envelope in the time window that its figures show."""
-    envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
-    return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
-
-
 def power_share_near_line(image: Scalogram, line_hz: float) -> float:
     """Compute the share of a scalogram's power within 1/6 octave of a line; 0 if the line is outside the image."""
-    power = (np.asarray(image.amplitude) ** 2).mean(axis=1)
-    frequency = np.asarray(image.frequency_hz)
+    power, frequency = (image.amplitude**2).mean(axis=1), image.frequency_hz
     near = (frequency >= line_hz / BAND_EDGE_FACTOR) & (frequency <= line_hz * BAND_EDGE_FACTOR)
     return float(power[near].sum() / power.sum())

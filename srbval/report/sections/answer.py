@@ -11,14 +11,14 @@ from srbval.report.blocks import Badge, Callout, Figure, ReportRow, ReportTable,
 from srbval.report.figures.images import thumbnail
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import peak_amplitude
-from srbval.report.pages import Page
+from srbval.report.pages import Page, record_words
 from srbval.report.prose import Prose
 from srbval.report.sections.figures import HEAD_ROOM, PAPER_FIGURES, SPECTRUM_HZ, picture_verdict, shared_limits
 from srbval.storage.stored_result import StoredResult
 from srbval.sweep.scenes import PAPER
 
 ANSWER_TEXTS = Prose("srbval.report", "texts/answer.md")
-TONES_WORST_FIRST = {  # tones of verdicts
+VERDICT_TONES: dict[str, Tone] = {  # the worst first
     Verdict.MISSED: Tone.BAD,
     Verdict.DIFFERS: Tone.WARNING,
     Verdict.INSUFFICIENT: Tone.NEUTRAL,
@@ -63,7 +63,7 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
 def worst_tone(answers: Iterable[str]) -> Tone:
     """Return the tone (colour and sign) of the worst verdict; a warning if there is no verdict."""
     found = set(answers)
-    return next((tone for answer, tone in TONES_WORST_FIRST.items() if answer in found), Tone.WARNING)
+    return next((tone for answer, tone in VERDICT_TONES.items() if answer in found), Tone.WARNING)
 
 
 def finding_sentence(stated: Sequence[ReportRow]) -> str:
@@ -152,11 +152,9 @@ def _strip(findings: Findings) -> Any:
     """Arrange thumbnails of the paper's Figures 11 to 14, model beside rig, each with a verdict on likeness."""
     shown: list[Figure] = []
     for name, state in STRIP_STATES.items():
-        kind, (sides, images) = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
-        spectrum_top = HEAD_ROOM * max(peak_amplitude(one, SPECTRUM_HZ) for one in sides)
-        tops = shared_limits(sides, images) | {"spectrum": spectrum_top}
-        top = tops[{"acceleration": "limit", "scalogram": "brightest"}.get(kind, kind)]
-        plot = thumbnail(sides, images if kind == "scalogram" else [], SPECTRUM_HZ * (kind == "spectrum"), top)
+        kind, sides = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
+        tops = shared_limits(sides) | {"spectrum": HEAD_ROOM * max(peak_amplitude(one, SPECTRUM_HZ) for one in sides)}
+        plot = thumbnail(sides, kind, SPECTRUM_HZ, tops[kind])
         words: dict[str, Any] = {"number": name[:2], "kind": kind, "state": state.label}
         words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
         shown.append(ANSWER_TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
@@ -189,8 +187,3 @@ def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> 
         for name, found in uses.items()
     ]
     return "; ".join([*parts, ANSWER_TEXTS.text("used-withheld", count=len(seen))])
-
-
-def record_words(record: str) -> str:
-    """Shorten the name of a rig record, such as OR_877rpm_sample to "OR 877"."""
-    return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")

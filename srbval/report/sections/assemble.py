@@ -1,15 +1,14 @@
 """Assemble the main report: its sections in order; records, limitations, glossary and command at the end."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.report.blocks import Block, CellValue, Command, KeyValues, Listing, Report, Section, Tone
+from srbval.report.blocks import Block, Command, KeyValues, Listing, Report, Section, Tone
 from srbval.report.findings.findings import Findings
-from srbval.report.pages import Page, join_data
+from srbval.report.pages import Page, join_data, record_words
 from srbval.report.prose import Prose
-from srbval.report.sections.answer import record_words, verdict_box
+from srbval.report.sections.answer import verdict_box
 from srbval.report.sections.figures import figures_section
 from srbval.report.sections.table6 import near_section, table6_section
 from srbval.storage.json_files import to_json
@@ -18,7 +17,7 @@ RECORD_TEXTS, LIMIT_TEXTS, COMMAND_TEXTS = (
     Prose("srbval.report", f"texts/{name}.md") for name in ("records", "limits", "command")
 )
 MAX_LISTED = 20  # files in a list; report.json contains all
-SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # provenance; report.json contains all
+SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds", "recordings")  # of the provenance
 CSV_KEYS = ("comparisons", "pairs", "bias", "line_deviations", "runs", "pictures", "near")
 
 
@@ -39,7 +38,6 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model, Giraudo et al. (Sensors 25, 2419, 2025) and recordings of their rig",
-        generated_utc=datetime.now(UTC),
         verdict=verdict,
         sections=tuple(section for _, section in sorted(placed, key=lambda one: one[0])),
         data=data | {"headline": headline},
@@ -92,17 +90,7 @@ def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str
 
 def provenance_section(origin: Mapping[str, Any]) -> Section:
     """Make the section on the origin of a report: versions, computer, and the command that repeats the report."""
-    flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
-    shown = {key: flat[key] for key in SHOWN_FACTS if flat.get(key)}
-    if recordings := ", ".join(origin.get("recordings", ())):
-        shown["recordings"] = recordings
-    again = COMMAND_TEXTS.paragraph("again")
-    return COMMAND_TEXTS.section(again, Command(str(flat["command"])), KeyValues(pairs=shown))
-
-
-def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, CellValue]:
-    """Flatten nested mappings to one mapping, whose keys are the nested keys joined by dots."""
-    flat: dict[str, CellValue] = {}
-    for key, value in table.items():
-        flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {prefix + key: value}
-    return flat
+    facts = {**origin, "machine.system": origin.get("machine", {}).get("system")}
+    facts |= {key: ", ".join(map(str, facts.get(key, ()))) for key in ("seeds", "recordings")}
+    shown = {key: facts[key] for key in SHOWN_FACTS if facts.get(key)}
+    return COMMAND_TEXTS.section(COMMAND_TEXTS.paragraph("again"), Command(origin["command"]), KeyValues(pairs=shown))

@@ -1,7 +1,6 @@
 """Report of a validation case: answer, fault frequencies (as in the paper's Table 6), figures, levels, limitations."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,16 +15,15 @@ from srbval.report.blocks import (
     Listing,
     Report,
     Section,
-    Tone,
     VerdictBox,
 )
 from srbval.report.findings.provenance import provenance
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
-from srbval.report.sections.answer import worst_tone
+from srbval.report.sections.answer import VERDICT_TONES, worst_tone
 from srbval.report.sections.assemble import provenance_section
-from srbval.report.sections.pair_figures import PAIR_TEXTS, errors_panel
-from srbval.report.sections.table6 import SPEED_TEXTS, TABLE6_TEXTS, VERDICT_TONE
+from srbval.report.sections.figures import PAIR_TEXTS, errors_panel
+from srbval.report.sections.table6 import SPEED_TEXTS, TABLE6_TEXTS
 from srbval.validation.case import ValidationCase
 from srbval.validation.validate import SIDES, Validation
 
@@ -51,7 +49,6 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
     return Report(
         title=case.title,
         subtitle=case.known_bearing.title,
-        generated_utc=datetime.now(UTC),
         verdict=_verdict(result),
         sections=tuple(section for section in sections if section is not None),
         data={"schema_version": REPORT_SCHEMA, "status": "incomplete" if result.failed else "ok"}
@@ -65,13 +62,13 @@ def _verdict(result: Validation) -> VerdictBox:
     rows = result.errors_pct
     listed = ", ".join(f"{row['quantity']} {row['error']:+.3f} %" for row in rows[:8])
     figure = CASE_TEXTS.figure("errors", errors_panel(rows), wide=False, listed=listed) if rows else None
-    points = [f"**{row['state']}**: {_point(row)}" for row in rows if row["quantity"] != "cage ratio"][:6]
+    points = [
+        f"**{row['state']}**: {CASE_TEXTS.text('point-unknown' if row['uncertainty'] is None else 'point', **row)}"
+        for row in rows
+        if row["quantity"] != "cage ratio"
+    ][:6]
     tone, headline = worst_tone(result.verdicts), literal(result.headline)
     return VerdictBox(tone=tone, headline=headline, points=tuple(points), figure=figure)
-
-
-def _point(row: Mapping[str, Any]) -> str:
-    return CASE_TEXTS.text("point-unknown" if row["uncertainty"] is None else "point", **row)
 
 
 def _table_section(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, open: bool = False) -> Section | None:
@@ -91,7 +88,7 @@ def _frequencies(table: "pd.DataFrame") -> Section | None:
 
 def _with_deviations(row: Mapping[str, Any]) -> Row:
     """Add to a row of fault frequencies the source of each value and its deviation from pure rolling."""
-    found: Row = {**row} | {"verdict_tone": VERDICT_TONE.get(row["verdict"], Tone.NEUTRAL)}
+    found: Row = {**row} | {"verdict_tone": VERDICT_TONES[row["verdict"]]}
     for side, badge in zip(SIDES, (Badge.SIMULATED, Badge.MEASURED), strict=True):
         deviation = row[f"{side}_deviation_pct"]
         found[f"{side}_badge"] = None if row[side] is None else badge
@@ -121,8 +118,8 @@ def _figures(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]]) ->
 
 def _levels(table: "pd.DataFrame") -> Section | None:
     levels = table[table["unit"] == "dB"]
-    tones = [VERDICT_TONE.get(verdict, Tone.NEUTRAL) for verdict in levels["verdict"]]
-    return _table_section("levels", levels.assign(verdict_tone=tones).to_dict("records"))
+    shown = levels.assign(verdict_tone=levels["verdict"].map(VERDICT_TONES))
+    return _table_section("levels", shown.to_dict("records"))
 
 
 def _published(case: ValidationCase) -> Section | None:

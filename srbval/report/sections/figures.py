@@ -1,23 +1,40 @@
-"""Figures 11 to 14 of the paper, drawn for model and rig on identical axes, and whether both are alike."""
+"""Figures 11 to 14 of the paper and the same figures of any pair of signals, model beside rig on identical axes.
 
-from collections.abc import Iterable, Mapping
+Figures of a pair are drawn as soon as both recordings are read, and only the files of the figures are kept. For each
+kind of figure, computed quantities decide whether model and rig are alike.
+"""
+
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from srbval.bearing import Fault
 from srbval.recordings import Origin
-from srbval.report.blocks import Explore, Figure, ReportRow, Section
+from srbval.report.blocks import Figure, FigureGrid, ReportRow, Section
+from srbval.report.figures import style
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
-from srbval.report.figures.style import Drawing
-from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import Cursor, RecordView, SpectrumView, fault_cursors, make_badge, peak_amplitude
+from srbval.report.figures.style import Drawing, PanelData, new_axes, panel
+from srbval.report.findings.findings import Findings, picture_rows
+from srbval.report.findings.records import (
+    Cursor,
+    RecordView,
+    SpectrumView,
+    fault_cursors,
+    middle_window,
+    peak_amplitude,
+    record_view,
+    spectrum_end_hz,
+    spectrum_view,
+)
 from srbval.report.prose import Prose
-from srbval.signal import Scalogram
 from srbval.signal.spectrum import SCALOGRAM_HZ
+from srbval.validation.validate import SIDES, PairReading
 
-FIGURE_TEXTS = Prose("srbval.report", "texts/figures.md")
+FIGURE_TEXTS, PAIR_TEXTS = (Prose("srbval.report", f"texts/{name}.md") for name in ("figures", "pairs"))
 
 SPECTRUM_HZ = 600.0  # end of the spectra in Figures 12 and 13
 LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
@@ -32,19 +49,29 @@ COLOUR_QUANTILE = 0.995  # end of the colour scale, so that one burst does not d
 HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # end of a shared axis over the highest value: signals, spectra with labels
 
 
+MAX_ERROR_BARS = 40  # rows of the figure of errors
+VERDICT_LOOK = {
+    "differs": (style.VERMILION, "s"),
+    "missed": (style.VERMILION, "X"),
+    "agrees": (style.GREEN, "o"),
+    "met": (style.GREEN, "D"),
+    "not resolved": (style.SOFT, "v"),
+    "insufficient data": (style.ORANGE, "^"),
+}
+
+
 def figures_section(findings: Findings) -> Section:
     """Make the sixteen panels of Figures 11 to 14, and a sentence for each figure on how model and rig compare."""
     pictures = findings.data["pictures"]
-    views, images = findings.views, findings.scalograms
-    every = (side[state] for side in views.values() for state in side)
-    scale = shared_limits(every, (side[state] for side in images.values() for state in side))
+    views = findings.views
+    scale = shared_limits([one for side in views.values() for one in side.values()])
     panels: dict[str, list[Figure]] = {number: [] for number in PAPER_FIGURES}
     for state, letters in LETTERS.items():
         spectra = {side: _spectrum(views[side], state) for side in FIGURE_SIDES}
         top = PANEL_LABEL_ROOM * max(peak_amplitude(one.record, SPECTRUM_HZ) for one in spectra.values())
         for place, side in enumerate(FIGURE_SIDES):
             record, letter = views[side][state], (letters[place], "ab"[place])
-            plots = drawings(spectra[side], images[side][state], state, scale | {"top": top}, letter)
+            plots = drawings(spectra[side], state, scale | {"spectrum": top}, letter)
             for number, (kind, states) in PAPER_FIGURES.items():
                 if state not in states and kind != "scalogram":
                     continue
@@ -57,9 +84,10 @@ def figures_section(findings: Findings) -> Section:
     sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
     sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
-    for number, figures in panels.items():
-        words = {"alike": figure_sentence(pictures, number), "sentence": sentences.get(number, "")}
-        grids.append(FIGURE_TEXTS.grid(f"grid-{number}", figures, f"Figure {number}", **words))
+    for number, (kind, states) in PAPER_FIGURES.items():
+        alike = "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in states)
+        words = {"alike": alike, "sentence": sentences.get(number, "")}
+        grids.append(FIGURE_TEXTS.grid(f"grid-{number}", panels[number], f"Figure {number}", **words))
     bands = {side: views[side][Fault.OUTER].analysis.processed.band_hz for side in FIGURE_SIDES}
     shown_bands = {f"{side}_band": f"{low:g} to {high:g}" for side, (low, high) in bands.items()}
     return FIGURE_TEXTS.section(FIGURE_TEXTS.paragraph("intro", **shown_bands), *grids)
@@ -76,33 +104,27 @@ def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
     return SpectrumView(record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
 
 
-def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> dict[str, float]:
-    """Return common ends for several records: ``limit`` of the amplitude axis, ``brightest`` of the colour scale."""
-    highest = max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for one in views)
-    pixels = np.concatenate([one.amplitude.ravel() for one in images])
-    return {"limit": HEAD_ROOM * highest, "brightest": float(np.quantile(pixels, COLOUR_QUANTILE))}
+def shared_limits(views: Sequence[RecordView]) -> dict[str, float]:
+    """Return common ends, for several records, of the amplitude axis of signals and of the scalograms' colour scale."""
+    pixels = np.concatenate([one.scalogram.amplitude.ravel() for one in views])
+    highest, brightest = max(one.highest for one in views), np.quantile(pixels, COLOUR_QUANTILE)
+    return {"acceleration": HEAD_ROOM * highest, "scalogram": float(brightest)}
 
 
 def drawings(
-    view: SpectrumView, image: Scalogram, state: Fault, scale: Mapping[str, float], letters: tuple[str, str] = ("", "")
+    view: SpectrumView, state: Fault, scale: Mapping[str, float], letters: tuple[str, str] = ("", "")
 ) -> dict[str, Drawing]:
-    """Prepare a record's panels acceleration, spectrum, scalogram; `scale` are axis limits (see `shared_limits`)."""
+    """Prepare a record's panels by kind; `scale` contains the ends of their amplitude axes or colour scales by kind."""
     record, (letter, of_spectrum) = view.record, letters
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
     line = record.analysis.line_of(state) if state.line else None
     period = (f"1/{line.name}", 1 / line.kinematic_hz) if line else None
     head: dict[str, Any] = {"letter": letter, "title": title}
     return {
-        "acceleration": acceleration_panel(record, limit=scale["limit"], period=period, **head),
-        "spectrum": spectrum_panel(view, top=scale["top"], letter=of_spectrum, title=title, brief=True),
-        "scalogram": scalogram_panel(record, image, state, top=scale["brightest"], **head),
+        "acceleration": acceleration_panel(record, limit=scale["acceleration"], period=period, **head),
+        "spectrum": spectrum_panel(view, top=scale["spectrum"], letter=of_spectrum, title=title, brief=True),
+        "scalogram": scalogram_panel(record, state, top=scale["scalogram"], **head),
     }
-
-
-def figure_sentence(pictures: Iterable[ReportRow], number: str) -> str:
-    """State for each bearing state in a figure whether model and rig are alike."""
-    kind, of = PAPER_FIGURES[number]
-    return "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in of)
 
 
 def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> str:
@@ -123,16 +145,20 @@ def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
     return FIGURE_TEXTS.text(f"{name}-weak" if row["model"] < row["rig"] - row["limit"] else f"{name}-there", **row)
 
 
-def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
-    """Describe the interactive chart of an envelope spectrum; `curves` labels the columns of its data file."""
-    return Explore(
-        x="frequency_hz",
-        x_label="Frequency, Hz",
-        y_label=y_label,
-        curves=curves,
-        marks=tuple((cursor.name, cursor.frequency_hz) for cursor in view.cursors),
-        x_per_order=view.record.shaft_hz,
-    )
+def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> dict[str, Any]:
+    """Describe the interactive chart of an envelope spectrum, which the page's script draws from the figure's data.
+
+    `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and x positions of the
+    frequencies to mark, `x_per_order` is the width of one shaft order in units of the x axis.
+    """
+    return {
+        "x": "frequency_hz",
+        "x_label": "Frequency, Hz",
+        "y_label": y_label,
+        "curves": curves,
+        "marks": [(cursor.name, cursor.frequency_hz) for cursor in view.cursors],
+        "x_per_order": view.record.shaft_hz,
+    }
 
 
 def axis_ends(end_hz: float) -> dict[str, float]:
@@ -144,4 +170,70 @@ def panel_words(name: str, label: str, record: RecordView, state: Fault) -> dict
     """Return id, label and badge of a panel, and the words of its caption and alternative text."""
     side = "rig" if record.origin is Origin.MEASURED else "model"
     who = f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"
-    return {"id": name, "label": label, "badge": make_badge(record.analysis), "who": who}
+    return {"id": name, "label": label, "badge": record.origin, "who": who}
+
+
+def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
+    """Draw a panel to files in `folder` now; return a function that copies these files instead of drawing again."""
+    draw(folder, name)
+
+    def copy(to: Path, as_name: str) -> None:
+        to.mkdir(parents=True, exist_ok=True)
+        for suffix in (".svg", ".csv"):
+            shutil.copyfile(folder / f"{name}{suffix}", to / f"{as_name}{suffix}")
+
+    return copy
+
+
+def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
+    """Draw waveform, spectrum and scalogram of model and rig into `folder`; if one is missing, only of the other."""
+    state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
+    views = [record_view(analysis, window_s=middle_window(analysis)) for analysis in analyses]
+    spectra, kinds = _spectra(views, state), dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
+    top = PANEL_LABEL_ROOM * max(one.highest for one in spectra)
+    scale = shared_limits(views) | {"spectrum": top}
+    for view, spectrum in zip(views, spectra, strict=True):
+        for kind, plot in drawings(spectrum, state, scale).items():
+            name = f"pair-{one.number}-{kind}-{view.origin.value}"
+            words = panel_words(name, f"Pair {one.number}", view, state) | {"line": state.line or "no line"}
+            more: dict[str, Any] = axis_ends(spectrum.end_hz)
+            kinds[kind].append(FIGURE_TEXTS.figure(kind, draw_now(plot, folder, name), **words, **more))
+    if len(views) < 2:
+        alike = dict.fromkeys(kinds, PAIR_TEXTS.text("one-side"))
+    else:
+        rows = list(picture_rows(state, views, one.rows))
+        alike = {kind: picture_verdict(rows, kind, state) for kind in kinds}
+    return tuple(PAIR_TEXTS.grid(f"grid-{kind}", figures, alike=alike[kind]) for kind, figures in kinds.items())
+
+
+def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
+    """Prepare the envelope spectra of model and rig up to the same shaft order."""
+    lines = [view.analysis.line_of(state) if state.line else None for view in views]
+    order = min(spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
+    return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
+
+
+@panel
+def errors_panel(rows: Sequence[Mapping[str, Any]]) -> PanelData:
+    """Draw error [%] and uncertainty of at most `MAX_ERROR_BARS` compared quantities; colours show the verdicts."""
+    figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:MAX_ERROR_BARS])))
+    shown = draw_error_bars(axes, rows)
+    return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
+
+
+def draw_error_bars(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
+    """Draw error bars [%] onto given axes as `errors_panel` does; return the rows that were drawn."""
+    shown = rows[:MAX_ERROR_BARS]
+    axes.axvline(0.0, color=style.INK, lw=0.8)
+    for place, row in enumerate(shown):
+        colour, mark = VERDICT_LOOK[row["verdict"]]
+        look: dict[str, Any] = {"color": colour, "marker": mark, "mfc": "white", "mew": 1.2, "ls": "none"}
+        axes.errorbar(row["error"], place, xerr=row["uncertainty"], label=row["verdict"], ms=5.5, capsize=3, **look)
+    names = [f"pair {row['pair']}: {row['quantity']}" for row in shown]
+    axes.set_yticks(range(len(shown)), labels=names, parse_math=False)
+    axes.set(ylim=(len(shown) - 0.4, -0.6), xlabel="Error, simulated less measured, %")
+    axes.grid(False, axis="y")
+    handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4, "frameon": False}
+    axes.legend(handles.values(), handles, **corner)
+    return shown

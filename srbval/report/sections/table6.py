@@ -1,20 +1,22 @@
 """Sections on the uncertainty of Table 6, the sums BPFO + BPFI, and the remaining errors of cage speed and levels."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT
 from srbval.report.blocks import Badge, Section, Tone
-from srbval.report.figures.comparison import cage_ratio_plot
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelData, new_figure, panel
 from srbval.report.findings.findings import Findings
-from srbval.report.pages import origin_line
+from srbval.report.pages import origin_line, record_words
 from srbval.report.prose import Prose
+from srbval.report.sections.answer import VERDICT_TONES
 
 TABLE6_TEXTS, SPEED_TEXTS, NEAR_TEXTS = (
     Prose("srbval.report", f"texts/{name}.md") for name in ("table6", "speed_or_slip", "near")
 )
-VERDICT_TONE = {"differs": Tone.WARNING, "agrees": Tone.GOOD, "met": Tone.GOOD, "missed": Tone.BAD}  # else neutral
+RATIO_LOOK = {"ms": 5.5, "mew": 1.2, "elinewidth": 1.4, "capsize": 3.5, "zorder": 5}
+SCENE_LOOKS = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}
 
 
 def table6_section(findings: Findings) -> Section:
@@ -26,7 +28,7 @@ def table6_section(findings: Findings) -> Section:
         model_hz_badge=Badge.SIMULATED,
         rig_hz_badge=Badge.MEASURED,
         rig_hz_ci95=measured["rig_ci95_hz"],
-        verdict_tone=[VERDICT_TONE.get(verdict, Tone.NEUTRAL) for verdict in measured["verdict"]],
+        verdict_tone=measured["verdict"].map(VERDICT_TONES),
     )
     rollers = findings.bearing.rolling_elements
     shown = sums.assign(
@@ -73,16 +75,53 @@ def near_section(findings: Findings) -> Section:
     )
 
 
+@panel
+def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> PanelData:
+    """Plot ratios of cage to shaft speed, one panel for each nominal speed; for `rows` see `cage_ratio_rows`."""
+    figure = new_figure((4.8, 3.3))
+    speeds = sorted({row["nominal_rpm"] for row in rows})
+    panels = figure.subplots(1, len(speeds), sharey=True, squeeze=False)[0]
+    shown = {row["state"] for row in rows}
+    codes = [fault.code for fault in Fault if fault.code in shown and fault.code]
+    for rpm, axes in zip(speeds, panels, strict=True):
+        for row in (row for row in rows if row["nominal_rpm"] == rpm):
+            _draw_ratio(axes, codes, **row)
+        axes.set_xticks(range(len(codes) + 1), labels=[*codes, "mean"])
+        axes.set(xlim=(-0.6, len(codes) + 0.6), xlabel=f"Record of the rig, {rpm:g} rpm")
+        axes.ticklabel_format(axis="y", useOffset=False)
+    panels[0].set_ylabel("Cage speed over shaft speed")
+    handles = {label: handle for handle, label in zip(*panels[-1].get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles, loc="outside upper center", ncols=3, frameon=False, columnspacing=1.2)
+    return figure, {key: [row[key] for row in rows] for key in rows[0]}
+
+
+def _draw_ratio(
+    axes: Any, codes: Sequence[str], *, of: str, state: str, ratio: float, low: float, high: float, **_: float
+) -> None:
+    if of == "kinematics":
+        axes.axhline(ratio, color=INK, lw=1.2, ls=(0, (5, 2)), label="kinematics")
+    elif of in SCENE_LOOKS:
+        name, colour, hatch = SCENE_LOOKS[of]
+        axes.axhspan(low, high, facecolor=colour, edgecolor=colour, alpha=0.25, lw=0, hatch=hatch)
+        axes.axhline(ratio, color=colour, lw=1.4, label=name)
+    else:
+        place, name = (len(codes), "rig, mean") if of == "mean" else (codes.index(state), "rig, record")
+        marker, face = ("D", "white") if of == "mean" else ("s", VERMILION)
+        look = {"fmt": marker, "mfc": face, "mec": VERMILION, "ecolor": VERMILION, "label": name}
+        axes.errorbar(place, ratio, yerr=[[ratio - low], [high - ratio]], **RATIO_LOOK, **look)
+
+
 def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
     """Format for a table the rig's value of each quantity, and the model's error in the scenes `paper` and `rig`."""
     for row in rows:
         value, half, spec = row["rig"], row["rig_ci95"], "+.2f" if row["unit"] else ".5f"
         found: dict[str, Any] = {"paper_error": None, "rig_error": None} | dict(row) | {"rig_ci95": None}
-        found["record"] = row.get("record", "").removesuffix("rpm_sample").replace("_", " ") or "all"
+        found["record"] = record_words(row.get("record", "")) or "all"
         found["rig"] = None if value is None else f"{value:{spec}} ± {half:{spec.lstrip('+')}} {row['unit']}".strip()
         for name in ("paper", "rig"):
             verdict = row.get(f"{name}_verdict") or ""
-            more = {"ci95": row.get(f"{name}_u"), "note": verdict, "tone": VERDICT_TONE.get(verdict)}
+            tone = VERDICT_TONES.get(verdict, Tone.NEUTRAL)
+            more = {"ci95": row.get(f"{name}_u"), "note": verdict, "tone": None if tone is Tone.NEUTRAL else tone}
             found |= {f"{name}_error_{what}": one for what, one in more.items()}
         yield found
 

@@ -1,18 +1,17 @@
 """Page on the trend of a machine's records: the answer, and a figure and a table for each channel."""
 
 from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Any
 
 import numpy as np
 
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
-from srbval.report.blocks import MISSING, Block, Figure, Report, Section, Tone, VerdictBox
+from srbval.report.blocks import MISSING, Block, Figure, Report, Section, TableColumn, Tone, VerdictBox
 from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, PanelData, new_figure, panel
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
 from srbval.report.sections.assemble import provenance_section
-from srbval.report.tables import Title
 
 TREND_TEXTS = Prose("srbval.report", "texts/trend.md")
 COLOURS, LINE_MARKERS = (BLUE, VERMILION, PURPLE, ORANGE), "osD^"
@@ -30,7 +29,6 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
     return Report(
         title=TREND_TEXTS.section(records=len(trend.channels[0].points)).title,
         subtitle=TREND_TEXTS.text("subtitle", time_from=trend.time_from),
-        generated_utc=datetime.now(UTC),
         verdict=VerdictBox(tone=tone, headline=headline, points=points, figure=pictures[first]),
         sections=(*sections, provenance_section({"command": command, **provenance})),
         data={"trend": trend},
@@ -80,14 +78,14 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
         | {f"{name}_ci95": point["ci95_db"].get(name) for name in names}
         for point in one.points
     ]
-    columns: dict[str, Title] = {
-        "time": "Time",
-        "risen": "Risen",
-        **{name: (name, "dB", "+.1f") for name in names},
-        "rms": ("RMS", "", ".3g"),
-        "velocity": ("Velocity", "mm/s", ".2f"),
-        "zone": "Zone",
-        "rpm": ("Shaft", "rpm", ".1f"),
+    columns = {
+        "time": TableColumn("Time"),
+        "risen": TableColumn("Risen"),
+        **{name: TableColumn(name, "dB", "+.1f") for name in names},
+        "rms": TableColumn("RMS", format=".3g"),
+        "velocity": TableColumn("Velocity", "mm/s", ".2f"),
+        "zone": TableColumn("Zone"),
+        "rpm": TableColumn("Shaft", "rpm", ".1f"),
     }
     table = TREND_TEXTS.table("records", rows, columns, id=f"records-{number}")
     title = f"Channel {one.channel}" if one.channel else "The records"
@@ -97,7 +95,7 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
 @panel
 def levels_panel(one: ChannelTrend) -> PanelData:
     """Draw the rise of each fault line's level [dB] over time with interval and limit; below it, RMS or velocity."""
-    figure = new_figure((5.4, 4.3), layout="constrained")
+    figure = new_figure((5.4, 4.3))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]
     marked = len(times) <= MAX_MARKED

@@ -3,17 +3,19 @@
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from srbval.bearing import Fault
+from srbval.diagnosis.baseline import Baseline
+from srbval.diagnosis.fault_posterior import FAULT_PAIRS, LABELS
 from srbval.diagnosis.fault_verdict import Finding
 from srbval.diagnosis.records import FailedFile
-from srbval.reading.lines import Line
+from srbval.reading.lines import Line, NotDetected
 from srbval.reading.pipeline import USABLE_SHARE
+from srbval.recordings import SpeedSource
 from srbval.report.blocks import (
     REPORT_SCHEMA,
     Block,
@@ -21,24 +23,27 @@ from srbval.report.blocks import (
     Heading,
     Listing,
     Report,
+    ReportRow,
     ReportTable,
     Section,
     Tone,
     VerdictBox,
 )
-from srbval.report.figures.comparison import probabilities_plot
+from srbval.report.figures import style
 from srbval.report.figures.plot import HEAD_ROOM, SPECTRUM_LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
-from srbval.report.figures.style import HALF, WIDE
-from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, make_badge, peak_amplitude
+from srbval.report.figures.style import HALF, WIDE, PanelData, panel
+from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines
 from srbval.report.findings.user_records import ModelSide, UserRecord
 from srbval.report.plain import literal
-from srbval.report.sections import user_texts
+from srbval.report.prose import Prose
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
-from srbval.report.sections.user_texts import USER_TEXTS
 from srbval.signal import LEAST_SNR
 
+USER_TEXTS = Prose("srbval.report", "texts/user_report.md")
+MIN_PROBABILITY = 0.005  # probabilities below this one are not listed
+MAX_NAMES = 6  # recordings that a point lists by name
 BRIEF_SECTIONS = ("answer", "lines")
 HEALTHY_CURVE_NOTE = " Dashed grey: the healthy record."
 SPEED_WORDS = {
@@ -48,6 +53,9 @@ SPEED_WORDS = {
     "nominal": "nominal, not measured",
     "prescribed": "prescribed",
 }
+STATE_COLOURS = {"outer": style.VERMILION, "inner": style.PURPLE, "roller": style.ORANGE, "other": style.SOFT}
+STATE_COLOURS |= {"two parts": "#6b4a3a", "open": "#c9c2b2", "healthy": "#9fd3bd"}
+MAX_LABEL_CHARACTERS = 34  # characters of a recording's name
 MAX_PROBABILITY_BARS = 12  # recordings in the figure on the first screen, which also contains the points
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 FINDING_TONES: dict[Finding | None, Tone] = {None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD}
@@ -87,7 +95,7 @@ def assemble_user_report(
             blocks = (_spectrum(record, f"-{number}"), *parts)
             sections.append(Section(id=f"record-{number}", title=f"{name}: {row['state']}", blocks=blocks))
     else:
-        points, of_one = tuple(user_texts.points_of_one(records[0])), records[0].verdict
+        points, of_one = tuple(points_of_one(records[0])), records[0].verdict
         headline, figure = literal(of_one.headline), _spectrum(records[0], "")
         verdict = VerdictBox(tone=FINDING_TONES[of_one.finding], headline=headline, points=points, figure=figure)
         sections = [one for one in _sections(records[0], "") if not brief or one.id in BRIEF_SECTIONS]
@@ -95,13 +103,12 @@ def assemble_user_report(
         reasons = [str(one.error) if one.file in str(one.error) else f"{one.file}: {one.error}" for one in failed]
         sections.insert(1, _section("failed", Listing(tuple(map(literal, reasons))), open=True))
     if not brief:
-        sections += [_section("limits", Listing(tuple(user_texts.limit_items(records)))), provenance_section(origin)]
+        sections += [_section("limits", Listing(tuple(limit_items(records)))), provenance_section(origin)]
     first, count = records[0].analysis, len(records) + len(others)
     rpm = f", {60 * first.speed.value_hz:.5g} rpm" if len(records) == 1 else ""
     return Report(
         title=f"Bearing report: {f'{count} recordings' if several else first.recording.name}",
         subtitle=f"{first.bearing.title}{rpm}",
-        generated_utc=datetime.now(UTC),
         verdict=verdict,
         sections=tuple(sections),
         data={
@@ -129,10 +136,103 @@ def _verdict_of_all(
     }
     return VerdictBox(
         tone=next(tone for alarm, tone in ALARM_TONES.items() if alarm in alarms),
-        headline=user_texts.headline_of_all(summaries),
-        points=tuple(user_texts.points_of_all(summaries, failed)),
+        headline=headline_of_all(summaries),
+        points=tuple(points_of_all(summaries, failed)),
         figure=USER_TEXTS.figure("probabilities", probabilities_plot(shown), **words) if shown else None,
     )
+
+
+@panel
+def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> PanelData:
+    """Draw one stacked bar per recording; `rows` are pairs of recording name and probabilities of bearing states."""
+    figure, axes = style.new_axes((7.6, 0.85 + 0.2 * len(rows)))
+    left = [0.0] * len(rows)
+    places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
+    for state, colour in STATE_COLOURS.items():
+        own = [state] if state != "two parts" else FAULT_PAIRS.values()
+        shares = [100 * sum(shown.get(name, 0.0) for name in own) for _, shown in rows]
+        axes.barh(places, shares, left=left, color=colour, height=0.72, label=LABELS.get(state, state))
+        left = [one + more for one, more in zip(left, shares, strict=True)]
+        columns |= {f"{state}_pct": shares}
+    names = [name if len(name) <= MAX_LABEL_CHARACTERS else f"…{name[1 - MAX_LABEL_CHARACTERS :]}" for name, _ in rows]
+    axes.set_yticks(places, labels=names, parse_math=False)
+    axes.set(xlim=(0, 100), ylim=(len(rows) - 0.4, -0.6), xlabel="Probability, %")
+    axes.grid(False, axis="y")
+    style.legend_above(axes)
+    return figure, columns
+
+
+def headline_of_all(summaries: Sequence[ReportRow]) -> str:
+    """State how many of several recordings have a named fault, are undecided, or show no fault."""
+    named, undecided, clear = (sum(row["alarm"] == alarm for row in summaries) for alarm in ("yes", "check", "no"))
+    counts = {"records": len(summaries), "named": named, "undecided": undecided, "clear": clear}
+    if named:
+        return USER_TEXTS.text("headline-named", **counts) + (f"; {undecided} undecided" if undecided else "")
+    name = "check" if undecided else "nothing" if clear else "none"
+    return USER_TEXTS.text(f"headline-{name}", **counts)
+
+
+def points_of_all(summaries: Sequence[ReportRow], failed: int) -> Iterator[str]:
+    """List the recordings with a named fault, the undecided recordings, and the number of unreadable files."""
+    for title, alarm in (("Named", "yes"), ("Undecided", "check")):
+        rows = [row for row in summaries if row["alarm"] == alarm]
+        shown = [literal(row["name"]) + (f" ({row['state']})" if alarm == "yes" else "") for row in rows[:MAX_NAMES]]
+        more = f" and {len(rows) - MAX_NAMES} more" if len(rows) > MAX_NAMES else ""
+        if rows:
+            yield f"**{title}:** {', '.join(shown)}{more}."
+    if failed:
+        yield USER_TEXTS.text("not-in-report", failed=f"{failed} file{'s' if failed > 1 else ''}")
+
+
+def points_of_one(record: UserRecord) -> Iterator[str]:
+    """List the points on one recording: comparison with the healthy record, summary, probabilities, and cautions."""
+    verdict, analysis = record.verdict, record.analysis
+    if first := verdict.comparison.sentence or (verdict.reasons[0] if verdict.diagnosis else ""):
+        yield literal(first)
+    yield literal(analysis.summary)
+    shares = verdict.diagnosis.probabilities if verdict.diagnosis else {}
+    listed = [
+        f"{LABELS[name]} {100 * share:.0f} %"
+        for name, share in sorted(shares.items(), key=lambda one: -one[1])
+        if share >= MIN_PROBABILITY
+    ]
+    parts = [f"Probabilities: {', '.join(listed)}."] if listed else []
+    parts += [USER_TEXTS.text("caution", caution=caution) for caution in analysis.recording.cautions]
+    if parts:
+        yield " ".join(parts)
+
+
+def unseen_reason(line: Line, **limits: float) -> str:
+    """State why a line is not detected; `limits` are the highest usable frequency and the lowest detectable SNR."""
+    why = line.not_detected or NotDetected.OWN
+    name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
+    if why is NotDetected.HIDDEN and line.snr:
+        name += "-snr"
+    return USER_TEXTS.text(name, line=line, **limits)
+
+
+def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
+    """Name the healthy record used for comparison, the result, and the reasons to doubt the comparison."""
+    yield USER_TEXTS.text("healthy", name=baseline.analysis.recording.name)
+    if record.verdict.comparison.sentence:
+        yield literal(record.verdict.comparison.sentence)
+    if not baseline.conditions:
+        yield USER_TEXTS.text("same-conditions")
+    if baseline.remarks:
+        yield literal(" ".join(f"{remark[0].upper()}{remark[1:]}." for remark in baseline.remarks))
+    if cautions := baseline.analysis.recording.cautions:
+        yield " ".join(USER_TEXTS.text("caution", caution=caution) for caution in cautions)
+
+
+def limit_items(records: Sequence[UserRecord]) -> Iterator[str]:
+    """List the limitations of the report on these records."""
+    yield from USER_TEXTS.items("limits")
+    if not any(record.baseline for record in records):
+        yield USER_TEXTS.text("no-healthy")
+    if any(record.analysis.band.trials > 1 for record in records):
+        yield USER_TEXTS.text("band-chosen")
+    if any(record.analysis.speed.source is SpeedSource.NOMINAL for record in records):
+        yield USER_TEXTS.text("speed-nominal")
 
 
 def _section(about: str, *blocks: Block, open: bool = False) -> Section:
@@ -151,11 +251,11 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
     given |= {"low_hz": low_hz, "high_hz": high_hz, "why": analysis.band.why, "search": analysis.search}
     reasons = (" ".join(verdict.reasons), verdict.describe_declared(recording.state))
     shown = Listing(tuple(literal(reason) for reason in reasons if reason))
-    yield _section("answer", shown, USER_TEXTS.listing("facts", **given))
+    yield _section("answer", shown, Listing(USER_TEXTS.items("facts", **given)))
     yield _section("lines", _lines_table(record, suffix), *_not_detected(record))
     yield _section("signal", _band(record, suffix), _times(record, suffix))
     if record.baseline is not None:
-        yield _section("baseline", Listing(tuple(user_texts.baseline_items(record, record.baseline))))
+        yield _section("baseline", Listing(tuple(baseline_items(record, record.baseline))))
     if isinstance(record.model, str):
         yield _section("model", USER_TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model))
     elif record.model is not None:
@@ -164,16 +264,13 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
 
 def _spectrum(record: UserRecord, suffix: str) -> Figure:
     """Draw the envelope spectrum with the expected fault frequencies; `suffix` makes the figure's id unique."""
-    view = record.view
-    sides = [side for side in (view.record, view.healthy) if side is not None]
-    top = SPECTRUM_LABEL_ROOM * max(peak_amplitude(side, view.end_hz) for side in sides)
-    plot = spectrum_panel(view, top=top, title="envelope spectrum")
+    view, marked = record.view, record.marked
+    plot = spectrum_panel(view, top=SPECTRUM_LABEL_ROOM * view.highest, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
-    marked = record.marked
     sidebands = " and sidebands" if marked and marked.name != "BPFO" else ""
     words: dict[str, Any] = {
         "id": f"spectrum-figure{suffix}",
-        "badge": make_badge(record.analysis),
+        "badge": view.record.origin,
         "marked": f", with harmonics{sidebands} of {marked.name}" if marked else "",
         "healthy": HEALTHY_CURVE_NOTE if view.healthy else "",
         "end_hz": view.end_hz,
@@ -213,9 +310,7 @@ def _not_detected(record: UserRecord) -> Iterator[Block]:
         low, high = record.analysis.processed.band_hz
         limits = {"reach_hz": USABLE_SHARE * (high - low), "least_snr": LEAST_SNR}
         yield USER_TEXTS.paragraph("unseen-intro")
-        yield Listing(
-            tuple(USER_TEXTS.text("unseen", line=line, why=user_texts.unseen_reason(line, **limits)) for line in unseen)
-        )
+        yield Listing(tuple(USER_TEXTS.text("unseen", line=line, why=unseen_reason(line, **limits)) for line in unseen))
 
 
 def _band(record: UserRecord, suffix: str) -> Figure:
@@ -225,7 +320,7 @@ def _band(record: UserRecord, suffix: str) -> Figure:
     low = min(float(np.nanmin(one.power_db)) for one in records.values()) - BAND_HEAD_DB
     plot = band_panel(records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1]))
     words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "resolution_hz": SEGMENT_HZ}
-    words |= {"id": f"band-figure{suffix}", "badge": make_badge(record.analysis)}
+    words |= {"id": f"band-figure{suffix}", "badge": view.record.origin}
     return USER_TEXTS.figure("band", plot, healthy=HEALTHY_CURVE_NOTE if view.healthy else "", **words)
 
 
@@ -235,13 +330,13 @@ def _times(record: UserRecord, suffix: str) -> Block:
     sides = [("this record", "", view.record)]
     if view.healthy is not None:
         sides.append(("healthy record", "-healthy", view.healthy))
-    limit = HEAD_ROOM * max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for *_, one in sides)
+    limit = HEAD_ROOM * max(one.highest for *_, one in sides)
     period = (f"1/{marked.name}", 1 / marked.kinematic_hz) if marked else None
     inches = WIDE if len(sides) == 1 else HALF
     panels = []
     for title, key, one in sides:
         plot = acceleration_panel(one, limit=limit, title=title, inches=inches, period=period)
-        words: dict[str, Any] = {"id": f"time-figure{key}{suffix}", "badge": make_badge(one.analysis), "title": title}
+        words: dict[str, Any] = {"id": f"time-figure{key}{suffix}", "badge": one.origin, "title": title}
         panels.append(USER_TEXTS.figure("time", plot, wide=False, heading=title.capitalize(), **words))
     start, stop = view.record.window_s
     same_axes = ", on the same axes" if view.healthy else ""
@@ -251,7 +346,7 @@ def _times(record: UserRecord, suffix: str) -> Block:
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
     """Tabulate fault frequencies of model and record, draw the model's spectrum; `suffix` makes the ids unique."""
-    lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
+    lines, (low_hz, high_hz) = model.lines, model.view.analysis.processed.band_hz
     rows = [_model_row(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
     of_dimensions, opened, scene = "", "", f", inputs of scene `{model.base}`"
     if model.open_cage:
@@ -264,9 +359,9 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     shaft_hz, name = model.view.shaft_hz, f"model-table{suffix}"
     yield USER_TEXTS.table("model-table", rows, id=name, shaft_hz=shaft_hz, open_cage=of_dimensions)
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
-    title, top = f"{model.state.label}, envelope spectrum", SPECTRUM_LABEL_ROOM * peak_amplitude(model.view, end_hz)
+    title, top = f"{model.state.label}, envelope spectrum", SPECTRUM_LABEL_ROOM * view.highest
     words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "state": model.state.label}
-    words |= {"id": f"model-figure{suffix}", "badge": make_badge(model.view.analysis)}
+    words |= {"id": f"model-figure{suffix}", "badge": model.view.origin}
     yield USER_TEXTS.figure("model-figure", spectrum_panel(view, top=top, title=title), **words)
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from srbval.comparison.comparison import VERDICT
 from srbval.report.blocks import Block
 from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, PanelData, legend_above, new_axes, panel
-from srbval.report.pages import StoredResults, study_page
+from srbval.report.pages import StoredResults, record_words, stored_content, study_page
 from srbval.report.prose import Prose
 
 LOCKED, OUTCOME = "locked level", "prediction_outcome"
@@ -25,13 +25,8 @@ def unexplained(tests: Rows, locked: Rows) -> str:
     found = []
     for record in far:
         errors = [one["error"] for one in locked if one["record"] == record]
-        found.append(f"{short(record)} (model over rig {min(errors):+.0f} to {max(errors):+.0f} dB)")
+        found.append(f"{record_words(record)} (model over rig {min(errors):+.0f} to {max(errors):+.0f} dB)")
     return f"Open problem: the level of {' and '.join(found)} is not explained."
-
-
-def short(record: str) -> str:
-    """Shorten the name of a record for the page."""
-    return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")
 
 
 @panel
@@ -40,8 +35,9 @@ def draw_errors(rows: Rows) -> PanelData:
     figure, ax = new_axes(WIDE)
     table = pd.DataFrame(rows).assign(band_hz=[float(one["quantity"].split()[1]) for one in rows])
     for number, (record, of) in enumerate(table.groupby("record", sort=False)):
-        at, colour = of.band_hz * 1.03 ** (number - 1.5), VERMILION if "353" in str(record) else BLUE
-        ax.errorbar(at, of.error, of.uncertainty, fmt="os^v"[number % 4], color=colour, ms=4, label=short(str(record)))
+        name, at = record_words(str(record)), of.band_hz * 1.03 ** (number - 1.5)
+        look = {"fmt": "os^v"[number % 4], "color": VERMILION if "353" in name else BLUE, "ms": 4}
+        ax.errorbar(at, of.error, of.uncertainty, label=name, **look)
     ax.axhspan(-VERDICT.near_db, VERDICT.near_db, color=SOFT, alpha=0.12, lw=0)
     ax.set(xscale="log", xlabel="One-third-octave band, Hz", ylabel="Model over rig, dB")
     bands = sorted(table.band_hz.unique())
@@ -61,7 +57,7 @@ def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
 
 def data(results: StoredResults) -> Mapping[str, Any]:
     """Results of the study for ``report.json``, by key."""
-    content, outcome = results.content("amplitudes"), results.content(OUTCOME)
+    content, outcome = (stored_content(results, name) for name in ("amplitudes", OUTCOME))
     return {
         "amplitudes": content.get("counts"),
         "amplitude_levels": content.get("tests", []),

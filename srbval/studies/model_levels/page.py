@@ -6,10 +6,9 @@ from typing import Any
 import pandas as pd
 
 from srbval.plan.questions import MEANING, Question
-from srbval.report.blocks import Block, Callout, Tone
+from srbval.report.blocks import Block, Callout, TableColumn, Tone
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
-from srbval.report.tables import Title
 
 SCENE_TITLES = {"paper": "paper's scene", "rig": "rig's scene"}
 ASKED = ("lines", "harmonic-levels", "sideband-levels", "noise-floor", "slip", "power", "amplitude", "levels")
@@ -22,9 +21,9 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     yield prose.paragraph("intro", scenes=scenes, percent=100 * scenes / (scenes + 1))
     for base in SCENE_TITLES:
         about, rows = content["bases"][base], [one for question in ASKED for one in _asked(content, base, question)]
-        columns: dict[str, Title] = {"question": "Question"}
-        columns |= {model: (model, f"{about['pace'][model]:.2g} s/s") for model in about["models"]}
-        columns["least"] = "Least model"
+        columns = {"question": TableColumn("Question")}
+        columns |= {model: TableColumn(model, f"{about['pace'][model]:.2g} s/s") for model in about["models"]}
+        columns["least"] = TableColumn("Least model")
         yield prose.table(f"{base}-levels", question_table(rows), columns, **about)
 
 
