@@ -14,7 +14,6 @@ FIGURES_FOLDER = "figures"  # the folder of pictures and their data beside the d
 CellValue = float | int | str | bool | None
 REPORT_SCHEMA = 1  # version of the keys of report.json
 MISSING = "–"
-REQUIRED_TEXTS = {"alt": "an alt text: describe the picture", "caption": "a caption"}
 ReportRow = Mapping[str, Any]  # a row of a list in report.json, by its keys
 _IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
@@ -101,7 +100,7 @@ def _check(part: Any, kind: str, *needed: str) -> None:
         )
     for name in needed:
         if not getattr(part, name).strip():
-            raise ValueError(f"{kind} {part.id!r} needs {REQUIRED_TEXTS[name]}.")
+            raise ValueError(f"{kind} {part.id!r} needs a text `{name}`.")
 
 
 @dataclass(frozen=True, kw_only=True)

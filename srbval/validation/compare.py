@@ -41,9 +41,7 @@ from srbval.validation.sides import QUANTITIES, SideReading
 STATED_PART, REPEATS_PART = "simulation: stated", "simulation: repeats"
 LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
 MAX_SPEED_DIFFERENCE = 1e-3  # relative difference of shaft speeds up to which lines are compared in Hz
-MISSING_VALUE = QuantityValue(
-    value=math.nan, ci95=None, present=False
-)  # value of a quantity that is not found on a side
+MISSING_VALUE = QuantityValue(value=math.nan, ci95=None, present=False)  # of a quantity not found on a side
 PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # keys of a row beyond those of `comparison_row`
 VALIDATION_COLUMNS = ["pair", "state", "quantity", "unit", "kinematic", "simulated", "simulated_ci95"]
 VALIDATION_COLUMNS += ["measured", "measured_ci95", "error", "error_unit", "uncertainty", "parts", "verdict"]

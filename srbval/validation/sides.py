@@ -109,9 +109,8 @@ def run_scene(
         bearing_name=case.beside(case.bearing or DEFAULT_BEARING),
         progress=progress,
     )
-    read: dict[str, Any] = {"analyses": (found.analysis,), "values": (found.values,)}
     scene = None if source.model else base  # the effects of its inputs are known for its own model alone
-    return SideReading(**read, scene=scene, model=found)
+    return SideReading(analyses=(found.analysis,), values=(found.values,), scene=scene, model=found)
 
 
 def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) -> Fault:

@@ -52,22 +52,22 @@ def gather(
     cases = paper_cases(seconds)
     runs = dict(run_cases(cases, jobs=jobs, progress=progress))
     stored = stored_content(results, "inputs")
-    sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
+    rig, models = dict[Fault, Analysis](), dict[Fault, AnalysedRun]()
 
     def keep(one: PairReading) -> None:
         """Keep the analyses of a measured and simulated pair of recordings if the figures show the measured one."""
-        rig, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
-        if entry is None or rig.recording.file != entry.file:
+        analysis, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
+        if entry is None or analysis.recording.file != entry.file:
             return
         if one.problem:
             raise NumericsError(f"the simulation at the speed of the {one.state} recording failed: {one.problem}")
         shown = one.sides["simulated"].model if "simulated" in one.sides else None
-        sides[one.state] = rig, shown or run_counterpart(rig, one.state, progress=progress)
+        rig[one.state] = analysis
+        models[one.state] = shown or run_counterpart(analysis, one.state, progress=progress)
 
     validation = validate(PAPER_CASE, found=keep, jobs=jobs, progress=progress)
-    require_states(sides, validation.failed)
-    sides = {state: sides[state] for state in PAPER_STATES}
-    models = {state: model for state, (_, model) in sides.items()}
+    require_states(rig, validation.failed)
+    models = {state: models[state] for state in PAPER_STATES}
     with stage(progress, "Read the cage ratio of every record"):
         records = [load_entry(one) for one in select_drawn_records(of_rig, printed, stored)]
         content = content_sha256(records, bearing)
@@ -80,7 +80,7 @@ def gather(
     analyses = {
         "paper": paper,
         "model": {state: side.analysis for state, side in models.items()},
-        "rig": {state: rig for state, (rig, _) in sides.items()},
+        "rig": {state: rig[state] for state in models},
     }
     runs |= {side.case.id: side.run for side in models.values()}
     cases += [side.case for side in models.values()]
@@ -88,7 +88,7 @@ def gather(
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
     assert geometry is not None, "the model needs the geometry of the report's bearing"
-    registered = [chosen[state] for state in sides]
+    registered = [chosen[state] for state in models]
     found = Findings(
         data={},
         bearing=bearing,

@@ -62,25 +62,24 @@ VERDICT_LOOK = {
 
 def figures_section(findings: Findings) -> Section:
     """Make the sixteen panels of Figures 11 to 14, and a sentence for each figure on how model and rig compare."""
-    pictures = findings.data["pictures"]
-    views = findings.views
+    pictures, views = findings.data["pictures"], findings.views
     scale = shared_limits([one for side in views.values() for one in side.values()])
     panels: dict[str, list[Figure]] = {number: [] for number in PAPER_FIGURES}
     for state, letters in LETTERS.items():
         spectra = {side: _spectrum(views[side], state) for side in FIGURE_SIDES}
         top = PANEL_LABEL_ROOM * max(peak_amplitude(one.record, SPECTRUM_HZ) for one in spectra.values())
         for place, side in enumerate(FIGURE_SIDES):
-            record, letter = views[side][state], (letters[place], "ab"[place])
-            plots = drawings(spectra[side], state, scale | {"spectrum": top}, letter)
+            view, letter = spectra[side], (letters[place], "ab"[place])
+            plots = drawings(view, state, scale | {"spectrum": top}, letter)
             for number, (kind, states) in PAPER_FIGURES.items():
                 if state not in states and kind != "scalogram":
                     continue
                 label = f"{number}{letter[kind == 'spectrum']}"
-                words = panel_words(f"fig{label}", f"Figure {label}", record, state) | axis_ends(SPECTRUM_HZ)
+                words: dict[str, Any] = {"id": f"fig{label}", "label": f"Figure {label}"}
                 if kind == "spectrum":
                     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
-                    words["explore"] = explore_spectrum(spectra[side], "Envelope amplitude, std. dev.", curves)
-                panels[number].append(FIGURE_TEXTS.figure(kind, plots[kind], **words, line=state.line))
+                    words["explore"] = explore_spectrum(view, "Envelope amplitude, std. dev.", curves)
+                panels[number].append(panel_figure(kind, plots[kind], view, state, **words))
     sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
     sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
@@ -161,16 +160,13 @@ def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]
     }
 
 
-def axis_ends(end_hz: float) -> dict[str, float]:
-    """Return for captions: both ends [Hz] of a scalogram's frequency axis, and `end_hz` of a spectrum's."""
-    return dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, end_hz), strict=True))
-
-
-def panel_words(name: str, label: str, record: RecordView, state: Fault) -> dict[str, Any]:
-    """Return id, label and badge of a panel, and the words of its caption and alternative text."""
+def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **words: Any) -> Figure:
+    """Make the figure of one panel of a record in the bearing state `state`; `words` are id, label and chart."""
+    record, (low_hz, high_hz) = view.record, SCALOGRAM_HZ
     side = "rig" if record.origin is Origin.MEASURED else "model"
-    who = f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"
-    return {"id": name, "label": label, "badge": record.origin, "who": who}
+    words |= {"badge": record.origin, "who": f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"}
+    words |= {"low_hz": low_hz, "high_hz": high_hz, "end_hz": view.end_hz, "line": state.line or "no line"}
+    return FIGURE_TEXTS.figure(kind, plot, **words)
 
 
 def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
@@ -194,10 +190,9 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
     scale = shared_limits(views) | {"spectrum": top}
     for view, spectrum in zip(views, spectra, strict=True):
         for kind, plot in drawings(spectrum, state, scale).items():
-            name = f"pair-{one.number}-{kind}-{view.origin.value}"
-            words = panel_words(name, f"Pair {one.number}", view, state) | {"line": state.line or "no line"}
-            more: dict[str, Any] = axis_ends(spectrum.end_hz)
-            kinds[kind].append(FIGURE_TEXTS.figure(kind, draw_now(plot, folder, name), **words, **more))
+            name, label = f"pair-{one.number}-{kind}-{view.origin.value}", f"Pair {one.number}"
+            drawn = draw_now(plot, folder, name)
+            kinds[kind].append(panel_figure(kind, drawn, spectrum, state, id=name, label=label))
     if len(views) < 2:
         alike = dict.fromkeys(kinds, PAIR_TEXTS.text("one-side"))
     else:
