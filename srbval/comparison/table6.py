@@ -69,6 +69,7 @@ def published_rows(
     """
     for fault in RACE_DEFECTS:
         row, (_, found_hz, ci95_hz) = printed[fault], read_first_harmonic(paper[fault], fault)
+        run = runs[f"paper-{fault}"]
         assert row.kinematic_hz is not None, "Table 6 states every value"
         assert row.rig_hz is not None
         model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
@@ -82,7 +83,7 @@ def published_rows(
             rig,
             rig_source="published",
             shaft_rpm=row.rpm,
-            model_cage_hz=race_line_hz(runs[f"paper-{fault}"], fault),
+            model_cage_hz=run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz,
             **of_paper,
         )
 
@@ -107,7 +108,7 @@ def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comp
             rig_source="measured",
             shaft_rpm=60 * speed.value_hz,
             rig_shaft_rpm=60 * speed.value_hz,
-            model_cage_hz=race_line_hz(runs[fault], fault),
+            model_cage_hz=runs[fault].bpfo_hz if outer else runs[fault].bpfi_hz,
         )
 
 
@@ -209,8 +210,3 @@ def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, 
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")
     return line, line.found_hz, line.ci95_hz or 0.0
-
-
-def race_line_hz(run: Run, fault: Fault) -> float:
-    """Frequency of the line of a race fault [Hz], from the run's mean cage speed."""
-    return run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz

@@ -69,12 +69,7 @@ def as_plain(report: Report) -> dict[str, Any]:
         "generated": report.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
         "verdict": _plain(report.verdict),
         "sections": [
-            {
-                "id": section.id,
-                "title": mask_controls(section.title),
-                "open": section.open or len(report.sections) <= MAX_OPEN_SECTIONS,
-                "blocks": [_plain(block) for block in section.blocks],
-            }
+            _plain(section) | {"open": section.open or len(report.sections) <= MAX_OPEN_SECTIONS}
             for section in report.sections
             if section.blocks
         ],
@@ -95,7 +90,6 @@ def _plain(value: Any, name: str = "") -> Any:
         return {key: mask_controls(item) if isinstance(item, str) else item for key, item in value.items()}
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
-    kind = type(value).__name__
     parts = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.name != "draw"}
     if isinstance(value, KeyValues):
         parts["pairs"] = [(str(key), format_value(item, "")) for key, item in value.pairs.items()]
@@ -104,7 +98,7 @@ def _plain(value: Any, name: str = "") -> Any:
     if isinstance(value, ReportTable):
         parts |= {"columns": [vars(column) | {"align": column.align} for column in value.columns]}
         parts |= {"rows": [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]}
-    found = {"kind": kind} | {key: _plain(item, key) for key, item in parts.items()}
+    found = {"kind": type(value).__name__} | {key: _plain(item, key) for key, item in parts.items()}
     if "tone" in parts:
         found["sign"] = parts["tone"].sign
     return found

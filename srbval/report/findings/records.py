@@ -208,13 +208,12 @@ def fault_cursors(
     """List frequencies to mark up to `end_hz`: harmonics, each with `sidebands` pairs of sidebands (`sideband_hz`)."""
     found = []
     for harmonic in range(1, int(end_hz // frequency_hz) + 1):
-        name = line if harmonic == 1 else f"{harmonic}x{line}"
-        found.append(Cursor(name, harmonic * frequency_hz))
         for k in range(-sidebands, sidebands + 1):
-            at = harmonic * frequency_hz + k * sideband_hz
-            if k and 0 < at <= end_hz:
-                times = "" if abs(k) == 1 else str(abs(k))
-                found.append(Cursor(f"{name}{'+' if k > 0 else '-'}{times}{sideband_name}", at, sideband=True))
+            name, at = line if harmonic == 1 else f"{harmonic}x{line}", harmonic * frequency_hz + k * sideband_hz
+            if k:
+                name += f"{'+' if k > 0 else '-'}{'' if abs(k) == 1 else abs(k)}{sideband_name}"
+            if 0 < at <= end_hz:
+                found.append(Cursor(name, at, sideband=k != 0))
     return tuple(sorted(found, key=lambda cursor: cursor.frequency_hz))
 
 
