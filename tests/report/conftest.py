@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.bearing import load_bearing
 from srbval.recordings import Origin
 from srbval.recordings.registry import shipped_recordings
 from srbval.report import blocks
@@ -67,6 +68,9 @@ def with_rig(tmp_path_factory):
         return Made(found, report, write_report(report, tmp_path_factory.mktemp("rig") / "report"))
 
 
+BAND = SimpleNamespace(band_hz=(500.0, 1500.0))
+
+
 def line_of(_: str) -> SimpleNamespace:
     return SimpleNamespace(kinematic_hz=97.0)
 
@@ -88,7 +92,7 @@ def view(origin: str = "measured", **changes: Any) -> Any:
         "amplitude": height,
         "power_hz": np.arange(1, 500) * 20.0,
         "power_db": 10 * np.log10(rng.random(499)),
-        "analysis": SimpleNamespace(line=line_of, processed=SimpleNamespace(band_hz=(500.0, 1500.0))),
+        "analysis": SimpleNamespace(line=line_of, processed=BAND, bearing=load_bearing("skf-22240")),
     }
     return SimpleNamespace(**given | changes)
 
@@ -96,7 +100,7 @@ def view(origin: str = "measured", **changes: Any) -> Any:
 def spectrum(record: Any) -> SpectrumView:
     """Envelope spectrum up to 600 Hz with the harmonics of BPFI, over half of it as a healthy bearing's."""
     healthy = SimpleNamespace(frequency_hz=record.frequency_hz, amplitude=record.amplitude / 2)
-    cursors = fault_cursors("BPFI", 128.04, 600.0, sideband_hz=record.shaft_hz, sidebands=2)
+    cursors = fault_cursors(record, SimpleNamespace(name="BPFI", kinematic_hz=128.04), 600.0, 2)
     return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=((128.1, 30.0),), end_hz=600.0)
 
 

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import srbval
+from srbval.bearing import load_bearing
 from srbval.comparison.table6 import table6
 from srbval.report import blocks
 from srbval.report.blocks import Badge, Callout, Figure, Paragraph, ReportTable, TableColumn, Tone
@@ -322,7 +323,9 @@ def test_an_unknown_column_and_a_cell_with_several_values_are_errors(prose):
 
 
 def test_cursors_are_named_as_the_field_does():
-    names = [c.name for c in fault_cursors("BPFI", 128.0, 270, sideband_hz=12.0, sidebands=1)]
+    line, bearing = SimpleNamespace(name="BPFI", kinematic_hz=128.0), load_bearing("skf-22240")
+    view = SimpleNamespace(shaft_hz=12.0, analysis=SimpleNamespace(bearing=bearing))
+    names = [c.name for c in fault_cursors(view, line, 270, 1)]
     assert names == ["BPFI-fr", "BPFI", "BPFI+fr", "2xBPFI-fr", "2xBPFI", "2xBPFI+fr"]
 
 

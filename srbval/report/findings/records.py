@@ -4,7 +4,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -172,10 +172,8 @@ def spectrum_view(
     end_hz = end_hz or spectrum_end_hz(analysis, marked)
     first = first_lines(analysis)
     found = [Cursor(line.name, line.kinematic_hz) for line in first if marked is None or line.name != marked.name]
-    if marked is not None and (fault := Fault.of_line(marked.name)) is not None:
-        spacing_hz = fault.sideband_order(analysis.bearing.orders) * record.shaft_hz
-        sidebands: dict[str, Any] = {"sideband_name": fault.sidebands or "", "sidebands": int(spacing_hz > 0)}
-        found += fault_cursors(marked.name, marked.kinematic_hz, end_hz, sideband_hz=spacing_hz, **sidebands)
+    if marked is not None and Fault.of_line(marked.name) is not None:
+        found += fault_cursors(record, marked, end_hz, 1)
     cursors = tuple(sorted((c for c in found if c.frequency_hz <= end_hz), key=lambda c: c.frequency_hz))
     return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=detected_peaks(record), end_hz=end_hz)
 
@@ -196,24 +194,17 @@ def detected_peaks(record: RecordView) -> tuple[tuple[float, float], ...]:
     return tuple((hz, height) for name, hz, height in record.peaks if name.startswith(detected))
 
 
-def fault_cursors(
-    line: str,
-    frequency_hz: float,
-    end_hz: float,
-    *,
-    sideband_hz: float = 0.0,
-    sideband_name: str = "fr",
-    sidebands: int = 0,
-) -> tuple[Cursor, ...]:
-    """List frequencies to mark up to `end_hz`: harmonics, each with `sidebands` pairs of sidebands (`sideband_hz`)."""
-    found = []
-    for harmonic in range(1, int(end_hz // frequency_hz) + 1):
-        for k in range(-sidebands, sidebands + 1):
-            name, at = line if harmonic == 1 else f"{harmonic}x{line}", harmonic * frequency_hz + k * sideband_hz
-            if k:
-                name += f"{'+' if k > 0 else '-'}{'' if abs(k) == 1 else abs(k)}{sideband_name}"
-            if 0 < at <= end_hz:
-                found.append(Cursor(name, at, sideband=k != 0))
+def fault_cursors(record: RecordView, line: Line, end_hz: float, pairs: int) -> tuple[Cursor, ...]:
+    """List frequencies to mark up to `end_hz`: harmonics of a fault line, each with `pairs` pairs of sidebands."""
+    fault, found = Fault.of_line(line.name), []
+    spacing_hz = 0.0 if fault is None else fault.sideband_order(record.analysis.bearing.orders) * record.shaft_hz
+    for harmonic in range(1, int(end_hz // line.kinematic_hz) + 1):
+        for k in range(-pairs, pairs + 1) if spacing_hz else (0,):
+            name, at = f"{harmonic}x{line.name}" if harmonic > 1 else line.name, harmonic * line.kinematic_hz
+            if fault is not None and k:
+                name += f"{'+' if k > 0 else '-'}{'' if abs(k) == 1 else abs(k)}{fault.sidebands}"
+            if 0 < at + k * spacing_hz <= end_hz:
+                found.append(Cursor(name, at + k * spacing_hz, sideband=k != 0))
     return tuple(sorted(found, key=lambda cursor: cursor.frequency_hz))
 
 

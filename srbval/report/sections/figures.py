@@ -20,7 +20,6 @@ from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.figures.style import Drawing, PanelData, new_axes, panel
 from srbval.report.findings.findings import Findings, picture_rows
 from srbval.report.findings.records import (
-    Cursor,
     RecordView,
     SpectrumView,
     fault_cursors,
@@ -95,10 +94,7 @@ def figures_section(findings: Findings) -> Section:
 def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
     """Prepare for one side (model or rig) a state's envelope spectrum over the healthy one, fault harmonics marked."""
     record, line = side[state], state.line
-    cursors: tuple[Cursor, ...] = ()
-    if line:
-        line_hz, sidebands = record.analysis.line(line).kinematic_hz, 2 if state.sidebands else 0
-        cursors = fault_cursors(line, line_hz, SPECTRUM_HZ, sideband_hz=record.shaft_hz, sidebands=sidebands)
+    cursors = fault_cursors(record, record.analysis.line(line), SPECTRUM_HZ, 2) if line else ()
     found = tuple((hz, height) for name, hz, height in record.peaks if line and name.startswith(line))
     return SpectrumView(record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
 
