@@ -20,16 +20,9 @@ from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_mean
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
-from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
+from srbval.recordings.recording import Origin
 from srbval.recordings.simulated import as_accelerations, as_rotation, mean_hz, resample_channels, without_settling
-from srbval.recordings.speed import (
-    RPM_PER_HZ,
-    STATED_CI95_RPM,
-    nominal_speed,
-    prescribed_speed,
-    stated_speed,
-    with_tachometer,
-)
+from srbval.recordings.speed import MOST_TOLERANCE_PCT, speed_from_user, with_tachometer
 from srbval.recordings.times import PLAUSIBLE_HZ
 from srbval.recordings.units import CONVERTER_COUNTS, DERIVATIVES, FINE_UNITS, UNITS, UNKNOWN, known_unit, split_unit
 from srbval.storage.files import read_limited
@@ -38,7 +31,6 @@ from srbval.storage.tables import build
 
 FILE_COLUMN = "file"  # column of a table of labels
 ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a channel of a rotation
-MOST_TOLERANCE_PCT = 10.0  # the widest search for the speed in a record
 NAMED_CHANNELS, MAX_SUGGESTIONS = 16, 5
 LIKELY_HZ = 25600.0  # rate in the example of a question
 LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by name
@@ -186,7 +178,7 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     given = {SETTING_LABELS.get(key, key): getattr(settings, key) for key in NOTED}
     notes += [f"{label} {value} given by the user" for label, value in given.items() if value is not None]
     if settings.rpm is not None:
-        changes["speed"], how = _speed_from_user(settings.rpm, settings.rpm_tolerance_pct, reading)
+        changes["speed"], how = speed_from_user(settings.rpm, settings.rpm_tolerance_pct, reading)
         changes |= {"speed_signal": None, "speed_problem": None}
         notes.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
     for load in ("radial", "axial"):
@@ -318,23 +310,6 @@ def _unit_changes(path: Path, name: str, channel: Channel, settings: RecordingSe
         return {"unit": unit, "cautions": (*channel.cautions, f"{said} is used")}
     whole = channel.whole_numbers and not (unit in FINE_UNITS and bool((channel.samples % 1 == 0).all()))
     return {"unit": unit, "whole_numbers": whole and not settings.scale}
-
-
-def _speed_from_user(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
-    """Shaft speed from the user's `rpm` (a set point, a prescribed or a measured speed), and its source in words."""
-    own = reading.speed
-    if tolerance_pct is not None:
-        return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
-    if reading.origin is Origin.SIMULATED:
-        return prescribed_speed(rpm / RPM_PER_HZ), ", at which the simulation drives the shaft"
-    if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < STATED_CI95_RPM:
-        return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
-    if MOST_TOLERANCE_PCT * rpm < 100 * STATED_CI95_RPM:
-        raise ConfigurationError(
-            f"--rpm {rpm:g} is taken as accurate to {STATED_CI95_RPM:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; "
-            "state how far the true speed may differ with --rpm-tolerance PCT."
-        )
-    return stated_speed(rpm), ""
 
 
 def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.units import REVOLUTIONS, SPEED_HZ
@@ -20,6 +20,7 @@ LIMIT_HZ = 2000.0  # above the speed of any rolling bearing
 # Scale error of the speed by a counting tachometer (95 %): quartz clocks of tachometer and recorder, 50 parts in a
 # million each, with a margin for temperature and age. An assumption; an analogue tachometer may be worse.
 SCALE_CI95 = 1e-4
+MOST_TOLERANCE_PCT = 10.0  # the widest search for the speed in a record
 HYSTERESIS = 0.25  # of the swing from low to high, to either side of its middle
 LEAST_TURNS = 4  # for an interval and a spline
 SPIKES = 2e-4  # share of the highest and of the lowest samples that is ignored
@@ -93,6 +94,23 @@ def stated_speed(rpm: float, ci95_rpm: float = STATED_CI95_RPM, source: SpeedSou
     if not 0 < rpm < LIMIT_HZ * RPM_PER_HZ:
         raise DataError(f"shaft speed {rpm} rpm must be above 0 and below {LIMIT_HZ * RPM_PER_HZ:.0f}.")
     return ShaftSpeed(value_hz=rpm / RPM_PER_HZ, ci95_hz=ci95_rpm / RPM_PER_HZ, source=source)
+
+
+def speed_from_user(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
+    """Shaft speed from the user's `rpm` (a set point, a prescribed or a measured speed), and its source in words."""
+    own = reading.speed
+    if tolerance_pct is not None:
+        return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
+    if reading.origin is Origin.SIMULATED:
+        return prescribed_speed(rpm / RPM_PER_HZ), ", at which the simulation drives the shaft"
+    if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < STATED_CI95_RPM:
+        return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
+    if MOST_TOLERANCE_PCT * rpm < 100 * STATED_CI95_RPM:
+        raise ConfigurationError(
+            f"--rpm {rpm:g} is taken as accurate to {STATED_CI95_RPM:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; "
+            "state how far the true speed may differ with --rpm-tolerance PCT."
+        )
+    return stated_speed(rpm), ""
 
 
 def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float | None, rpm: float | None) -> Reading:
