@@ -40,9 +40,8 @@ def run_campaign_command(options: argparse.Namespace) -> int:
         f"Results: {done['table']}"
     )
     text = "\n".join([text, *_reasons(done)])
-    bad = "with failures" if done["failed"] else "with inaccurate cases" if done["inaccurate"] else None
-    status, code = (bad, WITH_FAILURES) if bad else ("ok", DONE)
-    return print_result(options, done | {"folder": folder}, text, status=status, code=code)
+    bad = "with failures" if done["failed"] else "with inaccurate cases" if done["inaccurate"] else ""
+    return print_result(options, done | {"folder": folder}, text, status=bad, code=WITH_FAILURES if bad else DONE)
 
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:

@@ -1,9 +1,9 @@
 """Command ``srbval data``: register, list, verify, remove and download recordings."""
 
 import argparse
-import dataclasses
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -56,11 +56,8 @@ def _run_action(options: argparse.Namespace) -> RegisterListing:
         return registry.remove(options.name)
     with ProgressDisplay() as progress:
         if options.action == "add":
-            own: dict[str, Any] = {
-                "band_hz": tuple(options.band) if options.band else None,
-                "auto_band": options.auto_band or None,
-            }
-            settings = dataclasses.replace(recording_settings(options), **own)
+            band_hz = (options.band[0], options.band[1]) if options.band else None
+            settings = replace(recording_settings(options), band_hz=band_hz, auto_band=options.auto_band or None)
             if options.folder is None and options.table is None:
                 raise ConfigurationError("name a folder or a file to register, or a --table of them.")
             folder = Path(options.table).parent if options.folder is None else options.folder
