@@ -90,9 +90,9 @@ class DatasetDescription:
     The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. The variables `tachometer_rpm`
     and `stated_rpm` contain the measured shaft speed; ``{record}`` in a name stands for the record's number. Without
     them the speed is a set point, kept within `nominal_ci95_pct`: `nominal_hz_variable`, `nominal_rpm_by_load` (by
-    motor load) or `nominal_rpm`. `labels` maps patterns of the fault label in a file to states of the bearing. If
-    `one_rig_a_folder` is true, each folder of the data set contains the records of another machine. These tables are
-    read as mappings:
+    motor load), ``rpm`` in the file's name or `nominal_rpm`. `labels` maps patterns of the fault label in a file to
+    states of the bearing. If `one_rig_a_folder` is true, each folder of the data set contains the records of another
+    machine. These tables are read as mappings:
 
     * `bands`: demodulation bands with their `reason`; with `fs_hz` only for this sampling rate.
     * `records`: facts about the records number `first` to `last`; `end` is the motor end with the faulty bearing.

@@ -108,17 +108,14 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
 
 def _rate_hz(raw: RawFile, description: DatasetDescription, facts: dict[str, Any]) -> float | None:
     """Sampling rate [Hz] from the file's name or the list of records (`facts`), a variable or the `description`."""
-    named_hz, listed_hz, variable = (
-        scaled(facts.get("rate_khz"), HZ_PER_KHZ),
-        facts.get("fs_hz"),
-        description.rate_variable,
-    )
+    named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), facts.get("fs_hz")
     if named_hz and listed_hz and named_hz != listed_hz:
         raise DataError(
             f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed_hz:g} Hz for this record; "
             "rename the file or correct the list."
         )
-    return named_hz or listed_hz or (raw.number(variable) if variable else None) or description.rate_hz
+    stated_hz = raw.number(description.rate_variable) if description.rate_variable else None
+    return named_hz or listed_hz or stated_hz or description.rate_hz
 
 
 def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
