@@ -117,6 +117,13 @@ def _bugs_are_seen(monkeypatch):
 
 
 @pytest.fixture(autouse=True)
+def _records_are_read_in_this_process(monkeypatch):
+    """Save the start of processes, which takes longer than to read a few records; `test_analyse_command` tests them."""
+    here = "srbval.diagnosis.records.in_processes"
+    monkeypatch.setattr(here, lambda function, items, **_: ((one, function(one)) for one in items))
+
+
+@pytest.fixture(autouse=True)
 def _own_home(tmp_path_factory, monkeypatch):
     """Keep the user's register and recordings out of the tests, and the tests out of the user's register."""
     monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)

@@ -24,7 +24,6 @@ import numpy as np
 import pytest
 
 from srbval.cli import arguments, output, run_command_line
-from srbval.diagnosis.records import _read_channels
 from srbval.errors import NumericsError, SrbvalError
 from srbval.models.hierarchy import LEVELS
 from srbval.models.run import USABLE, RunStatus
@@ -189,10 +188,6 @@ def said(tmp_path_factory):
             raise NumericsError("this would take long")
 
         patch.setattr("srbval.cli.installation_commands.cache_use", lambda: cache)
-        patch.setattr(
-            "srbval.diagnosis.records.in_processes",
-            lambda _, asked, **__: ((one, _read_channels(one)) for one in asked),
-        )
         for path in Path(arguments.__file__).parent.glob("*_command*.py"):
             patch.setattr(f"srbval.cli.{path.stem}.print_result", functools.partial(answer_twice, text))
         for function in LONG:
