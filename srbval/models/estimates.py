@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 ERROR_TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
 FINER_STEP_MARGIN = 1.0  # standard errors by which an error must exceed its tolerance before a finer step is chosen
 TAIL_PROBABILITY = 0.025  # probability, on either side, that an error exceeds its tolerance by chance alone
+LEAST_T = 1.9  # standard errors; Student's t at this probability is 1.96 or more
 MIN_DEGREES_OF_FREEDOM = 0.1  # of Student's t, for a single block, which has no scatter
 ORDER_UNCERTAINTY = 0.2  # relative, of an estimate: at second order the error would be 16/15 d, not 4/3 d
 REFINEMENT = 4  # an error is estimated by comparison with steps so many times finer
@@ -34,10 +35,13 @@ class Estimate:
 
     def certainly_exceeds(self, limit: float | None = None) -> bool:
         """True if the error exceeds `limit` (default: its tolerance) significantly, by Student's t test."""
+        within = ERROR_TOLERANCE[self.kind] if limit is None else limit
+        if abs(self.error) <= within + LEAST_T * self.scatter:
+            return False
         from scipy.special import stdtrit  # takes a while to load
 
         errors = -float(stdtrit(max(self.blocks - 1, MIN_DEGREES_OF_FREEDOM), TAIL_PROBABILITY))
-        return not abs(self.error) <= (ERROR_TOLERANCE[self.kind] if limit is None else limit) + errors * self.scatter
+        return not abs(self.error) <= within + errors * self.scatter
 
     @property
     def undecided(self) -> bool:

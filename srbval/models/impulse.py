@@ -139,14 +139,20 @@ def _move_mass(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatA
 
     The force is linear between samples. Each mode is computed alone: coupling by damping is neglected.
     """
-    import scipy.signal
+    from scipy.linalg import expm
+    from scipy.linalg.blas import dtbsv
 
-    velocity = np.zeros_like(force)
+    velocity, rate_hz = np.zeros_like(force), scene.output_rate_hz
     for own, mode in zip(*np.linalg.eigh(stiffness), strict=True):
-        a = np.array([[0.0, 1.0], [-own / mass, -(mode @ damping @ mode) / mass]])
-        system = (a, np.array([[0.0], [1 / mass]]), np.array([[0.0, 1.0]]), np.zeros((1, 1)))
-        discrete = scipy.signal.cont2discrete(system, 1 / scene.output_rate_hz, method="foh")
-        above, below = scipy.signal.ss2tf(*discrete[:4])
+        # rates of displacement, velocity, force and the force's change in a sample, over the sampling rate
+        motion = [[0.0, 1.0, 0.0, 0.0], [-own / mass, -(mode @ damping @ mode) / mass, 1 / mass, 0.0]]
+        sample = expm(np.array([*motion, [0.0, 0.0, 0.0, rate_hz], [0.0] * 4]) * (1 / rate_hz))
+        moved, held, risen = sample[:2, :2], sample[:2, 2:3], sample[:2, 3:]
+        # coefficients of the recursive filter from force to velocity
+        below = np.poly(moved)
+        above = np.poly(moved - (held - risen + moved @ risen) @ np.array([[0.0, 1.0]])) + (risen[1] - 1) * below
         pushed = force @ mode
-        velocity += scipy.signal.lfilter(above[0], below, pushed - pushed[0])[:, None] * mode
+        fed = np.convolve(pushed - pushed[0], above)[: len(force)]
+        bands = np.repeat(below[:, None], len(force), axis=1)  # of the matrix that the velocities solve
+        velocity += dtbsv(2, bands, fed, lower=1, diag=1)[:, None] * mode
     return velocity

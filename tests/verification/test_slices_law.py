@@ -25,7 +25,6 @@ import pytest
 from scipy.integrate import quad
 
 from srbval.models.full import columns as col
-from srbval.models.full.contact_kernel import law_of_point
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.slices_kernel import foot_of_slice, friction_of_slice, law_at_speed, slice_spring
 from tests.verification.cases import subject
@@ -121,7 +120,7 @@ def coefficient(slip: float, static: float, dynamic: float, critical: float) -> 
 def test_friction_of_a_slice(slip, more, static):
     """Mean of eq. (19) over slips from `slip` less `more` to `slip` and `more`, over the slip in the middle."""
     contact = {"static_friction": static, "dynamic_friction": 0.5, "critical_velocity": "1 mm/s"}
-    law = law_of_point(slices_model(paper_scene(contact=contact)).law)
+    law = slices_model(paper_scene(contact=contact)).law
     kinks = [side * size for side in (-1, 1) for size in (0.0, 1e-3, 1.5e-3) if abs(side * size - slip) < more]
     whole, _ = quad(
         coefficient, slip - more, slip + more, args=(static, 0.5, 1e-3), points=sorted(set(kinks)) or None, epsrel=1e-10
@@ -141,8 +140,7 @@ def test_lubricated_friction_grows_with_the_slide_to_roll_ratio(shaft_rad_s):
     outer = model.centre_distance + model.law.roller_radius
     rolling = abs(cage) * outer * model.tilt_cosine  # of both surfaces in the outer contact, seen from the cage
     assert law.critical_velocity == pytest.approx(0.06 / 4.0 * rolling, rel=SAME_SPEED)
-    point = law_of_point(law)
-    low, high = (friction_of_slice(point, slip, 1e-9) * slip for slip in (0.1 * law.critical_velocity, 1.0))
+    low, high = (friction_of_slice(law, slip, 1e-9) * slip for slip in (0.1 * law.critical_velocity, 1.0))
     assert low == pytest.approx(0.006, rel=1e-3)
     assert high == pytest.approx(0.06, rel=1e-3)
 

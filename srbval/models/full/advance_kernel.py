@@ -15,7 +15,7 @@ from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
 from srbval.models.full.second_cage_kernel import cage_angle, relative_energy, roller_cage_omega, turn_of_second
 from srbval.models.full.step_kernel import clear_mean, leapfrog_step, rosenbrock_step, runge_kutta_step
 from srbval.models.jit import inlined, kernel, kernel_part
-from srbval.models.solvers import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
+from srbval.models.solvers import FAMILIES
 
 
 @partial(kernel_part, fastmath=False)  # the same rounding in every caller
@@ -24,48 +24,26 @@ def time_of_step(first_step, number, step):
     return (first_step + number) * step
 
 
-@kernel
-def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, work, out):
-    """Advance the state `y` in place with a Runge-Kutta method, from step number `first_step`, and fill `out`.
+def advance_with(name, take_step):
+    """Make the kernel `name`, which advances the full model by `take_step`, a step of one family of solver methods."""
 
-    `out`: one row per `steps_per_output` steps, for columns see `models.outputs`; `method`: `Coefficients`; `work`:
-    `WorkingSpace`. Powers are averaged with the weights of the stages, so that the energy balance closes to the order
-    of the method.
-    """
-    interval = step * steps_per_output
-    for i in range(out.shape[0]):
-        start = begin_interval(y, model, work.mean, out, i)
-        for j in range(steps_per_output):
-            t = time_of_step(first_step, i * steps_per_output + j, step)
-            runge_kutta_step(y, t, step, method, model, work)
-        end_interval(y, start, interval, steps_per_output, work.mean, out, i)
+    def advance(y, first_step, step, steps_per_output, method, model, work, out):
+        """Advance the state `y` in place, from step number `first_step`, and fill `out`.
 
+        `out`: one row per `steps_per_output` steps, for columns see `models.outputs`; `method`: `Coefficients`; `work`:
+        `WorkingSpace`. Powers are averaged with the weights of the stages, so that the energy balance closes to the
+        order of the method.
+        """
+        interval = step * steps_per_output
+        for i in range(out.shape[0]):
+            start = begin_interval(y, model, work.mean, out, i)
+            for j in range(steps_per_output):
+                t = time_of_step(first_step, i * steps_per_output + j, step)
+                take_step(y, t, step, method, model, work)
+            end_interval(y, start, interval, steps_per_output, work.mean, out, i)
 
-@kernel
-def advance_rosenbrock(y, first_step, step, steps_per_output, method, model, work, out):
-    """Advance the state with a Rosenbrock method; arguments as in `advance_runge_kutta`."""
-    interval = step * steps_per_output
-    for i in range(out.shape[0]):
-        start = begin_interval(y, model, work.mean, out, i)
-        for j in range(steps_per_output):
-            t = time_of_step(first_step, i * steps_per_output + j, step)
-            rosenbrock_step(y, t, step, method, model, work)
-        end_interval(y, start, interval, steps_per_output, work.mean, out, i)
-
-
-@kernel
-def advance_leapfrog(y, first_step, step, steps_per_output, method, model, work, out):
-    """Advance the state with a leapfrog method; arguments as in `advance_runge_kutta`."""
-    interval = step * steps_per_output
-    for i in range(out.shape[0]):
-        start = begin_interval(y, model, work.mean, out, i)
-        for j in range(steps_per_output):
-            t = time_of_step(first_step, i * steps_per_output + j, step)
-            leapfrog_step(y, t, step, method, model, work)
-        end_interval(y, start, interval, steps_per_output, work.mean, out, i)
-
-
-ADVANCE = {RUNGE_KUTTA: advance_runge_kutta, ROSENBROCK: advance_rosenbrock, LEAPFROG: advance_leapfrog}
+    advance.__name__ = advance.__qualname__ = name  # of its machine code
+    return kernel(advance)
 
 
 @inlined
@@ -155,3 +133,10 @@ def mechanical_energy(y, model):
         double += model.roller_axial * y[at.spin + j] ** 2 + model.roller_transverse * (square - about * about)
         height += model.roller_mass * reach * e_y
     return 0.5 * double - model.gravity * height
+
+
+# Kernels of the families, in the order of `solvers.FAMILIES`.
+ADVANCE = [
+    advance_with(f"advance_{family}", step)
+    for family, step in zip(FAMILIES, (runge_kutta_step, rosenbrock_step, leapfrog_step), strict=True)
+]

@@ -35,23 +35,6 @@ class ContactLaw(NamedTuple):
     onset_s: float  # time over which the onset of a point's contact is averaged, 0 without averaging
 
 
-class PointLaw(NamedTuple):
-    """Contact law of one race point: a `ContactLaw` with derived constants for the innermost loop."""
-
-    profile_radius: float
-    inner_radius: float  # of the circle of the profile's centres about the roller's axis [m]
-    stiffness: float
-    damping: float
-    smoothing: float
-    sharpness: float  # inverse of the smoothing
-    onset_s: float
-    static_friction: float
-    dynamic_friction: float
-    critical_velocity: float
-    slope: float  # of the coefficient of friction over the slip speed, at rest [s/m]
-    fall: float  # decrease of the coefficient over the slip speed beyond the critical velocity [s/m]
-
-
 class Candidates(NamedTuple):
     """Race points that a roller may touch: `first` to `last` - 1 of a list (`window`), see `point_cloud.Windows`."""
 
@@ -73,18 +56,17 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
-    point_law = law_of_point(law)
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
         axial, share = points[race, window, col.POINT_AXIAL, i], points[race, window, col.POINT_SHARE, i]
         for j in range(begin, end):
             p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
-            depth, n_x, n_y, n_z = penetration(point_law, p_x, p_y, p_z)
+            depth, n_x, n_y, n_z = penetration(law, p_x, p_y, p_z)
             u_n, q_x, q_y, q_z = approach_and_slip((p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
             if patch is None:
-                spring, viscous, elastic = point_spring_and_damper(point_law, depth, u_n, share, damping)
+                spring, viscous, elastic = point_spring_and_damper(law, depth, u_n, share, damping)
                 normal = normal_force(spring, viscous, u_n)
-                drag, g_x, g_y, g_z, loss = point_friction(point_law, normal, q_x, q_y, q_z)
+                drag, g_x, g_y, g_z, loss = point_friction(law, normal, q_x, q_y, q_z)
                 twice_energy = spring * depth
             else:
                 deep = depth if depth > 0.0 else 0.0
@@ -108,28 +90,6 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
             if damping is not None:
                 viscous = viscous if normal > 0.0 else 0.0
                 add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
-
-
-@inlined
-def law_of_point(law):
-    """Convert a `ContactLaw` to a `PointLaw`, with its derived constants."""
-    critical = law.critical_velocity
-    slope = law.static_friction / critical
-    fall = (law.static_friction - law.dynamic_friction) / (0.5 * critical)
-    return PointLaw(
-        law.profile_radius,
-        law.profile_radius - law.roller_radius,
-        law.stiffness,
-        law.damping,
-        law.smoothing,
-        1.0 / law.smoothing,
-        law.onset_s,
-        law.static_friction,
-        law.dynamic_friction,
-        critical,
-        slope,
-        fall,
-    )
 
 
 @inlined
@@ -176,7 +136,7 @@ def add_contact(place, normal, pressure, friction, space, j):
 def penetration(law, p_x, p_y, p_z):
     """Compute the depth of a point below the barrel roller's surface [m] and its outward normal, in closed form."""
     rho = math.sqrt(p_x * p_x + p_y * p_y)
-    s = rho + law.inner_radius
+    s = rho + (law.profile_radius - law.roller_radius)
     distance = math.sqrt(s * s + p_z * p_z)
     inverse = 1.0 / (distance * rho)
     n_x = s * inverse * p_x
@@ -208,7 +168,7 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
         spring = smooth * law.stiffness * (lead - 0.5 * x * travel)
         elastic = share * law.stiffness * (depth if depth > 0.0 else 0.0)
     else:
-        x = depth * law.sharpness
+        x = depth * (1.0 / law.smoothing)
         x = x if x > 0.0 else 0.0
         x = x if x < 1.0 else 1.0
         smooth = share * x * x * (3.0 - 2.0 * x)
@@ -226,13 +186,15 @@ def normal_force(spring, viscous, u_n):
 @inlined
 def point_friction(law, normal, q_x, q_y, q_z):
     """Compute friction at slip velocity q, the paper's eq. (19): force over slip [N s/m], force [N], lost power [W]."""
-    dynamic = law.dynamic_friction
+    static, dynamic, critical = law.static_friction, law.dynamic_friction, law.critical_velocity
+    at_rest = static / critical  # coefficient of friction over slip
+    fall = (static - dynamic) / (0.5 * critical)
     square = q_x * q_x + q_y * q_y + q_z * q_z
     slip = math.sqrt(square) + 1e-300
-    mu = law.static_friction - law.fall * (slip - law.critical_velocity)
+    mu = static - fall * (slip - critical)
     mu = mu if mu > dynamic else dynamic
     mu = mu / slip
-    mu = mu if mu < law.slope else law.slope
+    mu = mu if mu < at_rest else at_rest
     drag = mu * normal
     return drag, drag * q_x, drag * q_y, drag * q_z, drag * square
 

@@ -72,16 +72,6 @@ def slot_axes(axes, c, s, along, across):
     return x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z
 
 
-class RaceLimits(NamedTuple):
-    """Constants of a `parameters.RaceSearch`, its lengths inverted [1/m]; `onwards`: see `race_limits`."""
-
-    per_spacing: float
-    per_clearance: float
-    own_middle: float
-    own_half: float
-    onwards: float
-
-
 class SearchConstants(NamedTuple):
     """Constants for finding the race points near a roller.
 
@@ -105,12 +95,6 @@ class SurfaceHeights(NamedTuple):
 
     races: Any
     rollers: Any
-
-
-@inlined
-def race_limits(race, onwards):
-    """Convert a `parameters.RaceSearch` to `RaceLimits`; `onwards`: sense in which rollers move on it, 1 or -1."""
-    return RaceLimits(1.0 / race.spacing, 1.0 / race.clearance, race.own_middle, race.own_half, onwards)
 
 
 @kernel_part
@@ -171,8 +155,8 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         lead_s,
         0.5 * LONGEST_ONSET_M if lead_s > 0.0 else 0.0,
     )
-    outer = race_limits(races.outer, 1.0 if omega_z > 0.0 else -1.0)
-    inner = race_limits(races.inner, 1.0 if omega_z > shaft else -1.0)
+    # sense in which rollers move on each race
+    outer_onwards, inner_onwards = 1.0 if omega_z > 0.0 else -1.0, 1.0 if omega_z > shaft else -1.0
     for p in range(slots):
         side = space[col.SIDE + p]
         own_cosine, own_sine = cage_angle(second, ct, st, turned, side)
@@ -211,7 +195,8 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         leaning = abs(space[col.Z_Y + p]) * height
         count_candidates(
             search,
-            outer,
+            races.outer,
+            outer_onwards,
             outer_clearance - o_x,
             o_z,
             -search.lead_s * space[col.V_X + p],
@@ -235,7 +220,8 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         depth = inner_clearance + arc_radial * m_x + side * arc_height * x_z - reach
         count_candidates(
             search,
-            inner,
+            races.inner,
+            inner_onwards,
             depth,
             offset,
             -search.lead_s * slide_rate,
@@ -249,12 +235,13 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
 
 
 @inlined
-def count_candidates(search, race, depth, offset, lead, aside, angle, here, patch, space, column):
+def count_candidates(search, race, onwards, depth, offset, lead, aside, angle, here, patch, space, column):
     """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
 
     `depth` of the middle of the race's profile in the roller, `offset` of the profile along the roller, `lead`:
     roller's approach in the time `search.lead_s`, `aside`: largest displacement of the race along itself [m]; `angle`
-    from the race's first point to the roller [rad]; `here`: True if the slot has a roller; `column` of the workspace.
+    from the race's first point to the roller [rad]; `here`: True if the slot has a roller; `column` of the workspace;
+    `race`: its `parameters.RaceSearch`; `onwards`: sense in which rollers move on it, 1 or -1.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
@@ -266,7 +253,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, patc
         near * race.per_clearance,
         (near + search.most_lead) * race.per_clearance,
         aside * race.per_spacing,
-        race.onwards * position,
+        onwards * position,
         search.most,
         patch,
     )

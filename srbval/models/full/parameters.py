@@ -24,7 +24,6 @@ from srbval.models.full.point_cloud import (
     outer_circle,
     window_half_count,
 )
-from srbval.models.full.second_cage_kernel import SecondCage
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
@@ -39,13 +38,13 @@ MOST_LOADED = 5.0  # largest over mean roller load of a bearing with clearance, 
 class RaceSearch(NamedTuple):
     """Constants for finding the points of one race that a roller may touch.
 
-    `spacing`: smallest distance of neighbouring points [m]; `clearance`: smallest gap between a roller that just
-    touches and a point one spacing aside [m]; `own_middle`, `own_half`: middle and half width, counted in points, of
-    the stretch that contains all points near the race's defects.
+    `per_spacing`: inverse of the smallest distance of neighbouring points [1/m]; `per_clearance`: inverse of the
+    smallest gap between a roller that just touches and a point one spacing aside [1/m]; `own_middle`, `own_half`:
+    middle and half width, counted in points, of the stretch that contains all points near the race's defects.
     """
 
-    spacing: float
-    clearance: float
+    per_spacing: float
+    per_clearance: float
     own_middle: float
     own_half: float
 
@@ -125,7 +124,7 @@ class Parameters(NamedTuple):
     circle_half_gap: float  # half the distance between two circles along a roller [m]
     surface: SurfaceHeights
     patch: FloatArray | None  # contacts that are not points, empty for points: see `srbval.models.line`
-    second_cage: SecondCage | None = None
+    second_cage: float | None = None  # moment of inertia of row 2's cage about its axis, see `second_cage_kernel`
     slices: SliceTable | None = None  # contacts cut into slices, see `srbval.models.slices`; `patch` is then None
     oil: OilLaw | None = None  # drag, rolling resistance, pockets of a bearing with slices
     free: int | None = None  # `FREE`: rollers with slices tilt and slide along their axes, see `tilt_kernel`
@@ -179,7 +178,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         circle_half_gap=_axial_position(geometry, 3) / 2,
         surface=surface_heights(scene, geometry, diameter / 2),
         patch=np.zeros((2, 0, 4)),
-        second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
+        second_cage=cage_axial / 2 if scene.bodies.cages == 2 else None,
     )
 
 
@@ -246,8 +245,8 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
             points[i, window, :, : candidates.shape[1]] = candidates
     outer, inner = (
         RaceSearch(
-            2 * math.pi / count * min(abs(x) for x in r),
-            min(clearance_aside_m(roller_radius, x, points_per_circle=count) for x in r),
+            1 / (2 * math.pi / count * min(abs(x) for x in r)),
+            1 / min(clearance_aside_m(roller_radius, x, points_per_circle=count) for x in r),
             *own_stretch(race.window_of, 2 * half + 1),
         )
         for race, r in zip(both, radii, strict=True)

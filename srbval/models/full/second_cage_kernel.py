@@ -3,22 +3,16 @@
 The window cages of both rows ride on one guide ring. The relative angle a, by which row 2's cage is ahead, is a fourth
 coordinate beside the cage's three. With the cage's axis t, the cage and the rollers of row 2 turn at omega_2 = omega +
 a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. The equation of a is Kane's, with the partial
-angular velocity t. Without a second cage (`second` is None) every function leaves its arguments unchanged.
+angular velocity t. `second` is the moment of inertia of row 2's cage about its axis [kg m2]; the model's other inertia
+values include both cages. Without a second cage (`second` is None) every function leaves its arguments unchanged.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.jit import kernel_part
-
-
-class SecondCage(NamedTuple):
-    """Moment of inertia of row 2's cage about its axis [kg m2]; the model's other inertia values include both cages."""
-
-    axial: float
 
 
 @kernel_part
@@ -73,7 +67,7 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
     b_x = rate * (omega_y * t_z - omega_z * t_y)
     b_y = rate * (omega_z * t_x - omega_x * t_z)
     b_z = rate * (omega_x * t_y - omega_y * t_x)
-    axial = second.axial
+    axial = second
     a_x, a_y, a_z = axial * t_x, axial * t_y, axial * t_z
     g_x, g_y, g_z = g_x - axial * b_x, g_y - axial * b_y, g_z - axial * b_z
     torque = 0.0
@@ -219,4 +213,4 @@ def relative_energy(second, turned, along):
     """Compute twice the energy [J] that a second cage's relative rate adds; `along`: cage 1's speed about its axis."""
     if second is None:
         return 0.0
-    return second.axial * turned[3] * (2.0 * along + turned[3])
+    return second * turned[3] * (2.0 * along + turned[3])

@@ -21,13 +21,13 @@ from srbval.models.full.contact_kernel import (
     add_contact,
     add_damping,
     approach_and_slip,
-    law_of_point,
     normal_force,
     penetration,
     place_of_point,
     with_friction,
 )
 from srbval.models.full.film_kernel import film_drag, film_on_race
+from srbval.models.full.oil_kernel import rolling_speed
 from srbval.models.jit import inlined, kernel_part
 
 # x^(1/9) over x^(1/8), for the first guess of one Newton step; error after it 1.6e-6 from 1e-11 m to 1 mm.
@@ -148,7 +148,7 @@ def law_at_speed(law, slices, cage, shaft):
         return law
     if slices.critical_ratio == 0.0:
         return law
-    rolling = 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
+    rolling = rolling_speed(slices, cage, shaft)
     return with_friction(law, law.damping, law.static_friction, law.dynamic_friction, slices.critical_ratio * rolling)
 
 
@@ -241,7 +241,6 @@ def face_roller(space, start, stop):
 @kernel_part
 def touches(law, slices, race, i, space, start, stop):
     """True if slice `i` of a race without defect touches a roller in any contact, columns `start` to `stop` - 1."""
-    point_law = law_of_point(law)
     radial, axial = slices.rows[race, 0, col.SLICE_RADIAL, i], slices.rows[race, 0, col.SLICE_AXIAL, i]
     normal_radial = slices.rows[race, 0, col.SLICE_NORMAL_RADIAL, i]
     normal_axial = slices.rows[race, 0, col.SLICE_NORMAL_AXIAL, i]
@@ -249,7 +248,7 @@ def touches(law, slices, race, i, space, start, stop):
     deepest = -1.0
     for j in range(np.uint64(start), np.uint64(stop)):
         p_x, p_y, p_z = place_of_point(radial, 0.0, axial, space, j)
-        depth, n_x, _, n_z = penetration(point_law, p_x, p_y, p_z)
+        depth, n_x, _, n_z = penetration(law, p_x, p_y, p_z)
         sine, _, _ = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
         spread = abs(sine) * width
         depth += 0.5 * (spread if spread > vertex else vertex)
@@ -274,9 +273,8 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
     with its edge, along the race's normal. Other arguments as in `contact_columns`.
     """
     begin, end = np.uint64(start), np.uint64(stop)
-    point_law = law_of_point(law)
     rows = slices.rows
-    shear = film_on_race(film, point_law, race)
+    shear = film_on_race(film, law, race)
     for i in range(first, last):
         radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
         normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]
@@ -290,7 +288,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             radial, tangential, axial = foot_of_slice(rows, race, window, i, along)
         for j in range(begin, end):
             p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
-            depth, n_x, n_y, n_z = penetration(point_law, p_x, p_y, p_z)
+            depth, n_x, n_y, n_z = penetration(law, p_x, p_y, p_z)
             sine, along_x, along_z = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
             if on_roller:
                 turn = tangential / radial
@@ -312,7 +310,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             square = q_x * q_x + q_y * q_y + q_z * q_z
             if film is None:
                 slip = math.sqrt(square + LEAST_SLIP * LEAST_SLIP)
-                drag = normal * friction_of_slice(point_law, slip, more + LEAST_SLIP)
+                drag = normal * friction_of_slice(law, slip, more + LEAST_SLIP)
             else:
                 drag = film_drag(shear, sagging, normal, touched * width, square, more)
             add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (drag * q_x, drag * q_y, drag * q_z), space, j)
