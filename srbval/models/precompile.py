@@ -2,7 +2,6 @@
 
 import gc
 import sys
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -30,10 +29,10 @@ def scenes_of_all_kernels() -> list[Scene]:
     return [*own, *(load_scene("rig", changes) for changes in rig), load_scene("rig-oil")]
 
 
-def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
+def compile_kernel(model: str, part: str, cages: str, *more: str) -> None:
     """Compile one kernel by calling it briefly; the arguments are the parts of the kernel's name, see `kernels_of`."""
     in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if OIL_SUFFIX[1:] in more else {}
-    scene = paper_scene(model=model, bodies={"cages": cages, "free_rollers": FREE_SUFFIX[1:] in more}, **in_oil)
+    scene = paper_scene(model=model, bodies={"cages": int(cages), "free_rollers": FREE_SUFFIX[1:] in more}, **in_oil)
     compile_in_this_process(scene)
     if part == RING:
         simulate(replace(scene, duration_s=PRECOMPILED_RUN_S, settle_s=0.0), step=Step.UNCHECKED)
@@ -47,14 +46,8 @@ def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
         take_steps(parameters, state, method, step_s=scene.solver.step_s, intervals=range(0))
 
 
-def compile_kernels(names: Iterable[str]) -> None:
-    """Compile kernels by their names, which have the form of `kernels_of`."""
-    for name in names:
-        model, part, cages, *more = name.split("-")
-        compile_and_list(name, partial(compile_kernel, model, part, int(cages), *more))
-
-
 if __name__ == "__main__":
     end_with_input()
     gc.disable()  # compiling creates millions of objects, few of them garbage
-    compile_kernels(sys.argv[1:])
+    for kernel in sys.argv[1:]:
+        compile_and_list(kernel, partial(compile_kernel, *kernel.split("-")))

@@ -72,15 +72,16 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
             critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `film_at_speed`
             law = law._replace(static_friction=1.0, dynamic_friction=0.0)
     radius_m = [contact.radius_m for contact in contacts]
+    selection, tables = _join_races(races, len(on_rollers), model.races.height)
     return model._replace(
         free=FREE if scene.bodies.free_rollers else None,
         race_radius=(geometry.raceway_radius_m, geometry.inner_profile_radius_m),
         inner_centre_radial=model.inner_centre_radial + shift * model.tilt_cosine,
         inner_centre_axial=model.inner_centre_axial + shift * model.tilt_sine,
         law=law,
-        races=_slice_races(races, model.races.height, len(on_rollers)),
+        races=selection,
         patch=None,
-        slices=_slice_table(races, own.damping_s, critical_ratio, radius_m, len(on_rollers))._replace(film=film),
+        slices=SliceTable(*tables, own.damping_s, critical_ratio, *radius_m, film),
     )
 
 
@@ -116,15 +117,20 @@ def films_m(
     return middle, least
 
 
-def _slice_table(
-    races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float], on_rollers: int
-) -> SliceTable:
-    """Join the tables of slices of both races; those of `on_rollers` defects on rollers are last, last one first."""
+def _join_races(
+    races: list[Openings], on_rollers: int, height_m: float
+) -> tuple[Races, tuple[FloatArray, IntArray, FloatArray, FloatArray]]:
+    """Join the tables of slices of both races; those of `on_rollers` defects on rollers are last, last one first.
+
+    Returns the parameters by which kernels select the table for a roller, from its angle around the race (`height_m`:
+    see `Races`), and the first four fields of `SliceTable`.
+    """
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
-    table, middle, reach = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows)), np.zeros((2, windows))
-    starts = np.zeros((2, windows, 4), dtype=np.int64)
+    table, starts = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows, 4), dtype=np.int64)
+    highest, middle, reach = np.zeros((3, 2, windows))
     for i, race in enumerate(races):
+        highest[i, : len(race.rows)] = [max(0.0, float(-rows[col.SLICE_FLOOR].min())) for rows in race.rows]
         middle[i, : len(race.rows)] = race.middle_rad
         places = [*enumerate(race.rows), *((windows - 1 - spare, rows) for spare, rows in enumerate(race.of_rollers))]
         for window, rows in places:
@@ -134,26 +140,17 @@ def _slice_table(
             reach[i, window] = (rows[col.SLICE_HALF] + np.sqrt(raised)).max()
             ends = np.cumsum(rows[col.SLICE_WIDTH])  # at thirds of the length, not of the number of slices
             starts[i, window, 1:] = [np.searchsorted(ends, share * ends[-1]) + 1 for share in (1 / 3, 2 / 3, 1 - 1e-9)]
-    return SliceTable(table, starts, middle, reach, damping_s, critical_ratio, *radius_m)
-
-
-def _slice_races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
-    """Parameters by which kernels select the table of slices for a roller, from its angle around the race."""
-    search = [RaceSearch(1.0, 1.0, *own_stretch(race.window_of, 1)) for race in races]
-    windows = max(len(race.rows) for race in races) + on_rollers
-    highest = np.zeros((2, windows))
-    for i, race in enumerate(races):
-        highest[i, : len(race.rows)] = [max(0.0, float(-rows[col.SLICE_FLOOR].min())) for rows in race.rows]
-    return Races(
+    selection = Races(
         points=None,
-        starts=np.zeros((2, windows, 4), dtype=np.int64),
+        starts=np.zeros_like(starts),
         window_of=np.array([race.window_of for race in races]),
         highest=highest,
         plain=1,
         height=height_m,
-        outer=search[0],
-        inner=search[1],
+        outer=RaceSearch(1.0, 1.0, *own_stretch(races[0].window_of, 1)),
+        inner=RaceSearch(1.0, 1.0, *own_stretch(races[1].window_of, 1)),
     )
+    return selection, (table, starts, middle, reach)
 
 
 class Openings(NamedTuple):

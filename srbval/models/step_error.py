@@ -143,13 +143,7 @@ class _Piece:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
                 out, sums = out[round(SETTLING_SHARE * self.length) :], RunningSums()
                 sums.add(out)
-                means = block_means(
-                    self.rate_hz,
-                    out[:, col.CAGE_SPEED],
-                    out[:, col.ACCELERATION_XYZ],
-                    out[:, col.MEAN_DRIVE_POWER],
-                    bands_below_hz=self.bands_below_hz,
-                )
+                means = block_means(self.rate_hz, out, bands_below_hz=self.bands_below_hz)
                 self.known[times] = sums.energy_imbalance(1 / self.rate_hz), means
         (gap, means), (remains, right) = self.known[finer], self.known[REFINEMENT * finer]
         step_s = self.run.step_s / finer
@@ -157,21 +151,14 @@ class _Piece:
         return replace(found.extrapolated_to((REFINEMENT - 1) / REFINEMENT), step_s=step_s)
 
 
-def block_means(
-    fs_hz: float,
-    cage_rad_s: FloatArray,
-    acceleration_m_s2: FloatArray,
-    drive_w: FloatArray,
-    *,
-    bands_below_hz: float = math.inf,
-) -> BlockMeans:
-    """Means of each quantity over `BLOCKS` equal blocks of a run, from its outputs, [n] and [n, 3].
+def block_means(fs_hz: float, out: FloatArray, *, bands_below_hz: float = math.inf) -> BlockMeans:
+    """Means of each quantity over `BLOCKS` equal blocks of a run, from its outputs, [n, COLUMN_COUNT].
 
     For a frequency band, the squared acceleration is averaged. Bands that reach `bands_below_hz` or half of `fs_hz`,
     the output rate, are left out, and all bands if an acceleration is not finite.
     """
-    found = {CAGE_QUANTITY: cage_rad_s, DRIVE_QUANTITY: drive_w}
-    along = along_sensor(acceleration_m_s2)
+    found = {CAGE_QUANTITY: out[:, col.CAGE_SPEED], DRIVE_QUANTITY: out[:, col.MEAN_DRIVE_POWER]}
+    along = along_sensor(out[:, col.ACCELERATION_XYZ])
     for name, band_hz in BANDS_HZ.items():
         if band_hz[1] < min(0.5 * fs_hz, bands_below_hz) and np.all(np.isfinite(along)):
             found[f"RMS in {name} Hz"] = band_squares(along, fs_hz, band_hz)

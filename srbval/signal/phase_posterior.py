@@ -5,7 +5,6 @@ by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
@@ -24,21 +23,12 @@ _ORDER = np.arange(CIRCLE // 2 + 1)
 _STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and of the density that joins all jitters
 
 
-@dataclass(frozen=True, kw_only=True)
-class Posterior:
-    """Mean shift of a line from its assumed frequency, and half width of the 95 % credible interval [Hz].
-
-    `steady` is the probability of no slip. As a confidence interval, the credible interval is too wide without slip and
-    too narrow with little slip: see `slip.weak_factor`.
-    """
-
-    shift_hz: float
-    credible_hz: float
-    steady: float
-
-
-def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> Posterior:
+def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> tuple[float, float, float]:
     """Compute the posterior of a line from sums [c, blocks] over blocks of `block_s`, for its harmonics `number` [c].
+
+    Returns the mean shift of the line from `line_hz` and the half width of the 95 % credible interval [Hz], and the
+    probability of no slip. As a confidence interval, the credible interval is too wide without slip and too narrow with
+    little slip: see `slip.weak_factor`.
 
     Sums are in units of noise. All frequencies are equally probable beforehand, and so are all `JITTERS`; no jitter has
     the prior weight `STEADY_WEIGHT`. Amplitudes are the likeliest for each jitter (expectation maximisation, Dempster
@@ -87,7 +77,7 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     distance = np.abs(shift - centre)
     order = np.argsort(distance)
     half = float(distance[order][np.searchsorted(np.cumsum(density[order]), 0.95)])
-    return Posterior(shift_hz=centre, credible_hz=half, steady=float(weight[0] / weight.sum()))
+    return centre, half, float(weight[0] / weight.sum())
 
 
 def _shift_grid(error_hz: float, seconds: float) -> FloatArray:

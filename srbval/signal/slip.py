@@ -85,10 +85,7 @@ BLOCK_SNR = 1.0  # least power over noise of the strongest harmonic in a block f
 LARGEST_JITTER = 0.035  # largest relative jitter of the spacing of impacts that is tracked
 WALK_RATIOS = np.geomspace(0.05, 1e10, 93)  # of walk to noise, in the variance of the slope
 WALK_RATIO_PRIOR = (1 + WALK_RATIOS) ** -0.5  # prior weights of the ratios
-STEP_SHARES = (
-    1.0,
-    0.03,
-)  # variances of the first steps of a track, relative to the variance of the largest jitter
+STEP_SHARES = (1.0, 0.03)  # variances of the first steps of a track, relative to that of the largest jitter
 # Noise at the line over the noise about it; any but the first must be likelier by this log likelihood.
 EXCESSES, EXCESS_MARGIN = (1.0, 1.6, 2.5, 4.0, 6.3), 8.0
 TEMPER = 0.5  # exponent of the odds, because the log evidence is approximate
@@ -112,9 +109,9 @@ def track_slip(
     weak = weak_sums(phasors, number, noise_power, period_s=period_s)
     if weak is not None:
         block_s = phasors.seconds / weak.shape[1]
-        found = posterior(weak, number, line_hz=line_hz, block_s=block_s)
-        wide = found.credible_hz / (NORMAL_95 * noise_error_hz(weak, number, block_s))
-        return found.shift_hz, weak_factor(found.steady, wide) * found.credible_hz
+        shift_hz, credible_hz, steady = posterior(weak, number, line_hz=line_hz, block_s=block_s)
+        wide = credible_hz / (NORMAL_95 * noise_error_hz(weak, number, block_s))
+        return shift_hz, weak_factor(steady, wide) * credible_hz
     found_blocks = _in_blocks(phasors, noise_power, period_s)
     if (sums := next((sums for sums, snr in found_blocks if float(snr.max()) >= BLOCK_SNR), None)) is None:
         return 0.0, math.inf

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from srbval import load_bearing, load_recording, write_run
-from srbval.models import full_run, outputs
+from srbval.models import full_run
 from srbval.models.estimates import BLOCKS, ERROR_TOLERANCE, REFINEMENT, Estimate, StepError
 from srbval.models.full.steps import take_steps
 from srbval.models.full_run import run_full
@@ -126,10 +126,7 @@ def test_the_estimate_is_the_error_against_a_finer_run():
     scene = fast_rig(40960, rpm=4000.0)
     estimated = {e.of: e for e in step_error(scene, BEARING).estimates}
     finer = replace(scene, solver=replace(scene.solver, step_s=1 / 163840))
-    run, right = (
-        block_means(s.output_rate_hz, r.cage_rad_s, r.acceleration_m_s2, r.out[:, outputs.MEAN_DRIVE_POWER])
-        for s, r in ((s, simulate(s, step=Step.UNCHECKED)) for s in (scene, finer))
-    )
+    run, right = (block_means(s.output_rate_hz, simulate(s, step=Step.UNCHECKED).out) for s in (scene, finer))
     for true in estimate_errors(run, right):
         name, estimate = true.of, estimated[true.of]
         room = 3 * math.hypot(true.scatter, estimate.scatter) + 0.3 * ERROR_TOLERANCE[estimate.kind]

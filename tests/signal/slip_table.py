@@ -87,10 +87,10 @@ def drawn_weak(cell: tuple[float, tuple[tuple[float, ...], float], float], recor
         sums = weak_sums(phasors, number, noise, period_s=1 / SHAFT_HZ)
         if sums is not None:
             block_s = seconds / sums.shape[1]
-            told = posterior(sums, number, line_hz=reading.found_hz, block_s=block_s)
+            shift_hz, credible_hz, steady = posterior(sums, number, line_hz=reading.found_hz, block_s=block_s)
             alone = NORMAL_95 * noise_error_hz(sums, number, block_s)
-            off = abs(reading.found_hz + told.shift_hz - LINE_HZ)
-            found.append((off / told.credible_hz, told.steady, told.credible_hz / alone))
+            off = abs(reading.found_hz + shift_hz - LINE_HZ)
+            found.append((off / credible_hz, steady, credible_hz / alone))
     return np.array(found).reshape(-1, 3).T
 
 

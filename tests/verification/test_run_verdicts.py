@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import pytest
 
 from srbval import Run, RunStatus, Scene
-from srbval.models import outputs
 from srbval.models.estimates import ERROR_TOLERANCE, Estimate
 from srbval.models.health import CAUTION, SLIDING, default_solver
 from srbval.models.simulate import Step
@@ -72,13 +71,7 @@ def conditions(count: int, drawn: random.Random) -> Iterator[Condition]:
 
 def errors(own: Run, right: Run) -> tuple[Estimate, ...]:
     """Errors in cage speed, band levels and drive power against the converged run."""
-    first, second = (
-        block_means(
-            run.scene.output_rate_hz, run.cage_rad_s, run.acceleration_m_s2, run.out[:, outputs.MEAN_DRIVE_POWER]
-        )
-        for run in (own, right)
-    )
-    return estimate_errors(first, second)
+    return estimate_errors(*(block_means(run.scene.output_rate_hz, run.out) for run in (own, right)))
 
 
 def is_off(own: Attempt, right: Attempt) -> bool:

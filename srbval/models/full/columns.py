@@ -155,13 +155,15 @@ class StateIndices(NamedTuple):
     relative_rate: int
 
 
-@kernel_part
-def state_indices(rollers: int, half: int) -> StateIndices:
+def indices_of(rollers: int, half: int) -> StateIndices:
     """Compute the `StateIndices`; `rollers`: number in both rows together, `half`: number of coordinates."""
     cage = 2 * rollers
     return StateIndices(
         0, rollers, cage, cage + 3, cage + 6, half, half + rollers, half + cage, half + cage + 3, half + cage + 6
     )
+
+
+state_indices = kernel_part(indices_of)  # for kernels
 
 
 class StateLayout:
@@ -175,7 +177,7 @@ class StateLayout:
     def __init__(self, rollers: int, cages: int = 1) -> None:
         self.rollers = rollers
         self.half = half = 2 * rollers + CAGE_AND_RING + cages - 1
-        parts = [slice(*ends) for ends in itertools.pairwise((*state_indices(rollers, half), 2 * half))]
+        parts = [slice(*ends) for ends in itertools.pairwise((*indices_of(rollers, half), 2 * half))]
         self.slide, self.rotation, self.cage, self.ring, self.relative_angle = parts[:5]
         self.slide_rate, self.spin, self.cage_rate, self.ring_rate, self.relative_rate = parts[5:]
         self.shaft_cage_rate = slice(self.ring_rate.start - 1, self.ring_rate.start)

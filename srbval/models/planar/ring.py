@@ -48,15 +48,13 @@ RING_BALANCE_N = 1e-3
 class PlanarRing:
     """Planar ring model of a scene; `kernel`: integration parameters, `plain`: force table of an undamaged roller.
 
-    `defect_of`: index in `scene.defects` of each row of `kernel.defects`. `own_step`: True if the longest step is
-    computed from the model, False if it is `LONGEST_STEP_S`.
+    `defect_of`: index in `scene.defects` of each row of `kernel.defects`.
     """
 
     scene: Scene
     motion: PrescribedMotion
     plain: ForceTable
     defect_of: tuple[int, ...]
-    own_step: bool
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
@@ -161,14 +159,11 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         bump_start=plain.start_m,
         bump_step=plain.bump_step_m,
     )
-    own_step, defect_of = bearing.geometry is None, tuple(owners)
-    return PlanarRing(scene=scene, motion=motion, plain=plain, defect_of=defect_of, own_step=own_step, kernel=kernel)
+    return PlanarRing(scene=scene, motion=motion, plain=plain, defect_of=tuple(owners), kernel=kernel)
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
     """Longest time step [s]: the shorter of 0.2 rad of the ring's fastest vibration and 1/40 of a defect's passage."""
-    if not ring.own_step:
-        return LONGEST_STEP_S
     softest = np.finfo(float).tiny
     mode = math.sqrt(max(float(np.linalg.eigvalsh(ring.stiffness_n_m(balance_m))[-1]), softest) / ring.kernel.mass)
     longest = min(LONGEST_STEP_S, RADIANS / mode)
@@ -192,7 +187,8 @@ def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
         load = float(ring.motion.radial_n(np.zeros(1))[0])
         push = np.array([*(ring.kernel.stiffness * y[:2] - load * load_direction(scene)[:2]), 0.0])
         stats.figures["balanced_share"] = load_share(scene, push, load)
-    per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))
+    longest_s = LONGEST_STEP_S if stats.bearing.geometry is not None else _longest_step_s(ring, y[:2])
+    per_output = math.ceil(1 / (scene.output_rate_hz * longest_s))
     step = 1 / (scene.output_rate_hz * per_output)
 
     def take(first: int, count: int) -> FloatArray:
