@@ -10,6 +10,7 @@ import pytest
 
 from srbval.cli import run_command_line
 from srbval.models.jit import precompile
+from srbval.models.simulate import scenes_of_all_kernels
 from srbval.processes.machine import usable_cores
 
 REPORT = "tests/report"
@@ -18,8 +19,6 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before the workers start, so that no two of them compile the same."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        from srbval.models.precompile import scenes_of_all_kernels  # which loads numba
-
         precompile(*scenes_of_all_kernels())
 
 

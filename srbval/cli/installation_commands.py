@@ -78,8 +78,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 def compile_all_kernels() -> dict[str, Any]:
     """Compile all numerical kernels not yet in the cache; return their names (`compiled`) and the time (`seconds`)."""
     from srbval.models.jit import missing_kernels
-    from srbval.models.precompile import scenes_of_all_kernels
-    from srbval.models.simulate import compile_for
+    from srbval.models.simulate import compile_for, scenes_of_all_kernels
 
     scenes = scenes_of_all_kernels()
     before = missing_kernels(*scenes)

@@ -4,7 +4,6 @@ import gc
 import sys
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -16,17 +15,9 @@ from srbval.models.jit import FREE_SUFFIX, OIL_SUFFIX, RATES, RING, compile_and_
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.worker import end_with_input
-from srbval.scene import Scene, load_scene, paper_scene
+from srbval.scene import paper_scene
 
 PRECOMPILED_RUN_S = 0.001  # length of a run that compiles its kernels
-
-
-def scenes_of_all_kernels() -> list[Scene]:
-    """Scenes that together use every kernel: all models and solvers, oil, free rollers, one cage and two."""
-    rig: tuple[dict[str, Any], ...] = {}, {"model": "full"}, {"bodies": {"free_rollers": True, "cages": 1}}
-    own = [paper_scene(solver={"name": name}) for name in METHODS]
-    own += [paper_scene(model=model) for model in ("slices", "line", "planar")]
-    return [*own, *(load_scene("rig", changes) for changes in rig), load_scene("rig-oil")]
 
 
 def compile_kernel(model: str, part: str, cages: str, *more: str) -> None:

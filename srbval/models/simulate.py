@@ -29,7 +29,7 @@ from srbval.models.run_file import RunWriter, read_run_file, read_summary, scene
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent, stage
-from srbval.scene import Scene, load_scene
+from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.content_store import LARGEST_BYTES, ContentStore
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.hdf5_files import HDF5, new_hdf5
@@ -89,6 +89,14 @@ def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = si
         return 0.0
     with stage(progress, f"Compile the models, once for all runs (about {expected_compile_s(*own):.0f} s)"):
         return precompile(*own, jobs=jobs)
+
+
+def scenes_of_all_kernels() -> list[Scene]:
+    """Scenes that together use every kernel: all models and solvers, oil, free rollers, one cage and two."""
+    rig: tuple[dict[str, Any], ...] = {}, {"model": "full"}, {"bodies": {"free_rollers": True, "cages": 1}}
+    own = [paper_scene(solver={"name": name}) for name in METHODS]
+    own += [paper_scene(model=model) for model in ("slices", "line", "planar")]
+    return [*own, *(load_scene("rig", changes) for changes in rig), load_scene("rig-oil")]
 
 
 def _with_outside_solver(scene: Scene) -> Scene:
