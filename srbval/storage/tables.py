@@ -200,6 +200,8 @@ def without_unit(field: dataclasses.Field[Any]) -> str:
 
 def _read_value(raw: object, hint: Any, where: str, number: NumberReader) -> Any:
     kind, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
+    kind = getattr(kind, "__value__", kind)  # an alias of a type, as NumPy's NDArray is from 2.5 on
+    kind = typing.get_origin(kind) or kind
     if kind in (types.UnionType, typing.Union):
         return _read_union(raw, inner, where, number)
     if kind is float:

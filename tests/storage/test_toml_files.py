@@ -5,7 +5,8 @@ import enum
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, make_dataclass, replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -21,6 +22,12 @@ ROUNDING = 1e-15  # relative; a product of two floating-point numbers
 class Side(enum.StrEnum):
     LEFT = "left"
     RIGHT = "right"
+
+
+def test_an_alias_stands_for_its_type() -> None:
+    """From NumPy 2.5 on, `NDArray` is such an alias where Python has them."""
+    held = make_dataclass("Held", [("samples", SimpleNamespace(__value__=list[int]))])
+    assert build(held, {"samples": [1, 2]}, "held").samples == [1, 2]
 
 
 @dataclass(frozen=True, kw_only=True)
