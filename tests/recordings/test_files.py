@@ -127,6 +127,14 @@ WITHIN_RPM = 1  # the made signal scatters by 0.3 rpm about 700
 FULL_NAME = "IR_727rpm_124.8kN_49kN.mat"
 
 
+KEYS = {  # of the tables that are read as mappings
+    "bands": {"low_hz", "high_hz", "reason", "fs_hz"},
+    "records": {"first", "last", "label", "fs_hz", "end", "note"},
+    "files": {"name", "sha256", "url", "used_for"},
+}
+GRID = {"source", "states", "radial_kn", "axial_kn", "nominal_rpm"}
+
+
 @pytest.mark.parametrize("d", known_datasets(), ids=lambda d: d.name)
 def test_names_patterns_addresses_and_bands_are_usable(d):
     """All open sets have the same band, 500 Hz to 10 kHz or 0.46 of the sampling rate; no band is fitted to a set."""
@@ -134,10 +142,10 @@ def test_names_patterns_addresses_and_bands_are_usable(d):
     for pattern in (d.match.file, *d.match.variables, *(c.variable for c in d.channels)):
         re.compile(pattern or "")
     assert d.url.startswith("https://")
-    assert all(set(f) <= {"name", "sha256", "url", "used_for"} for f in d.files)
+    assert all(set(row) <= keys for table, keys in KEYS.items() for row in getattr(d, table))
+    assert set(d.grid or GRID) == GRID
     assert all(re.fullmatch("[0-9a-f]{64}", f["sha256"]) for f in d.files if "sha256" in f)
     assert all(b["low_hz"] < b["high_hz"] and b["reason"] for b in d.bands)
-    assert all(set(b) <= {"low_hz", "high_hz", "reason", "fs_hz"} for b in d.bands)
     for band in () if d.name.startswith("torino") else d.bands:
         fs_hz = band.get("fs_hz") or d.rate_hz or 1e6
         assert band["low_hz"] == 500.0
