@@ -1,13 +1,14 @@
 """Mean cage ratio over the records of each speed, by a random-effects model.
 
 Mounting, load zone, temperature and cage differ between records, so ratios scatter by more than their reading errors.
-Model: y = X m + b + e. Here y are the ratios of all records, X is the design matrix (`race_design`) and m the effects:
-the mean ratio at each speed, and differences between faults. The record effects b are normal and independent, with the
-standard deviation tau. The reading errors e are normal; their covariance C includes the scale error of the tachometer,
-which all records share. The prior is flat for m. For tau it is Jeffreys' prior p(tau) from the restricted likelihood
-(Bodnar et al. 2017, Stat. Med. 36, 378; with X: Roever & Friede 2023, Comput. Methods Programs Biomed. 229, 107303;
-both cited from memory). On a grid of tau, with the identity I, ' for transposed, V = C + tau^2 I, P = V^-1 - V^-1 X (X'
-V^-1 X)^-1 X' V^-1, and r = y - X m for the m with the least r' V^-1 r:
+Model: y = X m + b + e. Here y are the ratios of all records and X is the design matrix. The effects m are the mean
+ratios at each speed; with `race_design` also the differences between healthy, outer-race and inner-race records. The
+record effects b are normal and independent, with the standard deviation tau. The reading errors e are normal; their
+covariance C includes the scale error of the tachometer, which is the same in all records. The prior is flat for m. For
+tau it is Jeffreys' prior p(tau) from the restricted likelihood (Bodnar et al. 2017, Stat. Med. 36, 378; for any X:
+Roever & Friede 2023, Comput. Methods Programs Biomed. 229, 107303; both cited from memory). The posterior is computed
+on a grid of tau, with the identity I, ' for transposed, V = C + tau^2 I, P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1, and
+r = y - X m for the m with the least r' V^-1 r:
 
     p(tau | y) ~ p(tau) |V|^(-1/2) |X' V^-1 X|^(-1/2) exp(-r' V^-1 r / 2),    p(tau) ~ tau tr(P P)^(1/2)
 
@@ -33,11 +34,12 @@ TAU_RANGE = (0.02, 50.0)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CageMeans:
-    """Mean cage ratio (cage over shaft speed) at each nominal speed `rpm`, in rising order, and its scatter.
+    """Mean cage ratio (cage over shaft speed) at each nominal speed `rpm` (rising), and scatter between records.
 
-    `between_u` is the standard deviation between records, with the 95 % interval `between_ci95`. `draws`, shape [draws,
-    speeds], samples the joint posterior distribution of the means. `outer_less_inner`, shape [draws], samples the
-    difference in ratio between outer-race and inner-race faults; None if the records cannot determine it.
+    `between_u` is the standard deviation of the ratio between records of one speed, with the 95 % interval
+    `between_ci95`. `draws`, shape [draws, speeds], are samples from the joint posterior distribution of the means.
+    `outer_less_inner`, shape [draws], are samples of the ratio with an outer-race fault minus the ratio with an
+    inner-race fault; None if the records cannot determine this difference.
     """
 
     rpm: tuple[float, ...]
@@ -50,7 +52,7 @@ class CageMeans:
 
 
 def covariance(readings: Sequence[CageReading]) -> FloatArray:
-    """Covariance matrix of the errors of cage ratios, [records, records]; all records share the tachometer's scale."""
+    """Covariance matrix of the errors of cage ratios, [records, records]; all share the tachometer's scale error."""
     per_speed = np.array([one.per_speed for one in readings])
     scale_u = SCALE_CI95 / NORMAL_95
     own = [one.reading_u**2 + max(one.speed_u**2 - (one.per_speed * scale_u) ** 2, 0.0) for one in readings]
@@ -82,9 +84,10 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
-    """Design matrix [records, effects]: a column for each speed (rising), race fault, and outer minus inner race.
+    """Design matrix, shape [records, effects]: a column for each speed (rising), and two columns for faults.
 
-    The column for a race fault is left out if it depends linearly on the others, as when every record has such a fault.
+    The first of the two is 1 for records with a fault of a race. It is left out if it depends linearly on the others,
+    as when every record has such a fault. The second is 1/2 for an outer-race and -1/2 for an inner-race fault.
     """
     rpm = np.array([one.nominal_rpm for one in readings])
     outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)
@@ -95,9 +98,9 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sample the posterior of the effects from n `values`, error `covariance` [n, n] and `design` [n, effects].
+    """Sample m and tau of this module's model: `values` y, [n]; `covariance` C, [n, n]; `design` X, [n, effects].
 
-    Returns draws of the effects, shape [draws, effects], and of the scatter tau between records, shape [draws].
+    Returns draws from the posterior of the effects m, [draws, effects], and of the scatter tau between records, [draws].
     """
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))

@@ -5,8 +5,8 @@ first harmonic of the comb is highest over the noise. The passage comb, multiple
 caused by passing rollers, also in a healthy bearing. It is used only if it is detected: improbable as noise, and
 stronger than most combs at meaningless frequencies (`rank_among_placebos`). If both combs agree within their intervals,
 the more precise one is used, otherwise the fault comb; the other is kept as a check. If only the passage comb is found,
-it may come from another bearing: the shaft of the rig has four. Records are resampled over shaft angle. Shaft harmonics
-are excluded from lines and noise.
+it may come from another bearing: the shaft of the rig has four. Records are resampled over shaft angle. Frequencies at
+harmonics of the shaft speed are used neither for combs nor for their noise.
 """
 
 import math

@@ -1,12 +1,12 @@
-"""Table `COMPARED` of the quantities that are compared between model and rig, and their biases.
+"""Quantities that are compared between model and rig (table `COMPARED`), and the model's mean errors (biases).
 
-Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the path to the sensor.
+Amplitudes in m/s2 are not among them: they depend on the path to the sensor (`srbval.path.amplitudes`).
 
-Each kind of quantity has one bias: the mean error b over n records with standard deviation s, and its 95 % interval b
-+- t s / sqrt(n), with t from Student's distribution. The errors of one record are averaged first, since they share
-bearing, mounting and speed. With fewer records than `MIN_RECORDS_FOR_BIAS` no bias is claimed. The model's scatter is
-the part of the errors' scatter that the uncertainty of the measured values does not explain (McGrattan et al., NIST SP
-1018-3, fire-model validation guide).
+A kind of quantity, such as all levels of second harmonics, has one bias: the mean b of the errors of n records with
+standard deviation s, and its 95 % interval b +- t s / sqrt(n), with t from Student's distribution. If a record has
+several errors of the kind, their mean is used, since they share bearing, mounting and speed. With fewer records than
+`MIN_RECORDS_FOR_BIAS` no bias is claimed. The model's scatter is the part of the errors' scatter that the uncertainty
+of the measured values does not explain (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
 """
 
 import math
@@ -38,10 +38,10 @@ Effects = Mapping[tuple[str, str], Mapping[str, Any]]
 class ComparedQuantity:
     """Quantity that is compared between model and rig, such as the level of a harmonic.
 
-    `kind` groups quantities that share a bias. `name` may contain ``{line}`` for the fault's line. `read` returns the
-    value from an analysis for one of `faults`. `value_of` computes the value from the order of the line; it is None for
-    levels. Errors of levels are in dB, all others in per cent of the rig's value. `margin` is the error within which
-    model and rig agree.
+    `kind` groups quantities that share a bias. In `name`, ``{line}`` stands for the fault's line, such as BPFO. The
+    function `read` takes an analysis and one of `faults` and returns the quantity's value. `value_of` computes the
+    value from the line's order (frequency over shaft speed); it is None for levels. Errors of levels are in dB, all
+    others in per cent of the rig's value. Model and rig agree if error plus uncertainty is below `margin`.
     """
 
     kind: str
@@ -53,7 +53,7 @@ class ComparedQuantity:
     margin: float = VERDICT.level_db
 
     def name_of(self, fault: Fault) -> str:
-        """Name of the quantity for a fault, such as ``2xBPFO``; ``2 x 2xBSF`` if the line is itself a multiple."""
+        """Name of the quantity for a fault, such as ``2xBPFO``; with the roller's line 2xBSF, ``2 x 2xBSF``."""
         line = fault.line or ""
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
@@ -67,7 +67,7 @@ def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> fl
 
 
 def line_value(value_of: ValueOfOrder) -> QuantityReader:
-    """Return a function that reads a fault line's order and converts it by `value_of`, with 95 % half widths."""
+    """Return a function that reads a fault line's order with 95 % half widths and converts all by `value_of`."""
 
     def read(analysis: Analysis, fault: Fault) -> Value | None:
         line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
@@ -92,7 +92,7 @@ def harmonic_level(number: int) -> QuantityReader:
 
 
 def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
-    """Mean level of the two first sidebands relative to the fault's line [dB]; None for a fault without sidebands."""
+    """Mean level of the first sideband on each side of a fault's line, over the line [dB]; None without sidebands."""
     if fault.sidebands is None:
         return None
     return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
@@ -147,14 +147,14 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Effects of inputs, step and contact points on each (defect, quantity), from the `stored` result of ``inputs``."""
+    """Index the effects in the `stored` result of the study ``inputs`` by defect and quantity."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
-    """Read `quantities` of an analysed signal, by name; `order`, if not None, replaces the line's measured order."""
+    """Read `quantities` of an analysed signal, by name; `order`, if given, replaces the fault line's measured order."""
     found = {}
     for row in (row for row in quantities if fault in row.faults):
         read = row.read(analysis, fault)
@@ -167,10 +167,10 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the model's bias (mean error) for each kind of quantity, scene and `used_for` in the table `comparisons`.
+    """Compute the model's bias (mean error) in `comparisons` for each kind of quantity, scene and use of the record.
 
-    Only quantities that exceed the noise in both model and rig are used. The argument `used_for`, if given, replaces
-    the column of this name (with values such as ``fit``), so that all its values are combined.
+    Only quantities that exceed the noise in both model and rig are used. The use, such as ``fit``, is in the column
+    `used_for` (see `comparison_row`); if the argument `used_for` is given, it replaces the use of all rows.
     `bias`, its half width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)

@@ -3,10 +3,10 @@
 A comparison has an error E, model minus rig, and a validation uncertainty U, the root of the sum of squares of its
 parts (ASME V&V 20, 2009). The model `differs` if |E| > U, and `agrees` only if |E| + U is below a margin fixed
 beforehand: two one-sided tests (Schuirmann 1987) without an assumed distribution. Otherwise the verdict is `not
-resolved`. The probability that the error exceeds a stated tolerance decides whether it is `met` or `missed`.
+resolved`. A stated tolerance is `met` or `missed`, depending on the probability that the error exceeds it.
 
-`budget.toml` contains the assumptions, with the reason of each number. Verdicts on single quantities are exploratory;
-`srbval.comparison.verdicts` judges the cage ratio over all records.
+`budget.toml` contains the assumed ranges of inputs, margins and tolerances, with the reason of each number. Verdicts on
+single quantities are exploratory; `srbval.comparison.verdicts` judges the cage ratio over all records.
 """
 
 import enum
@@ -65,8 +65,8 @@ def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
 class QuantityValue:
     """Value of a compared quantity on one side, model or rig, with 95 % half widths.
 
-    `ci95` is the half width due to reading, None if the source states none; `speed_ci95` is the half width due to the
-    shaft speed. `present` is true if the value exceeds the noise. `kinematic` is the value in pure rolling.
+    `ci95` is the half width due to reading, None if unknown, as for a printed value; `speed_ci95` is the half width due
+    to the shaft speed. `present` is true if the value exceeds the noise. `kinematic` is the value in pure rolling.
     """
 
     value: float
@@ -89,10 +89,10 @@ def comparison_row(
     """Build the row of one compared quantity, with the keys of `comparisons` in ``report.json``.
 
     `parts` are the parts of the uncertainty as 95 % half widths; they, `error` and `margin` are in `error_unit`. The
-    uncertainty is None if no part comes from the simulation itself. A level hidden in the noise of
-    either side gets the verdict ``insufficient data``. Of `names`, `kind` groups quantities that share a bias, `scene`
-    is the model's bundled scene, and `used_for` is ``fit`` (fitted to the record), ``withheld`` (known, but not fitted)
-    or ``blind`` (predicted before the record was known).
+    uncertainty is None if `parts` contains none for the simulated value besides its reading. A level hidden in the
+    noise of model or rig gets the verdict ``insufficient data``. In `names`, `kind` groups quantities that share a
+    bias, `scene` is the bundled scene that was simulated, and `used_for` states the use of the record: ``fit`` (model
+    fitted to it), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None

@@ -39,7 +39,7 @@ class SimulationCase:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnalysedRun:
-    """Run, its analysis, compared `values`, and order of the defect's line from the run's cage or roller speed."""
+    """Run, its analysis, compared `values`, and the fault line's order, computed from the cage or roller speed."""
 
     case: SimulationCase
     run: Run
@@ -81,7 +81,7 @@ def run_cases(
 
 
 def with_points(scene: Scene, points: int) -> Scene:
-    """Copy a scene with `points` contact points per race circle; keeps total stiffness and damping, defect length."""
+    """Copy a scene with `points` contact points per race circle; total stiffness, total damping, defect length stay."""
     factor = points / scene.contact.points_per_circle
     contact = dataclasses.replace(
         scene.contact,
@@ -114,7 +114,8 @@ def run_counterpart(
     """Simulate the recording analysed in `rig`: scene `base` at the recording's speed and load with defect `state`.
 
     `model` replaces the scene's model; `bearing_name` is the name or file of the recording's bearing. If the recording
-    states no load, the scene's load applies. The speed is rounded, since its last digits differ between computers.
+    states no load, the scene's load applies. The speed is rounded to 1e-6 Hz: the last digits of a measured speed
+    differ between computers.
     """
     recording, bearing = rig.recording, rig.bearing
     shaft_hz = round(rig.speed.value_hz, 6)
@@ -143,7 +144,7 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, by default in the paper's band; the line of a roller defect is sought at `compute_line_order`."""
+    """Analyse a run, by default in the paper's envelope band; a roller's line is sought at its computed order."""
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
@@ -155,9 +156,9 @@ def analyse_run(
 def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
     """Order of the fault line of `state` (frequency over shaft speed), from the run's mean cage or roller speed.
 
-    None if the bearing is healthy or a speed unknown. A defect on a roller strikes both races once per revolution of
-    the roller relative to the cage. About the roller's axis, which is tilted, the cage turns at its speed times the
-    cosine of the tilt.
+    None if the bearing is healthy or the speed unknown. A defect on a roller strikes each race once per revolution of
+    the roller about its axis, relative to the cage. This axis is tilted against the shaft; the part of the cage's
+    rotation about it is the cage speed times the cosine of the tilt.
     """
     if state is not Fault.ROLLER:
         return None if math.isnan(run.cage_ratio) else state.passing_order(run.rolling_elements, run.cage_ratio)

@@ -21,9 +21,10 @@ POINTS, LOG_POINTS = 3, 9  # values of an input that is varied alone: uniform, l
 class OpenInput:
     """Uncertain input of a scene, with its probability distribution.
 
-    `keys` are dotted names in a `Scene` that all get the same value, or ``band.low_hz`` or ``band.high_hz``. The value
-    is uniform from `low` to `high`, log-uniform if `log`, a factor on the scene's own value if `relative`; or one of
-    `choices`, equally likely. `with_choice` contains further values of the scene, by dotted name, for some choices.
+    `keys` are dotted names in a `Scene` that all get the same value, or an end of the envelope band, ``band.low_hz`` or
+    ``band.high_hz``. The value is uniform from `low` to `high`, log-uniform if `log`, a factor on the scene's own value
+    if `relative`. Or it is one of `choices`, equally likely; `with_choice` contains other values of the scene, by
+    dotted name, that change with a choice.
     """
 
     name: str
@@ -38,7 +39,7 @@ class OpenInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Cumulative probabilities at which this input is varied alone: one for each choice, or evenly from 0 to 1."""
+        """Cumulative probabilities of the values tried if this input alone varies: one per choice, or even steps."""
         ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
         return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
 

@@ -2,16 +2,17 @@
 
 The error E = S - D (ASME V&V 20) is the model's value S minus the rig's value D. Three values (endpoints) are compared:
 mean ratio at the fastest speed, trend (slowest minus fastest speed), and outer-race minus inner-race faults. S has the
-distribution of runs with randomly drawn inputs. Each draw is run for all records, so that common effects cancel in a
-difference. D has the distribution from `cage_means`. S, D and the change with a finer step are taken as independent.
+distribution of runs with randomly drawn inputs. All records are simulated with the same draws, so that common effects
+cancel in a difference. D has the distribution from `cage_means`. The numerical error, the change of S with a finer step
+and contact, is applied with either sign. S, D and this error are taken as independent.
 `p_beyond` is the probability that |E| exceeds the tolerance:
 
     missed       p_beyond >= 1 - risk
     met          p_beyond <= risk
-    not resolved otherwise, or if one input alone, varied over its range, gives both verdicts
+    not resolved otherwise, or if the verdict is met with one fixed value of an input and missed with another
 
-If the true error equals the tolerance, either wrong verdict has at most the probability `risk`. The study `inputs`
-counts the verdicts on simulated rigs, with the functions of this file.
+If the true error equals the tolerance, the verdict is missed, or met, with at most the probability `risk` each. The
+study `inputs` tests this file: it counts the verdicts on simulated rigs with a known error.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -70,8 +71,8 @@ def none_missed(rows: Iterable[Row]) -> bool:
 def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
     """Verdict on the value `of` for the runs of one scene (`variant`), with errors in per cent of `scale`.
 
-    `scale` is the rig's cage ratio. `reversed_by` names inputs that alone, varied over their range, give both met and
-    missed; `changed_by` names inputs that change the verdict if they are fixed at their nominal value.
+    `scale` is the rig's cage ratio. `reversed_by` names inputs of which one fixed value gives met and another missed;
+    `changed_by` names inputs that change the verdict if they are fixed at their nominal value.
     """
     weights = of_model(variant, readings, of.weights)
 
@@ -109,7 +110,7 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Sum of the records' `weights` for each simulated run; a healthy run represents a state that was not simulated."""
+    """Add up the `weights` of readings by simulated run; the healthy run stands in for a state not simulated."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -127,7 +128,7 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Interpolate an input's effect `curve` from probabilities `shares` to `at`; a curve of two points is a step."""
+    """Interpolate an input's effect, `curve` at the probabilities `shares`, to `at`; stepwise for two choices."""
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)

@@ -58,7 +58,7 @@ class Study:
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def add_options(self, parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-        """Add the study's command options to a parser that knows the types of `srbval.cli.arguments`."""
+        """Add the study's command options to a parser that has the option types of `srbval.cli.arguments`."""
         for names, settings in self.options.items():
             parser.add_argument(*names.split(), **settings)
 
@@ -123,8 +123,9 @@ def make_result(
     """Run a study and store the result with command, revision, time and machine; returns result and stored content.
 
     The result is written to `options.output`, otherwise to the user's cache; a result without a name is written to a
-    given file only. The program's `revision` and `behaviour` (its fingerprint) are determined if not given. Raises
-    `DataError` if the file cannot be written, or is in ``reports`` while the working tree has uncommitted changes.
+    given file only. If not given, the program's git `revision` and its `behaviour` are determined: numbers computed by
+    the parts on which the study depends (`srbval.check.check.fingerprint`). Raises `DataError` if the file cannot be
+    written, or is in ``reports`` while the working tree has uncommitted changes.
     """
     from srbval.check.check import fingerprint
 

@@ -63,10 +63,10 @@ def bench(
 ) -> StudyResult:
     """Measure cost and step errors of `model` (if given) and of the bundled solvers at the same steps.
 
-    `solvers` are solvers of the model, or bundled solvers without a model. A failed run is listed with its status.
-    `message` receives the expected time, then each row of the table. An interrupted command continues if it is given
-    again. `cpu_ratio` is the median CPU time divided by the default solver's at the same step, timed alternately, with
-    its range. Errors named ``bundled_`` are differences from the bundled model's converged run.
+    `solvers` selects solvers of the model or, if no model is given, bundled solvers. A failed run is listed with its
+    status. `message` receives the expected time, then each row of the table. An interrupted command continues if it is
+    given again. `cpu_ratio` is the CPU time divided by the default solver's at the same step, both timed alternately:
+    the median, and the range. Errors named ``bundled_`` are differences from the bundled model's converged run.
     """
     steps, timed_s, compared_s = QUICK_BENCH if quick else FULL_BENCH
     check_names(scenes, () if model else solvers)
@@ -148,7 +148,7 @@ def stability(
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
-    """Draw the chart of study `name` from `content`; adds stored limits of bundled solvers to a model's limits."""
+    """Draw the chart of study `name` from `content`; beside an external model, also bundled solvers."""
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])
@@ -160,7 +160,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
-    """Quantities of the run `own`, None if it fails; cost from `pairs`, timed runs of default, own solver in turn."""
+    """Quantities and cost of the run `own`, None if it fails; `pairs`: timed runs of default and own solver in turn."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
     found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}

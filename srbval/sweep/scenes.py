@@ -31,8 +31,9 @@ def bench_scene(
 ) -> Scene:
     """Create the scene `name`, at its own speed or at `rpm`; `seconds` are recorded after `settle_s` seconds.
 
-    `name` consists of ``play0`` or ``interference`` (roller fits of the paper's scene) or ``rig``, a hyphen and the
-    bearing state, as in ``interference-outer``. Raises `ConfigurationError` for an unknown name.
+    `name` is a word, a hyphen and the bearing state, as in ``interference-outer``. The word is ``rig``, or for the
+    paper's scene ``play0`` (rollers without play) or ``interference`` (rollers of the printed diameter, 40.1 mm, which
+    exceeds the gap between the races). Raises `ConfigurationError` for an unknown name.
     """
     check_names([name], [solver])
     fit, state = name.split("-")

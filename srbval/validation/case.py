@@ -1,11 +1,11 @@
 """Validation case: which simulated signals are compared with which measured signals, with which tolerances.
 
-A case is a TOML file with the keys `title`; `bearing` (a name or a TOML file beside the case) or a table `[elements]`
-or `[orders]`; `[simulated]` and `[measured]`, settings of each side (keys of `RecordingSettings`); `[tolerance]` and
-`[uncertainty]` (see `Tolerance`); a `[[pair]]` for each comparison, with `state`, `simulated`, `measured` and
-`used_for` (see `comparison_row`); and `[[published]]`, numbers from a paper without signals. A side of a pair is a
-file, a list of files (repeats), a pattern such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings
-that replace the side's settings.
+A case is a TOML file with the keys `title`; `bearing` (a name or a TOML file beside the case), or instead the bearing's
+dimensions `[elements]` or its fault orders `[orders]`; `[simulated]` and `[measured]`, settings of each side (keys of
+`RecordingSettings`); `[tolerance]` and `[uncertainty]` (see `Tolerance`); a `[[pair]]` for each comparison, with
+`state`, `simulated`, `measured` and `used_for` (see `comparison_row`); and `[[published]]`, frequencies printed in a
+paper, for which no signals exist. A side of a pair is a file, a list of files (repeats), a pattern such as
+``runs/or_*.csv``, or a table with `file` or `scene` and settings that replace the side's settings.
 """
 
 import dataclasses
@@ -36,7 +36,7 @@ MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance(Limited):
-    """Largest accepted errors, fixed before the comparison: cage ratio [%], levels relative to the line [dB].
+    """Largest accepted errors, fixed before the comparison: cage ratio [%], levels relative to the fault line [dB].
 
     A quantity without a tolerance is not judged ``met`` or ``missed``. The table `[uncertainty]` of a case has the same
     keys; there they are the 95 % half widths that the user states for the simulated side.
@@ -159,7 +159,7 @@ def case_of_signals(
     state: str | None = None,
     bearing: Bearing | str | Path | None = None,
 ) -> ValidationCase:
-    """Build a case of one comparison from files, recordings or runs; recordings give the default bearing and state."""
+    """Build a case of one comparison from files, recordings or runs; default: bearing and state of the recordings."""
     stated = build(ValidationCase, _changed({}, changes), "changes")
     pair: dict[str, Any] = {"state": settings_of({"state": state}).state}
     for side, given in (("simulated", simulated), ("measured", measured)):
@@ -212,7 +212,7 @@ def _source_table(raw: Any) -> Any:
 
 
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
-    """Find the files by path, pattern or start of a registered name; `DataError` if none or several fit a name."""
+    """Find files by path, pattern or start of a registered file's name; `DataError` if this is missing or ambiguous."""
     names = (name for name in source.file or () if isinstance(name, str))
     return tuple(path for name in names for path in _find_files(name, folder, side))
 

@@ -2,8 +2,8 @@
 
 Error E is simulated minus measured. Uncertainty U is the root of the sum of squares of its parts (ASME V&V 20, 2009).
 An external model has an uncertainty only if repeated files are given (Student's t of their mean) or the case states it;
-otherwise the verdict is ``insufficient data``. The interval with which a simulated line is read does not count as such
-an uncertainty. Lines and cage ratio are compared in orders of the shaft, each side by its own speed.
+otherwise the verdict is ``insufficient data``. The reading error of a simulated line alone is not enough. Lines and
+cage ratio are compared in orders of the shaft, each side by its own speed.
 """
 
 import math
@@ -54,8 +54,8 @@ def compare_pair(
     """Compare the sides of a pair: one row (see `comparison_row`) for each quantity found on at least one side.
 
     In a row, `model` is the simulated and `rig` the measured side. `effects` of uncertain inputs, time step and
-    contact points apply to the scene `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at
-    the side's own speed, `speeds_hz` the shaft speeds.
+    contact points apply to the scene `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at the
+    speed of each side, `speeds_hz` the shaft speeds of both sides.
     """
     simulated, measured = sides.get("simulated"), sides.get("measured")
     base = simulated.scene if simulated is not None else None
@@ -151,9 +151,9 @@ def outside_parts(
 ) -> dict[str, float]:
     """Parts of an external simulation's uncertainty [% or dB]: from reading or repeats, and stated in the case.
 
-    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). A half width
-    times `scale` is in per cent of the measured value, or for a level in dB. A stated 1 % of the cage ratio c is 1 % of
-    BPFO and c / (1 - c) % of BPFI, and does not apply to a rolling element's spin.
+    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats); `scale` converts
+    a half width to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of
+    BPFI; it does not apply to the line of a rolling element, which depends on its spin.
     """
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db

@@ -32,7 +32,8 @@ QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 class SideReading:
     """Results from the signals of one side, simulated or measured.
 
-    `model` is the run of a simulated scene, None for files. `scene` names the scene if it ran with its own model.
+    `model` is the run of a simulated scene, None for files. `scene` is the scene's name, None for files and for a scene
+    in which another model replaced the scene's own.
     """
 
     analyses: tuple[Analysis, ...]
@@ -81,7 +82,10 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse signals in the stated or paper's band; simulations of bearings other than the rig's in a found band."""
+    """Analyse the signals of one side, by default in the band that `analyse` chooses.
+
+    Simulated files of a bearing other than the rig's are by default read in a band chosen from the signal.
+    """
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
@@ -124,8 +128,8 @@ def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) ->
     state = pair_state if pair_state is not None else next(iter(stated))
     if others := [one for own, one in stated.items() if own is not state]:
         raise ConfigurationError(
-            f"{Path(others[0].file or others[0].name).name} states the state {others[0].state}, but the pair of "
-            f"files that contains it states {state}: change the state of the pair, or put another file into the pair."
+            f"{Path(others[0].file or others[0].name).name} states the bearing state {others[0].state}, but its pair "
+            f"has the state {state}: change the state of the pair, or put another file into the pair."
         )
     return state
 
@@ -202,17 +206,19 @@ def pair_files(
 
 
 def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
-    """Expand a pair with all registered records of a rig to one per speed, load and state; yield other pairs unchanged.
+    """Replace a pair with all registered records by a pair for each speed, load and state; other pairs stay unchanged.
 
-    Of several such records the longest is used. The healthy record of each speed and load comes first and is not
-    simulated. A record that was never opened before is marked ``blind``.
+    If several records have the same speed, load and state, the longest is used. The healthy record of each speed and
+    load comes first and gets no simulated side. A record that was never opened before is marked ``blind``.
     """
     source = pair.measured
     if source is None or source.registered is None:
         yield pair
         return
     if source.registered != RIG or source.file:
-        raise ConfigurationError(f"registered = {source.registered!r} must be {RIG!r}, and the key file left out.")
+        raise ConfigurationError(
+            f"registered = {source.registered!r} selects a rig's records: it must be {RIG!r}, without the key file."
+        )
     chosen: dict[tuple[Any, ...], RegisteredRecording] = {}
     for entry in rig_recordings(listing(or_none=True).recordings):
         load = entry.radial_kn, entry.axial_kn or 0.0

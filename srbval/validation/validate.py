@@ -50,8 +50,8 @@ class PairReading:
 class Validation(NotebookObject):
     """Result of a validation case: `table` has a row for each pair and quantity, `pairs` a row for each pair.
 
-    `comparisons` are rows with the parts of the uncertainty, `sums` the sum rules of race lines (see `check_race_sum`),
-    and `failed` the pairs that could not be compared.
+    `comparisons` are the rows of `compare_pair`, from which `table` is made. `sums` are checks of the sum of BPFO and
+    BPFI (see `check_race_sum`), and `failed` are the pairs that could not be compared, with the reason.
     """
 
     case: ValidationCase

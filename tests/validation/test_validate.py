@@ -212,8 +212,8 @@ def test_nothing_simulated_passes_as_measured(tmp_path):
     ("changes", "error", "said"),
     [
         ({"simulated.fs_hz": 1000.0}, SrbvalError, "band"),
-        ({"simulated.fs_hz": None}, DataError, "--set simulated.KEY=VALUE"),
-        ({"simulated.state": "inner"}, ConfigurationError, "inner, but the pair of files that contains it states"),
+        ({"simulated.fs_hz": None}, DataError, "--set simulated.channel=NAME"),
+        ({"simulated.state": "inner"}, ConfigurationError, "inner, but its pair has the state"),
         ({"bearing": "orders 0,0,0,0"}, ConfigurationError, "orders"),
         ({"simulated.scene": "rig"}, ConfigurationError, "needs either files or a scene"),
     ],

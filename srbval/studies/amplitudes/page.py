@@ -18,7 +18,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def unexplained(tests: Rows, locked: Rows) -> str:
-    """Sentence on the records whose level errors in `tests` are too large for chance; `locked`: errors by band."""
+    """Sentence on records whose level error (`tests`) is too large for chance; `locked`: their errors in each band."""
     far = [one["record"] for one in tests if one["level_p"] < CHANCE / len(tests)]
     if not far:
         return "In no record does the level common to all bands deviate by more than the uncertainty."
@@ -31,7 +31,7 @@ def unexplained(tests: Rows, locked: Rows) -> str:
 
 @panel
 def draw_errors(rows: Rows) -> PanelData:
-    """Draw errors, with uncertainty, of the power that repeats with the fault, by third octave, for each record."""
+    """Draw errors, with uncertainty, of the power that repeats with a fault's passages, by record and third octave."""
     figure, ax = new_axes(WIDE)
     table = pd.DataFrame(rows).assign(band_hz=[float(one["quantity"].split()[1]) for one in rows])
     for number, (record, of) in enumerate(table.groupby("record", sort=False)):

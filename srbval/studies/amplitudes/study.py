@@ -1,15 +1,16 @@
-"""Amplitudes of the scene `rig` behind the identified path from ring to sensor, compared with the rig's records.
+"""Amplitudes at the sensor, simulated with the scene `rig` and compared with the rig's records.
 
-In each band the path has a gain along the load and a gain across it. The gains are identified from the fault-locked
-power (the part that repeats with the fault's passages) of record OR 877 (outer race, 877 rpm), their ratio from the
-sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all others of the six records ``withheld``:
-known, but not fitted. Compared are the fault-locked power and the total level (healthy record plus run) of each third
-octave, and the line's harmonics. The level of the healthy record alone is added. Lines of roller passages are removed
-from records and runs.
+The vibration path from ring to sensor has in each third octave a gain along the load and a gain across it. The gains
+are identified from the fault-locked power (the part that repeats with the fault's passages) of record OR 877 (outer
+race, 877 rpm), their ratio from the sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all
+others of the six records ``withheld``: known, but not fitted. Compared are, in each third octave, the fault-locked
+power and the total level, and the harmonics of the fault's line. The simulated total level includes the power of the
+measured healthy record; the level of the healthy record alone is stated beside it. Lines of roller passages, which
+healthy bearings also have, are removed from records and runs.
 
-A case of the sweep runs the scene at the speed of each record with one set of inputs and identifies the path again, so
-that common errors of run and path cancel. The cases are the scene's own inputs, a finer step with more slices of each
-roller, and random draws of all inputs and of the position of each record's defect.
+A case of the sweep simulates all records with one set of inputs and identifies the path again, so that common errors of
+run and path cancel. The sets are the scene's own inputs, the same with a finer step and more slices of each roller, and
+random draws of all inputs and of the position of each record's defect.
 """
 
 import math
@@ -69,7 +70,7 @@ class RigRecord(NamedTuple):
     def quantities(
         self, recording: Recording, order: float, added: Recording | None = None
     ) -> dict[str, read.Amplitude]:
-        """Compared quantities, with the fault's line at `order`; total levels include the power of `added` (if any)."""
+        """Compared quantities of a recording, its fault line at `order`; total levels include the power of `added`."""
         found = read.totals(recording, added) | read.pattern(recording, BEARING, self.state, order)
         found |= read.locked_levels(recording, BEARING, order) if self.detected else {}
         return {name: value for name, value in found.items() if name.split()[0] in KINDS}
@@ -113,7 +114,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels at the sensor, by the path identified from the runs; nominal case: also half widths due to the path."""
+    """Levels at the sensor with the path identified from these runs; nominal inputs: also half widths due to it."""
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
@@ -146,7 +147,7 @@ def half_widths(drawn: pd.DataFrame) -> pd.Series:
 
 
 def rig_rows(mounting_db: float) -> pd.DataFrame:
-    """Compared quantities of all rig records; uncertainties [dB] of reading and of sensor mounting (`mounting_db`)."""
+    """Table of compared quantities of all rig records, with uncertainties [dB] of reading and sensor mounting."""
     rows = []
     for place, one in enumerate(rig_records()):
         alone = read.totals(one.healthy)
@@ -164,7 +165,8 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
     """Add model value, error and validation uncertainty U [dB] to the table `rig`; `found`: simulated levels by case.
 
-    If a level of the record is hidden in its noise, the error is the model's excess over the least visible level.
+    If a level of the record is hidden in its noise, the error is the model's excess over the least level
+    that would be visible in this noise.
     """
     names, cases = list(rig.record + " " + rig.quantity), found.set_index("inputs")
     nominal, finer = (cases.loc[case, names].to_numpy(float) for case in (NOMINAL, FINER))
@@ -184,10 +186,10 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Count, by kind, the withheld quantities, and of these the ones with errors up to `VERDICT.near_db`.
+    """Count the withheld quantities of each kind, and how many of them have an error of at most `VERDICT.near_db`.
 
-    Fault-locked powers count even if they are hidden in the noise, harmonics do not. ``reachable`` is the largest count
-    that any path common to all records could reach: the gain of each band is chosen to fit most records.
+    Fault-locked powers count even if they are hidden in the noise, harmonics do not. ``reachable`` is the count with
+    the best gain for each band; no other path that is the same for all records gives a larger count.
     """
     locked, harmonics, totals = (rows[(rows.kind == kind) & (rows.used_for == "withheld")] for kind in KINDS.values())
     of_kind = {"locked": locked, "harmonics": harmonics[harmonics.rig_present], "totals": totals}
@@ -201,10 +203,10 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
 
 
 def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """Split each record's errors of fault-locked bands into a common level and the rest (pattern), and test both.
+    """Split each record's errors of fault-locked power by band into their common level and the rest; test both.
 
     `drawn`: levels at random inputs, for the covariance of the errors. The level is tested by Student's t distribution,
-    the pattern by chi-squared, whose probability is too small with few draws.
+    the rest (pattern) by chi-squared, whose probability is too small with few draws.
     """
     from scipy.special import chdtrc, stdtr
 

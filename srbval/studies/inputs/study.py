@@ -3,7 +3,7 @@
 All inputs of a scene are drawn together; all records share the draws, so that common effects cancel in the difference
 between two records. The spread is the input uncertainty of ASME V&V 20. Each input is also varied alone. For the
 verdicts on the cage ratio the draws are run at every record's speed, for the uncertainty of other quantities at
-`NOMINAL_RPM`. Contact points and time step are so fine that the results do not depend on the initial state.
+`NOMINAL_RPM`. The scene `paper` gets so many contact points that results do not depend on the start of a run.
 
 How often the verdicts detect an error is counted on simulated rigs. A simulated rig has the registered records with
 their uncertainties. Its true cage ratios are those of the scene `rig` at one random draw, unknown to the verdict, with
@@ -64,7 +64,7 @@ def records(states: Sequence[Fault]) -> list[Row]:
 
 
 def drawn_scene(case: Case) -> Drawn:
-    """Scene of a case, with its speed and inputs (`shares`: cumulative probabilities), and its envelope band [Hz]."""
+    """Scene at the case's speed and inputs (`shares`: cumulative probabilities), and the envelope band [Hz]."""
     rpm, state, shares = case["shaft_rpm"], Fault(case["state"]), case["shares"]
     if case["scene"] == "rig":
         listed, own = rig_inputs(), {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm"}

@@ -47,7 +47,7 @@ def cheapest_model(rows: Sequence[Mapping[str, Any]]) -> str | None:
 
 
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
-    """Summary for the report: the cheapest accurate model for fault lines, for levels and for power."""
+    """Summary for the report: the cheapest accurate model for fault lines, for levels and for drive power."""
     lines, pace = cheapest_model(_asked(content, "paper", "lines")) or "none", content["bases"]["paper"]["pace"]
     rest = []
     for question in TILE_QUESTIONS:

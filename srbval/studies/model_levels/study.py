@@ -1,8 +1,8 @@
 """Errors of every model on random scenes near a bundled scene, against the reference model.
 
 A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect.
-For one model, question, roller fit and defect, the errors on n random scenes bound the error on a further random scene:
-it is the largest of all n + 1 with a probability of 1 / (n + 1).
+For one model, question, roller fit (rollers with play, or of the printed diameter) and defect, the errors on n random
+scenes bound the error on a further random scene: it is the largest of all n + 1 with a probability of 1 / (n + 1).
 """
 
 import math
@@ -36,7 +36,7 @@ SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """Bundled scene on which `models` are compared with the model `reference`, run with the settings `finest`."""
+    """Bundled scene on which `models` are compared with the model `reference`; `finest`: settings of the reference."""
 
     reference: str
     models: tuple[str, ...]
@@ -56,7 +56,7 @@ SCENES_PER_POINT = sum(len(base.fits) * len(base.kinds) for base in BASES.values
 
 
 def cases(points: int, seed: int) -> pd.DataFrame:
-    """Table of runs: each base scene, roller fit, random point and model that can run it; the reference comes first."""
+    """Table of cases: base scene, roller fit, random point, and each model able to simulate it, the reference first."""
     rows = []
     for number, (name, fit) in enumerate((name, fit) for name, base in BASES.items() for fit in base.fits):
         base, bearing = BASES[name], load_bearing(load_scene(name).bearing)
@@ -68,7 +68,7 @@ def cases(points: int, seed: int) -> pd.DataFrame:
 
 
 def scene_of(case: Case, kind: Fault) -> Scene:
-    """Scene of one case with a defect of this kind; the reference model uses half the step."""
+    """Scene of one case with a defect of this kind; the reference model uses half the step of the other models."""
     base, right = BASES[case["base"]], case["model"] == REFERENCE
     step_s = load_scene(case["base"]).solver.step_s
     changes = {
@@ -130,7 +130,7 @@ def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
 
 
 def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
-    """Describe the errors on a base scene: reference, ranges, models, their time per simulated second, settings."""
+    """Describe a base scene of the study: reference, ranges, models, their time per simulated second, its values."""
     base, own = BASES[name], table[(table.base == name) & (table.model != REFERENCE)]
     return {
         "reference": base.reference,
@@ -168,7 +168,7 @@ def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Measure the errors of every model, or check the bounds of `srbval plan` on new scenes with `fresh_scenes`."""
+    """Measure the errors of every model; with `fresh_scenes`, only check the bounds of `srbval plan` on new scenes."""
     fresh = options.fresh_scenes and max(round(options.fresh_scenes / SCENES_PER_POINT), 1)
     points, seed = (fresh, 1 + options.seed) if fresh else (POINTS, 0)
 

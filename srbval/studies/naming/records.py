@@ -38,7 +38,7 @@ class KnownRecord:
     specimen: str
 
     def load(self) -> tuple[Recording, Bearing]:
-        """Load the record without its state, and its bearing; if `entry` names a channel, only this channel."""
+        """Return the record, its state removed, and its bearing; if `entry` names a channel, only this channel."""
         recording = dataclasses.replace(load_entry(self.entry), state=None)
         channel = self.entry.settings and self.entry.settings.channel
         if channel:
@@ -70,7 +70,7 @@ def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord
 
 
 def otherwise(recording: Recording, bearing: Bearing) -> Iterator[tuple[Recording, Bearing]]:
-    """Yield the record with wrong speeds and without tachometer signal, and with the data of another bearing."""
+    """Yield wrong inputs: the record with two wrong speeds and no tachometer signal, then with another bearing."""
     speed = recording.speed
     assert speed is not None, "every data set states a speed"
     for factor in WRONG_SPEEDS:

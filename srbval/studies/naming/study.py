@@ -36,7 +36,7 @@ ALONE, MACHINE, OTHERWISE = "record alone", "one machine", "another speed or bea
 
 
 def see(record: KnownRecord) -> Row:
-    """Diagnose a record: probability, faulty part named, and parts named if read with a wrong speed or bearing."""
+    """Diagnose a record: faulty part named, largest probability, and parts named with a wrong speed or bearing."""
     recording, bearing = record.load()
     analysis = analyse(recording, bearing=bearing)
     verdict = fault_verdict(analysis, all_channels=True)

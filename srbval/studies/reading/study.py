@@ -1,4 +1,4 @@
-"""Accuracy of line frequencies, and false findings on records without a fault.
+"""Accuracy with which frequencies of lines are read, and false findings on records without a fault.
 
 On combs (a line with harmonics) in noise: frequency error relative to the Cramer-Rao bound, and coverage of the stated
 95 % interval. On records without a fault: number of faults named, and a test that false-alarm probabilities of lines at
@@ -83,9 +83,10 @@ def placebos(analysis: Analysis, count: int, seed: int) -> Iterator[Line]:
 def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
     """Count faults named on records without a fault; test false alarms at the orders of `count` fictitious bearings.
 
-    A line has false-alarm probabilities from noise, from its rank among placebos, and from both (stated). Their shares
-    below `LEVEL` are ``noise_below``, ``rank_below``, ``stated_below``. `distance` is the Kolmogorov-Smirnov distance
-    of the probabilities by rank from a uniform distribution.
+    A line has three false-alarm probabilities: from the noise, from its rank among placebos (lines at meaningless
+    orders), and the stated one, which combines both. ``noise_below``, ``rank_below`` and ``stated_below`` are the
+    shares of lines with a probability below `LEVEL`. `distance` is the Kolmogorov-Smirnov distance of the
+    probabilities by rank from a uniform distribution.
     """
     from scipy.stats import kstest
 
@@ -127,7 +128,7 @@ def row_of(task: Task) -> Any:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the accuracy on synthetic combs, and the false findings on records without a fault."""
+    """Compute the accuracy of frequencies read from synthetic combs, and false findings on records without a fault."""
     tasks: list[Task] = [(background, name) for name in records.BACKGROUNDS]
     tasks += [(healthy, name) for name in HEALTHY]
     cells: list[Task] = [(accuracy, *map(float, cell)) for cell in CELLS.to_numpy()]
