@@ -114,8 +114,7 @@ def run_counterpart(
     """Simulate the recording analysed in `rig`: scene `base` at the recording's speed and load with defect `state`.
 
     `model` replaces the scene's model; `bearing_name` is the name or file of the recording's bearing. If the recording
-    states no load, the scene's load applies. The speed is rounded to 1e-6 Hz: the last digits of a measured speed
-    differ between computers.
+    states no load, the scene's load applies. The speed is rounded to 1e-6 Hz: further digits differ between computers.
     """
     recording, bearing = rig.recording, rig.bearing
     shaft_hz = round(rig.speed.value_hz, 6)

@@ -33,8 +33,7 @@ Row = dict[str, Any]
 class Settings:
     """Steps and simulated seconds of the timed runs (each repeated `repeats` times) and of runs compared for errors.
 
-    `steps_per_s` are the steps per second of these runs, `converged` those of the reference runs; all are multiples of
-    the output rate.
+    `steps_per_s`: steps per second of these runs, `converged`: of the reference runs; multiples of the output rate.
     """
 
     steps_per_s: tuple[int, ...] = (40960, 61440, 122880)
