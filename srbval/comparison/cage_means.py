@@ -100,7 +100,7 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sample m and tau of this module's model: `values` y, [n]; `covariance` C, [n, n]; `design` X, [n, effects].
 
-    Returns draws from the posterior of the effects m, [draws, effects], and of the scatter tau between records, [draws].
+    Returns posterior draws of the effects m, [draws, effects], and of the scatter tau between records, [draws].
     """
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))

@@ -152,10 +152,10 @@ def check_race_sum(
 ) -> Row:
     """Check the sum rule: BPFO + BPFI in orders of the shaft equals the number of rolling elements.
 
-    `orders` are BPFO and BPFI at the shaft speed `rpm`, from signals of an outer-race and an inner-race fault; `ci95` is
-    the 95 % half width of their sum, `slip` the part of the sum due to different slip in the two signals. `closed` is
-    true if the sum without this part equals the number of rolling elements within `ci95`, and None if `ci95` is None.
-    `implied_rpm` is the shaft speed at which the rule is exact.
+    `orders` are BPFO and BPFI at the shaft speed `rpm`, from signals with an outer-race and an inner-race fault; `ci95`
+    is the 95 % half width of their sum, `slip` the part of the sum due to different slip in the two signals. `closed`
+    is true if the sum without this part equals the number of rolling elements within `ci95`, and None if `ci95` is
+    None. `implied_rpm` is the shaft speed at which the rule is exact.
     """
     bpfo, bpfi = orders
     total = bpfo + bpfi

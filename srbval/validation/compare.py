@@ -152,8 +152,8 @@ def outside_parts(
     """Parts of an external simulation's uncertainty [% or dB]: from reading or repeats, and stated in the case.
 
     `own` is the simulated value, `repeats` its half width from repeated files (None without repeats); `scale` converts
-    a half width to per cent of the measured value. A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of
-    BPFI; it does not apply to the line of a rolling element, which depends on its spin.
+    them to per cent of the measured value (levels stay in dB). A stated 1 % of the cage ratio c is 1 % of BPFO and
+    c / (1 - c) % of BPFI; it does not apply to the line of a rolling element, which depends on its spin.
     """
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db

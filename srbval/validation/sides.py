@@ -216,7 +216,7 @@ def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
         yield pair
         return
     if source.registered != RIG or source.file:
-        raise ConfigurationError(f"registered = {source.registered!r}: the only value is {RIG!r}, without the key file.")
+        raise ConfigurationError(f"registered = {source.registered!r}: only {RIG!r} is possible, without the key file.")
     chosen: dict[tuple[Any, ...], RegisteredRecording] = {}
     for entry in rig_recordings(listing(or_none=True).recordings):
         load = entry.radial_kn, entry.axial_kn or 0.0
