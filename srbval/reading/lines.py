@@ -158,15 +158,14 @@ def read_lines(
 ) -> tuple[Line, ...]:
     """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, at a shaft speed.
 
-    All lines are searched near `scale` times their kinematic frequencies. At a nominal speed, the scale is replaced by
-    the ratio of the first detected line to its kinematic frequency. The cage line is read by itself, since its
+    All lines are searched near `scale` times their kinematic frequencies. The cage line is read by itself, since its
     harmonics coincide with other lines. First harmonics are ranked among `combs` placebos (combs at frequencies without
     a bearing line). With `brief` only first harmonics are read, and only those that noise does not explain are ranked;
     the detected lines are the same.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
-    share, settles = window_share(bearing, speed), speed.source is SpeedSource.NOMINAL
+    share = window_share(bearing, speed)
     lines = {f.name: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
     stronger: list[Line] = []
     bare = record
@@ -206,8 +205,6 @@ def read_lines(
         reading = read.pop(strongest)
         if add(strongest, reading, record, stronger):
             record = _mask_family(record, strongest, reading)
-            if settles:
-                scale, settles = reading.found_hz / strongest.kinematic_hz, False
             read = _readings(record, waiting, speed, scale, share)
     for family, reading in _readings(bare, [cage], speed, scale, share).items():
         add(family, reading, bare, [])
