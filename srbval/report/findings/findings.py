@@ -120,21 +120,17 @@ def compared_rows(
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
     """Return mean and 95 % half width [Hz] of the line in Table 6's `row`, simulated in scene `rig` (`stored`)."""
-    fault, variants = Fault(row["defect"]), stored.get("variants", ())
+    fault = Fault(row["defect"])
     analysis = rig[fault]
-    found = [
-        np.asarray(one["drawn"])
-        for variant in variants
-        for one in variant["records"]
-        if (variant["scene"], one["state"], one["nominal_rpm"]) == ("rig", fault, analysis.recording.nominal_rpm)
-    ]
-    names = ("rig_scene_hz", "rig_scene_ci95_hz")
-    if not found:
-        return dict.fromkeys(names)
+    point = ("rig", fault, analysis.recording.nominal_rpm)
+    simulated = [(one["scene"], record) for one in stored.get("variants", ()) for record in one["records"]]
+    drawn = next((x["drawn"] for scene, x in simulated if (scene, x["state"], x["nominal_rpm"]) == point), None)
+    if drawn is None:
+        return {"rig_scene_hz": None, "rig_scene_ci95_hz": None}
     elements, shaft_hz = analysis.bearing.rolling_elements, analysis.speed.value_hz
-    hz = [shaft_hz * (fault.passing_order(elements, one) or math.nan) for one in found[0].tolist()]
+    hz = [shaft_hz * (fault.passing_order(elements, ratio) or math.nan) for ratio in drawn]
     low, _, high = np.quantile(hz, INTERVAL_QUANTILES)
-    return dict(zip(names, (float(np.mean(hz)), float(high - low) / 2), strict=True))
+    return {"rig_scene_hz": float(np.mean(hz)), "rig_scene_ci95_hz": float(high - low) / 2}
 
 
 def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row]) -> Iterator[Row]:
