@@ -19,7 +19,8 @@ class Estimate:
     """Estimated relative `error` of one result due to the time step, and `scatter`, the standard error of the estimate.
 
     `of`: name of the result, such as "drive power"; `kind`: its kind, which has a tolerance in `ERROR_TOLERANCE`;
-    `blocks`: effective number of blocks of the run, from whose differences `scatter` is computed.
+    `blocks`: number of equal parts of the run, from whose differences `scatter` is computed; less if the quantity is
+    concentrated in a few of them.
     """
 
     kind: str
@@ -85,7 +86,7 @@ class StepError:
         return tuple(estimate for estimate in self.estimates if estimate.undecided)
 
     def improves_on(self, coarser: "StepError") -> bool:
-        """True if less than `MAX_REMAINING_SHARE` remains of an error that exceeds tolerance with `coarser` steps."""
+        """True if at least one error above tolerance in `coarser` fell below `MAX_REMAINING_SHARE` of its value."""
         return any(
             abs(own.error) < MAX_REMAINING_SHARE * abs(theirs.error)
             for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
@@ -94,7 +95,7 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is 100 % or more; the settled state at the start of the estimate is then wrong, too."""
+        """True if an error is 100 % or more; the settled state from which the errors were estimated is then wrong."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":
@@ -114,7 +115,7 @@ class StepError:
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
-        """Largest error and its standard error [%] for cage speed, band RMS and drive power; NaN without estimates."""
+        """Largest error of each kind (cage speed, band RMS, drive power) and its standard error [%]; NaN if unknown."""
         found: dict[str, float] = {}
         for kind in ERROR_TOLERANCE:
             none = Estimate(kind=kind, of="", error=math.nan, scatter=math.nan)

@@ -43,7 +43,7 @@ class FullRun:
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
         """Integrate `intervals` output intervals from number `first`.
 
-        `per_detail`: number of intervals from one detailed output of the rollers to the next, 0 for none.
+        `per_detail`: number of intervals from one output of spins and loads of the rollers to the next, 0 for none.
         """
         return take_steps(
             self.model,

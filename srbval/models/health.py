@@ -4,10 +4,10 @@ Explicit integration fails silently, see "Health of a run" on the page "Equation
 if it violates a law that every motion of the model obeys. A bearing may skid or its rollers may be unloaded: if no law
 is violated, the status names this behaviour, which is not a failure.
 
-Unless stated otherwise, the limits were measured on 144 scenes of the full model: 710 and 3000 rpm; 1, 5, 31 and
-125 kN; friction 0.02, 0.1 and 0.7; load on the rollers alone or also on the housing spring; play 0 and 0.1 mm, and
-interference. Solvers: imex2, ode1, ode2 and ode4 with one, two and four times the step of 1/61440 s that the paper
-uses. The reference is imex2 with a quarter of that step.
+Unless stated otherwise, the limits in this module were measured on 144 scenes of the full model: 710 and 3000 rpm; 1,
+5, 31 and 125 kN; friction 0.02, 0.1 and 0.7; load on the rollers alone or also on the housing spring; play 0 and
+0.1 mm, and interference. Solvers: imex2, ode1, ode2 and ode4 with a step of 1/61440 s (Giraudo et al. 2025), twice and
+four times this step. The reference, whose results are called truths, is imex2 with a quarter of this step.
 `tests/verification/test_run_verdicts.py` counts how often the status is right on other scenes.
 """
 
@@ -226,7 +226,10 @@ def _cage_is_driven(run: RunSummary) -> bool:
 
 
 def _is_sound(run: RunSummary) -> bool:
-    """True without signs of failed integration; energy counts only at constant speed and above half the stable step."""
+    """True without signs of failed integration.
+
+    An energy gap is such a sign only at constant speed, with a step of at least half the longest stable step.
+    """
     wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s
     return not (run.idle_share > MAX_IDLE_SHARE or too_long or (wild and run.scene.speed_profile is None))

@@ -23,12 +23,12 @@ from srbval.storage.tables import read_toml
 class FidelityLevel:
     """Model of the hierarchy: `name`, short `title`, `place` (``module:function``) of the function that runs it.
 
-    `parameters`: place of the function that assembles the parameters of a model with the full model's equations.
-    `columns`: numbers of the columns in `outputs` that the model computes; the others are NaN. `own_solver`: name of
-    the model's integrator, None if the scene chooses the solver. `coarser`: the model's step is at most this many times
-    the scene's, and a whole number of steps fills an output interval. `lacks`: questions that the model cannot answer
-    in any scene, and the reasons. `needs`: table of a bearing's file that the model requires, one of
-    `KNOWN_OF_BEARING`. `outside`: true if the model is not part of the package.
+    `parameters`: place of the function that assembles the model's parameters; None if the model does not use the full
+    model's equations. `columns`: numbers of the columns in `outputs` that the model computes; the others are NaN.
+    `own_solver`: name of the model's integrator, None if the scene chooses the solver. `coarser`: largest ratio of the
+    model's step to the scene's step. `lacks`: what the model can never answer, such as "slip", and why. `needs`: table
+    of a bearing's file that the model requires, one of `KNOWN_OF_BEARING`. `outside`: true if the model is not part of
+    the package.
     """
 
     name: str
@@ -48,7 +48,7 @@ class FidelityLevel:
         return KNOWN_OF_BEARING.index(self.needs) <= known
 
     def check_scene(self, scene: Scene) -> None:
-        """Raise `ConfigurationError` if this model cannot simulate surface waves, oil or free rollers of the scene."""
+        """Raise `ConfigurationError` if this model cannot simulate a scene's surface waves, oil or tilting rollers."""
         for there, models, place, lack, what in (
             (scene.surface is not None, CONTINUOUS, "[surface]", "does not simulate waves of surfaces", "table"),
             (scene.oil is not None, SLICED, "[oil]", "does not simulate oil", "table"),
@@ -75,7 +75,7 @@ class FidelityLevel:
     def make_parameters(self) -> Callable[..., Any]:
         """Function that makes the model's parameters from scene and geometry; `ConfigurationError` if there is none."""
         if self.parameters is None:
-            raise ConfigurationError(f"the model {self.name} has no equations of the full model: use --model full.")
+            raise ConfigurationError(f"this needs the full model's equations, not {self.name}'s: use --model full.")
         return import_function(self.parameters)
 
     @property

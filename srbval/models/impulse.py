@@ -1,6 +1,6 @@
 """Impulse model: force pulses at the passages of a defect, with random slip, load-zone modulation and one resonance.
 
-Method of McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54); slip is a process of stationary increments
+Method of McFadden & Smith (1984, J. Sound Vib. 96, 69); slip is a process of stationary increments
 (Antoni & Randall 2003, J. Vib. Acoust. 125, 282). A pulse has the length and height of a roller's contact force on the
 defect at the defect's angle in the load zone (see `srbval.models.planar.contacts`). The ring responds as a mass on
 the springs of housing and contacts, linearised about static balance.
@@ -65,7 +65,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
 def _defect_passages(
     scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Passages over defect `number` of the scene, [k] each: time [s], race (0 outer, 1 inner), roller's angle [rad]."""
+    """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), angle around the bearing [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
 
     def jitter(count: int) -> FloatArray:

@@ -295,8 +295,8 @@ def kernels_of(scene: Scene) -> list[str]:
     """Names of the kernels that a run of the scene needs: ``MODEL-PART-CAGES``, with suffixes for oil and free rollers.
 
     CAGES is the number of cages. PART is ``ring`` in the planar model. Models with the full model's equations need two
-    parts: ``rates`` computes the time derivative of the state; the other one, named after the family of the solver,
-    computes a step. The line model uses the kernels of the full model.
+    kernels: ``rates`` computes the time derivative of the state; ``explicit``, ``rosenbrock`` or ``leapfrog``, the
+    solver's family, computes a step. The line model uses the kernels of the full model.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []

@@ -1,4 +1,4 @@
-"""Prescribed motion of pure rolling, passages over defects, and the kinematic model: one click at each passage.
+"""Prescribed motion, passages over defects, and the kinematic model: a click, one acceleration pulse, at each passage.
 
 The impulse and planar models use the same motion of shaft, cage and rollers, see `PrescribedMotion`.
 
@@ -26,9 +26,9 @@ GRID_S = 1e-3  # step of the table from which times of angles are interpolated
 
 @dataclass(frozen=True, kw_only=True)
 class PrescribedMotion:
-    """Prescribed angles and load of a scene at given times; time starts `Scene.settle_s` before the recording.
+    """Angles of shaft, cage and rollers, and load, at times counted from `Scene.settle_s` before the recording.
 
-    Motion of cage and rollers follows from the bearing's fault orders (Randall 2011, sect. 2.2.3); the cage can slip.
+    The angles follow from the bearing's fault orders (Randall 2011, sect. 2.2.3) and the scene's `cage_slip`.
     """
 
     scene: Scene
@@ -124,7 +124,7 @@ def prescribed_outputs(
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the kinematic model; arguments as in `srbval.models.hierarchy`. The two samples next to a click share it."""
+    """Run the kinematic model; arguments as in `srbval.models.hierarchy`. Two samples share a click between them."""
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = PrescribedMotion(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)

@@ -9,10 +9,10 @@ The damping force depends on the rate of penetration in the middle: rolling adds
 middle as it removes on the other. At xi half lengths from the middle the penetration is d (1 - xi^2). If the race turns
 at the angular speed W relative to a roller of radius rho, the slip at xi is larger than in the middle by W d (1 +
 1/(kappa rho)) xi^2, with the curvature kappa of the gap. If the race turns about the contact's normal, it also slips
-sideways. Both slips are far above the critical velocity of the friction law, eq. (19) of the paper. The patch therefore
-has three parts of equal load, each with its mean slip, and the law is averaged over the slips within a part. Neglected:
-the couples by which dampers resist rolling and friction resists pivoting, their power, and the inclination of the
-normal along a patch.
+sideways. Both slips are far above the critical velocity of the friction law, eq. (19) of Giraudo et al. 2025. The patch
+therefore has three parts of equal load, each with its mean slip, and the law is averaged over the slips within a part.
+Neglected: the couples by which dampers resist rolling, the couples by which friction resists pivoting, the power of
+these couples, and the inclination of the normal along a patch.
 
 Near a defect, which may raise only a part of the patch, the race consists of points as in the full model, but `DENSER`
 times as many; stiffness and damping of each are divided by this number. Elsewhere no points pass the roller, so that a
@@ -66,12 +66,12 @@ def _with_denser_points(scene: Scene) -> Scene:
 
 
 def _denser_defect(defect: Defect) -> Defect:
-    """Multiply the points of a defect without extent by `DENSER`: the points are closer, but its length stays."""
+    """Multiply the points of a defect by `DENSER`, as they are closer, unless `extent_m` states the defect's length."""
     return defect if defect.extent_m is not None else replace(defect, points=DENSER * defect.points)
 
 
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
-    """Force, damping, rise of slip to the ends at 1 rad/s, squared half length of a patch, at 1 m of penetration."""
+    """Patch at 1 m of penetration: force, damping, slip at ends minus in the middle (1 rad/s), squared half length."""
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
@@ -122,7 +122,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Raised piece of a race: offsets from its middle and heights, [parts], of parts of the length `part_m` each."""
+    """Raised piece of a race in parts of the length `part_m`; `offset_m`, [parts]: their distances from its middle."""
 
     offset_m: FloatArray
     height_m: FloatArray

@@ -51,7 +51,7 @@ class ContactShape:
 
 
 def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
-    """Constants of the friction of oil films in contacts `shapes`; fitted viscosity / thickness is accurate to 5 %."""
+    """Constants of oil-film friction in contacts `shapes`; the fit of viscosity over thickness is accurate to 5 %."""
     films = [[line_film_m(oil, 1.0, line_load_n_m(p, s.along_m), s.along_m) for p in PRESSURES_PA] for s in shapes]
     thickness = min(line_film_m(oil, 1.0, line_load_n_m(REFERENCE_PA, s.along_m), s.along_m) for s in shapes)
     thicker = np.array([oil.log_thickening(p) for p in PRESSURES_PA]) - np.log(np.array(films) / thickness)

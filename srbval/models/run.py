@@ -87,17 +87,17 @@ class RunSummary:
     `idle_share` the share of the time without any contact.
 
     `step_error`: errors due to the step, None if not estimated; `step_limit_s`: longest stable step
-    (`step_limits.elastic_limit_s`), `default_limit_s`: of the default solver; `check_wall_s`: wall time of checking the
-    step; `band_rms_m_s2`: RMS along the sensor's axis by band of `scene.BANDS_HZ`; `stored_utc`: time of the simulation
-    if the run was read from the cache; `cpu_s` and `wall_s`: processor and wall time of the simulation, not compiling.
+    (`step_limits.elastic_limit_s`), `default_limit_s`: the same with the default solver; `check_wall_s`: wall time of
+    the step's check; `band_rms_m_s2`: RMS along the sensor's axis by band of `scene.BANDS_HZ`; `stored_utc`: time of
+    the simulation if the run was read from the cache; `cpu_s`, `wall_s`: its processor and wall time, not compiling.
 
     In oil: `power_w`, mean losses by source and their `total` [W] (`seals` are always 0); `film_um`, least film (`min`)
     and mean film in the middle (`mean`) of the loaded contacts at the run's end; `lambda_min`, least film over
     roughness. Without oil they are empty and NaN.
 
     `free_rollers`: largest values of the loaded rollers at the run's end, if rollers tilt and slide along their axes:
-    tilt `tilt_mrad`, displacement along the axis `shift_um`, moment of friction about the slot on the cage `skew_nm`;
-    `row_1_share` is the share of row 1 in the loads of all outer contacts. Otherwise empty.
+    tilt `tilt_mrad`, displacement along the axis `shift_um`, moment of friction about the slot, which would skew the
+    roller, `skew_nm`; `row_1_share` is the share of row 1 in the loads of all outer contacts. Otherwise empty.
     """
 
     scene: Scene
@@ -195,7 +195,7 @@ class Run(RunSummary, Outputs, NotebookObject):
         return np.arange(len(self.out)) / self.scene.output_rate_hz
 
     def to_frame(self) -> pandas.DataFrame:
-        """Convert to a pandas table with a row for each output interval: start `time_s`, variables of a run file."""
+        """Convert to a pandas table of output intervals: start `time_s` of each, and the variables of a run file."""
         import pandas
 
         columns = {name: self.out[:, variable["column"]] for name, variable in VARIABLES.items()}
@@ -218,9 +218,9 @@ class Run(RunSummary, Outputs, NotebookObject):
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:
-    """Descriptions of a scene's parts that no comparison with measurements has validated; always includes amplitudes.
+    """Descriptions of a scene's parts that no comparison with measurements has validated; amplitudes never were.
 
-    A bearing of any name counts as validated if it has the geometry of the paper's bearing.
+    A bearing of any name counts as validated if it has the geometry of the bearing `DEFAULT_BEARING`.
     """
     found = ["amplitudes and the noise floor"]
     if is_outside(scene.model):

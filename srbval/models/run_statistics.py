@@ -57,7 +57,7 @@ class RunningSums:
         self.total = self.total + np.ascontiguousarray(out.T).sum(axis=1)
 
     def energy_imbalance(self, interval_s: float) -> float:
-        """Energy imbalance: work minus stored energy minus losses, as a share of the losses; NaN without losses.
+        """Energy imbalance: work minus increase of stored energy minus losses, over the losses; NaN without losses.
 
         The stored energy is known only at the start of an interval, so the last interval is left out.
         """

@@ -22,7 +22,7 @@ def along_sensor(acceleration: FloatArray) -> FloatArray:
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
     """RMS of `samples` within a frequency band, in the unit of the samples; Hann window, sharp band edges.
 
-    The samples must be means over their intervals, like a run's accelerations; the attenuation is compensated.
+    Each sample must be the mean of its interval, like a run's accelerations; this attenuation is compensated.
     """
     from scipy.fft import rfft
 
@@ -126,9 +126,9 @@ class BandLevels:
 class SensorFilter:
     """Filter that converts the ring's acceleration to the sensor's; without a `path`, the component along its axis.
 
-    The path's frequency response is converted to an impulse response of the length `FILTER_S`, one for each direction
-    of the ring's acceleration, and multiplied by a Hann window; this smooths the response within 40 Hz of the edges of
-    the path's third octaves. The output is delayed by `FILTER_S` / 2 and begins at rest.
+    For each direction of the ring's acceleration, the frequency response of the `path` from ring to sensor is converted
+    to an impulse response of the length `FILTER_S`. A Hann window smooths its steps from one third octave to the next,
+    up to 2 / `FILTER_S` = 40 Hz from the step. The output is delayed by `FILTER_S` / 2 and begins at rest.
     """
 
     def __init__(self, path: SensorPath | None, fs_hz: float, load_direction_rad: float) -> None:

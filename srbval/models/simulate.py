@@ -132,8 +132,8 @@ def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
     for what, needed, there in rooms:
         if needed > there:
             raise ConfigurationError(
-                f"{scene.duration_s:g} s at {scene.output_rate_hz:g} Hz need some {needed / 1e9:.3g} GB of {what}, "
-                f"there are {there / 1e9:.3g} GB: shorten the run, lower output rates{'' if folder else ', or use -o'}."
+                f"{scene.duration_s:g} s at {scene.output_rate_hz:g} Hz need {needed / 1e9:.3g} GB of {what}, there "
+                f"are {there / 1e9:.3g} GB: shorten the run, lower output rates{'' if folder else ', or use -o FILE'}."
             )
 
 

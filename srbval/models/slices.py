@@ -157,8 +157,8 @@ class Openings(NamedTuple):
     """Tables of slices of the contact with one race, [col.SLICE_ROWS constants, slices] each.
 
     `rows`: a table for the undamaged race, then one for each defect on the race; `of_rollers`: one for each defect on a
-    roller; `middle_rad`: angle from the x axis to the middle of the defect, for each table in `rows`; `window_of`, [2,
-    RACE_POSITIONS]: index in `rows` of the table for a roller of the bearing's row 1 or 2, at each angle.
+    roller; `middle_rad`: for each table in `rows`, angle from the x axis to the defect's middle; `window_of`, [2 rows
+    of rollers, RACE_POSITIONS]: for a roller at each angle, the index in `rows` of the table that applies.
     """
 
     rows: list[FloatArray]
@@ -196,7 +196,7 @@ class SlicedContact:
         """Points on a race: radius about the shaft, distance from mid-plane [m]; normal's radial and axial component.
 
         `axial_m`: distances from the roller's middle along the roller, away from the mid-plane. The profiles are arcs
-        (eq. (17) of the paper), with the inner centre shifted by the difference of the profile radii.
+        (eq. (17) of Giraudo et al. 2025); an inner race of another profile radius keeps its point at `axial_m` = 0.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m

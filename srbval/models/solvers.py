@@ -1,11 +1,11 @@
 """Methods of time integration, by name in `METHODS`: properties, and coefficients for the kernels.
 
-Explicit Runge-Kutta methods of fixed step: ode4, used in the paper, and the lower orders that it rules out. Names
-follow the paper's simulation software: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method
+Explicit Runge-Kutta methods of fixed step: ode4, used by Giraudo et al. (2025), and lower orders, which they rule out.
+The names are those of Simulink: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method
 (Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). For decay without oscillation,
 their steps are stable up to 2, 2, 2.51 and 2.79 over the largest rate of decay. The full model's friction relaxes some
-300 times faster than ode4 resolves at 1/61440 s. It does not diverge, but chatters within bounds, which adds broadband
-noise to the acceleration.
+300 times faster than ode4 resolves with steps of 1/61440 s. The run then does not diverge, but friction chatters within
+bounds, which adds broadband noise to the acceleration.
 
 The other methods treat friction and contact damping implicitly. ros2 is a two-stage W-method (Verwer, Spee, Blom &
 Hundsdorfer, A second-order Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20

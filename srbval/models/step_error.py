@@ -63,9 +63,10 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     """Choose the longest step that keeps all errors within tolerance; returns the scene with this step, and the errors.
 
     Errors are estimated from a short simulation. The search begins with the scene's step, made shorter if it is
-    unstable, and tries steps 2, 4 and 8 times finer. If none is fine enough, the finest is chosen, or the first if
-    finer steps do not reduce the errors. If the estimates scatter too much, a simulation `LONG_PIECE_FACTOR` times as
-    long is used (if the run exceeds `PIECE_S`), and the longest step that is certainly fine enough is chosen.
+    unstable, and tries steps up to `MAX_REFINEMENT` times finer. If none is fine enough, the finest is chosen, or the
+    search's first step if finer ones do not reduce the errors. If scatter hides whether the chosen step is fine
+    enough, and the run is longer than `PIECE_S`, the errors are estimated again from a simulation `LONG_PIECE_FACTOR`
+    times as long; the longest step that is then certainly fine enough, if any, is chosen instead.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 

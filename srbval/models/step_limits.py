@@ -1,9 +1,10 @@
 """Longest stable step of each solver: for a linear system, for a run's stiffest roller, and for the whole bearing.
 
 A model is linearised about static balance by central differences of its equations of motion, with the shaft and all
-bodies at rest. No contact slips then, so that friction rises most steeply with slip; in oil the rise is that at the
-running speed. Effects of rotation (gyroscopic torques, points that enter and leave contact, impacts of a defect) are
-not included. Each step is a linear map, as in `step_kernel`: friction and damping implicit, stiffness explicit.
+bodies at rest. No contact slips then, and from zero slip friction rises most steeply; in oil, this rise depends on the
+speed and is computed at the running speed. Effects of rotation (gyroscopic torques, points that enter and leave
+contact, impacts of a defect) are not included. Each step is a linear map, as in `step_kernel`: friction and damping
+implicit, stiffness explicit.
 
 The rollers are the lightest bodies on the stiffest springs, so the roller that bounces fastest between the races limits
 the step of a run. This limit does not include friction, which chatters within bounds if it is integrated explicitly.

@@ -171,7 +171,7 @@ def test_a_model_offers_its_own_solvers():
         ("nowhere.py:ring", DataError, "no such file"),
         ("no_such_package.module:ring", DataError, "no Python package 'no_such_package'"),
         ("command ./nothing {out_csv}", ConfigurationError, "no executable program './nothing' is found"),
-        (f"command {sys.executable}", ConfigurationError, "{out_csv}, the file that it writes, is missing"),
+        (f"command {sys.executable}", ConfigurationError, "add {out_csv} for the file"),
     ],
 )
 def test_a_wrong_name_is_an_error_with_its_remedy(model, error, text):

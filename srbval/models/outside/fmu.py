@@ -112,7 +112,7 @@ def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowe
         raise UnknownNameError.of(f"{place} {key}: the FMU has no variable {name!r}", name, tuple(known))
     described = known[name].unit or getattr(known[name].declaredType, "unit", None) or ""
     if stated and described and stated != described:
-        raise ConfigurationError(f"{place} {key}: the unit {stated!r} differs from the FMU's {described!r}: mend one.")
+        raise ConfigurationError(f"{place} {key}: the unit {stated!r} differs from the FMU's {described!r}: omit it.")
     units = SUFFIXES.get(max((suffix for suffix in SUFFIXES if key.endswith(suffix)), key=len, default=""), {"": 1.0})
     unit = stated or described
     if unit not in units and (unit or len(units) > 1):

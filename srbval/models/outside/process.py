@@ -116,7 +116,7 @@ def command_model(text: str) -> Model:
     """Return a function that runs a program, which reads the scene as JSON and writes the signals as columns of CSV."""
     words = shlex.split(text)
     if not words or not any(SIGNAL_FILE in word for word in words):
-        raise ConfigurationError(f"command {text!r}: {SIGNAL_FILE}, the file that it writes, is missing; add it.")
+        raise ConfigurationError(f"command {text!r}: add {SIGNAL_FILE} for the file that the program writes.")
     if shutil.which(words[0]) is None:
         raise ConfigurationError(f"command {text!r}: no executable program {words[0]!r} is found here.")
 

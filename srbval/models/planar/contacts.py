@@ -1,12 +1,12 @@
 """Massless roller between two races: force on the outer ring as a function of the approach of the rings.
 
 `approach` is the displacement of the outer race towards the shaft at a roller's angle [m], in the bearing's radial
-direction. A roller slides in its slot of the cage, by `slide` towards the outer race, until both races press equally.
-Spherical rollers touch a race on three circles. If a circle's normal leans by b from the slot and by a from the radial
-direction, the penetration is approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b at the
-inner race. Without slide and approach e_o and e_i are the roller's radius minus the distance of its centre from each
-race. The force of `line.Patch` is tabulated over the approach; a second table contains the force that a
-defect adds, over the approach and the defect's position.
+direction. A roller slides along a slot of the cage, by `slide` towards the outer race, until both races press equally.
+Spherical rollers touch a race on three circles. If a circle's normal leans by b from the slot's direction and by a from
+the radial direction, the penetration is approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b
+at the inner race; e_o and e_i are the roller's radius minus the distance of its centre from the outer and the inner
+race before it slides, with the rings concentric. The force of `line.Patch` is tabulated over the approach; a second
+table contains the force that a defect adds, over the approach and the defect's position.
 
 Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
 model hierarchy" of the theory, section "planar". The contact angle is constant.
@@ -59,13 +59,13 @@ class DefectHeight(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races, outer first; `excess_m`: see `ElementSlot`."""
+    """Contacts of a spherical roller with both races; `excess_m`: e_o and e_i of the module's formula [m]."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Return the defect as a function of its distance from the roller, then its reach and the race's radius [m].
+        """Return a function that places the defect at distances from the roller; the defect's reach, race's radius [m].
 
         Reach: largest distance at which the roller touches the defect; `deepest_m`: largest approach of the rings.
         """
@@ -126,7 +126,7 @@ class Slot:
 
 
 def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Find for each element the value between `low` and `high` above which the function `too_far` returns True."""
+    """Find the values between the arrays `low` and `high` above which the function `too_far` returns True."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         beyond = too_far(middle)
@@ -183,9 +183,10 @@ class Race:
 
 
 class Opening(NamedTuple):
-    """Pit or bump of a race (0 outer, 1 inner), in strips along the race with half lengths `half_m`, at `across_m`.
+    """Pit or bump of a race (0 outer, 1 inner), cut into strips along the race, each of the width `strip_m`.
 
-    `middle_m`: distance of the defect's middle from the ball or roller along the race, any shape.
+    `half_m`: half lengths of the strips; `across_m`: their positions across the race; `middle_m`: distance along the
+    race from the ball or roller to the defect's middle, any shape.
     """
 
     race: int
@@ -206,7 +207,7 @@ class Opening(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSlot:
-    """Ball or roller between two races, outer first; `cosine` of the contact angle; `damping_s`: see `LineContact`."""
+    """Ball or roller between `races` (outer, inner); `cosine`: of the contact angle; `damping_s`: see `LineContact`."""
 
     races: tuple[Race, Race]
     cosine: float
@@ -239,7 +240,7 @@ class ElementSlot:
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """See `Slot.place_on_race`; raises `ConfigurationError` for a cosine shape or a defect without extent."""
+        """See `Slot.place_on_race`; raises `ConfigurationError` for a cosine shape or a defect without `extent_m`."""
         across, half, strip = _strips(defect, self.races[race], deepest_m)
         bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
 
@@ -249,7 +250,7 @@ class ElementSlot:
         return raised, float(half.max()) + bump, self.races[race].radius_m
 
     def deepest_m(self, load_n: float) -> float:
-        """Find an approach [m] at which one element carries `load_n` or more: the play, raised in steps of 20 %."""
+        """Find an approach [m] at which one element carries `load_n` or more, in steps of 20 % from the play on."""
         approach = LEAST_DEPTH_M + max(0.0, self.play_m)
         while self.press(np.array([approach]))[0, 0] < load_n:
             approach *= 1.2
@@ -257,7 +258,7 @@ class ElementSlot:
 
 
 def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Cut a defect, as far as contacts reach, into strips along the race: positions, half lengths, common width."""
+    """Cut a defect, where it can be touched, into strips along the race: positions, half lengths, common width."""
     if defect.extent_m is None:
         raise ConfigurationError(
             f"a defect of {defect.points} points: races of this bearing's model have no points; give the defect's "
@@ -355,7 +356,8 @@ ElementContact = Slot | ElementSlot
 class ForceTable:
     """Table of an undamaged contact; rows of `values`: force [N], damping [N s/m], penetration [m].
 
-    Columns: approaches of the rings from `start_m` to `deepest_m` in steps of `step_m` (defects: of `bump_step_m`).
+    Columns: approaches of the rings from `start_m` to `deepest_m` in steps of `step_m`. Tables of the forces that
+    defects add have the same range, in steps of `bump_step_m`.
     """
 
     start_m: float
