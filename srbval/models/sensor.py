@@ -92,11 +92,12 @@ def _one_pole_filters(fs_hz: float, band_hz: tuple[float, float]) -> tuple[Compl
     middle = np.exp(1j * angle) * (high - low) / 2
     apart = np.sqrt(middle**2 - low * high)
     analogue = np.concatenate([middle + apart, middle - apart])
-    poles = (rate + analogue) / (rate - analogue)
+    poles = np.asarray((rate + analogue) / (rate - analogue), dtype=np.complex128)
     gain = float(((rate * (high - low)) ** BAND_FILTER_ORDER / np.prod(rate - analogue)).real)
     ratios = 1 - poles / poles[:, None]
     np.fill_diagonal(ratios, 1)
-    return poles, gain * (1 - poles**-2.0) ** BAND_FILTER_ORDER / ratios.prod(axis=1), gain
+    weights = gain * (1 - poles**-2.0) ** BAND_FILTER_ORDER / ratios.prod(axis=1)
+    return poles, weights, gain
 
 
 @dataclass

@@ -71,7 +71,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         if own.traction is Traction.FILM:
             critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `film_at_speed`
             law = law._replace(static_friction=1.0, dynamic_friction=0.0)
-    radius_m = [contact.radius_m for contact in contacts]
+    outer_m, inner_m = (contact.radius_m for contact in contacts)
     selection, tables = _join_races(races, len(on_rollers), model.races.height)
     return model._replace(
         free=FREE if scene.bodies.free_rollers else None,
@@ -81,7 +81,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         law=law,
         races=selection,
         patch=None,
-        slices=SliceTable(*tables, own.damping_s, critical_ratio, *radius_m, film),
+        slices=SliceTable(*tables, own.damping_s, critical_ratio, outer_m, inner_m, film),
     )
 
 
