@@ -39,7 +39,7 @@ class OpenInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Cumulative probabilities of the values tried if this input alone varies: one per choice, or even steps."""
+        """Cumulative probabilities of the values tried if this input alone varies: one per choice, or evenly spaced."""
         ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
         return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
 

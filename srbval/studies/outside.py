@@ -148,7 +148,7 @@ def stability(
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
-    """Draw the chart of study `name` from `content`; beside an external model, also bundled solvers."""
+    """Draw the chart of study `name` from `content`; limits of bundled solvers are shown beside a model's limits."""
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])
@@ -257,7 +257,7 @@ def _bench_table(rows: Sequence[Row], model: str | None) -> str:
 
 
 def _bench_text(rows: Sequence[Row], model: str | None) -> str:
-    """Text of the benchmark: table of runs, the model's cost over the default solver's, reasons of failed runs."""
+    """Text of the benchmark: table of runs, cost of the model in units of the default solver's, reasons of failures."""
     own = [row for row in rows if model and row["model"] == model]
     ratio = "{series} takes {cpu_ratio:.3g} times ({cpu_ratio_range[0]:.3g} to {cpu_ratio_range[1]:.3g}) the CPU of "
     ratio += f"{DEFAULT_SERIES[1]} at the same step, 1/{{steps_per_s}} s."

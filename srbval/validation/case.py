@@ -212,7 +212,7 @@ def _source_table(raw: Any) -> Any:
 
 
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
-    """Find files by path, pattern or start of a registered file's name; `DataError` if this is missing or ambiguous."""
+    """Find files by path, pattern or start of a registered file's name; `DataError` for an unknown or ambiguous one."""
     names = (name for name in source.file or () if isinstance(name, str))
     return tuple(path for name in names for path in _find_files(name, folder, side))
 

@@ -164,7 +164,7 @@ def outside_parts(
 
 
 def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:
-    """Tolerance of a quantity [% or dB]; None if the case states none, and for the frequency of a fault line."""
+    """Tolerance of a quantity [% or dB]; None for the frequency of a fault line, or if the case states none."""
     if quantity.value_of:
         return tolerance.cage_pct if quantity is CAGE_RATIO else None
     return tolerance.level_db

@@ -114,7 +114,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels at the sensor with the path identified from these runs; nominal inputs: also half widths due to it."""
+    """Levels at the sensor with the path identified from these runs; nominal case: half widths due to the path too."""
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")

@@ -84,7 +84,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
-    """Answers to the questions of `srbval plan` by defect, and wall time per simulated second, of the working runs."""
+    """From the working runs: answers to the questions of `srbval plan` by defect, wall time per simulated second."""
     runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}

@@ -115,7 +115,7 @@ def public_outcome(state: Fault, line: str) -> str:
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
-    """Diagnose the benchmark's records in `folders`; counts by grade of difficulty and part; `DataError` if none."""
+    """Diagnose the benchmark's records in `folders`; count by difficulty and part; `DataError` if none is found."""
     with GRADED.open(encoding="utf-8") as file:
         listed = list(csv.DictReader(line for line in file if not line.startswith("#")))
     stated = {row["sha256"]: row for row in listed}
