@@ -1,4 +1,4 @@
-"""Studies, one folder each, with their pages in the report; `harness` finds, runs and stores them.
+"""Studies, one folder each, with their pages in the report; `harness` finds and runs them and stores the results.
 
 A folder contains ``study.toml`` (a `harness.Study`: question and options), ``study.py`` (the function ``run``, which
 answers the question), and for a page in the report ``page.py`` with a `report.pages.Page` named ``PAGE``, and its texts

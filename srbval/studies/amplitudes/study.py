@@ -224,7 +224,7 @@ def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Simulate all cases and compare their levels with the rig's records; counts and tests the errors."""
+    """Simulate all cases, compare their levels with the rig's records, and count and test the errors."""
     cases = pd.DataFrame({"inputs": [NOMINAL, FINER, *map(str, range(2**POWER))]})
     found = sweep(cases, scenes_of, measure, task="amplitudes", jobs=options.jobs, progress=progress)
     scatter = read.mounting_scatter([(one.record, one.healthy) for one in rig_records()], PRIOR.mounting_db)

@@ -53,7 +53,7 @@ def modulated(rng: Rng) -> FloatArray:
 
 
 def foreign(rng: Rng) -> FloatArray:
-    """Impacts of another bearing on a resonance in white noise, with a jitter of one per cent of their spacing."""
+    """Impacts of another bearing, exciting a resonance, in white noise; their spacing jitters by one per cent."""
     hz = rng.uniform(2, 9) * MACHINE_HZ * rng.uniform(0.3, 1.7)
     at_s = np.cumsum(1 + 0.01 * rng.standard_normal(round(1.2 * SECONDS * hz))) / hz
     at, train = (at_s[at_s < SECONDS] * RATE_HZ).astype(int), np.zeros(TIME_S.size)

@@ -1,4 +1,4 @@
-"""Report page: largest stable step of each solver over speed and scene, and the paper's two claims."""
+"""Report page: largest stable step of each solver over speed and scene, and tests of two claims of the paper."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
