@@ -95,7 +95,7 @@ def with_points(scene: Scene, points: int) -> Scene:
 
 
 def converged(scene: Scene) -> Scene:
-    """Return the scene with at least `CONVERGED_POINTS` contact points per race circle, if its model has such points."""
+    """Scene with at least `CONVERGED_POINTS` contact points per race circle, if its model has such points."""
     coarse = scene.model == "full" and scene.contact.points_per_circle < CONVERGED_POINTS
     return with_points(scene, CONVERGED_POINTS) if coarse else scene
 

@@ -204,7 +204,7 @@ def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
-    """Make a short run of a model; returns run and start-up time of its process [s]. `ConfigurationError` if it fails."""
+    """Make a short run of a model; returns it and its start-up time [s]; `ConfigurationError` if it fails."""
     began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
         found = attempt(_scene(row, seconds))
