@@ -138,8 +138,8 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 def _energy_gap(run: RunSummary) -> float:
     """Energy imbalance due to the step, as a share of the losses.
 
-    The result is the part that finer steps would remove, or the whole imbalance if the drive power is uncertain. The
-    rest is due to the model: the simplified contact patches of the line model leave an imbalance at any step.
+    The result is the part that finer steps would remove, or the whole imbalance if the drive power's error may exceed
+    its tolerance. The other part is due to the model: the line model's simplified patches leave some at any step.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):

@@ -120,10 +120,10 @@ def films_m(
 def _join_races(
     races: list[Openings], on_rollers: int, height_m: float
 ) -> tuple[Races, tuple[FloatArray, IntArray, FloatArray, FloatArray]]:
-    """Join the tables of slices of both races; those of `on_rollers` defects on rollers are last, last one first.
+    """Join the tables of slices of both races: for each race its `rows`, and at the end `of_rollers` in reverse order.
 
-    Returns the parameters by which kernels select the table for a roller, from its angle around the race (`height_m`:
-    see `Races`), and the first four fields of `SliceTable`.
+    `on_rollers`: number of defects on rollers; `height_m`: see `Races`. Returns the parameters by which kernels select
+    the table for a roller, from its angle around the race, and the first four fields of `SliceTable`.
     """
     windows = max(len(race.rows) for race in races) + on_rollers
     most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
