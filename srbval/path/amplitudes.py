@@ -59,7 +59,7 @@ def decibels(power: float) -> float:
 def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]]) -> dict[str, float]:
     """Power in each band [(m/s2)^2] by Welch's method.
 
-    The samples of a simulated record are means over the sampling interval; the attenuation is compensated.
+    Samples of a simulated record are means over the sampling interval; the loss of power by averaging is compensated.
     """
     fs_hz, found = recording.fs_hz, {}
     at_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
@@ -94,7 +94,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Level per third octave of power that recurs at each passage over a defect [dB re 1 m/s2], see `locked_powers`."""
+    """Level of the power that repeats at shaft order `line_order`, in each third octave [dB re 1 m/s2]."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)
@@ -110,7 +110,7 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 def pattern(
     recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands of a fault line relative to its first harmonic [dB], modulation depth [%], `kurtoses`."""
+    """Harmonics and sidebands of a fault line over its first harmonic [dB], modulation depth [%], and kurtosis."""
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
@@ -163,9 +163,10 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
     """Standard deviation tau of the level between mountings of a bearing [dB]: posterior mean and 95 % interval.
 
-    `pairs` are (faulty, healthy) records. Only third octaves in which the faulty record is quieter are used, since a
-    fault adds power. Their level differences are half-normal with variance 2 tau^2 + u^2, u being the random error
-    of a difference of two finite records; the prior of tau is half-normal with scale `prior_db`.
+    `pairs` are (faulty, healthy) records, each of another mounting. A fault adds power, so only third octaves in which
+    the faulty record is quieter are used: there the mounting must have changed the level. These level differences are
+    half-normal with variance 2 tau^2 + u^2, u being the random error of a difference of two finite records. The prior
+    of tau is half-normal with scale `prior_db`.
     """
     off, u = [], []
     for faulty, healthy in pairs:

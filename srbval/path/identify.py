@@ -1,8 +1,8 @@
 """Identification of the path to the sensor from records of a known fault; equations: theory, "The path to the sensor".
 
 The path has gains from the lowest to the highest third octave in which the power that repeats with the fault exceeds
-its standard deviation; missing gains between are interpolated. The sidebands of record and run are compared in the band
-stated for the record, or else in the band of the path.
+its standard deviation; missing gains between are interpolated. The sidebands of the measured record and of the
+simulated run are compared in the band stated for the record, or else in the frequency range of the gains.
 """
 
 import json
@@ -60,7 +60,7 @@ class Identified:
     sidebands_db: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Values for JSON, with one list of all bands."""
+        """Values for JSON; `bands` is a list with one object per third octave."""
         path, bands = self.path, self.bands.to_dict("records")
         found = {"bands": bands, "cross_u_db": path.cross_u_db, "sidebands_db": self.sidebands_db}
         found |= {"band_hz": (path.low_hz, path.high_hz), "band_choice": {"why": self.band_why}}
@@ -83,12 +83,12 @@ def identify(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> Identified:
-    """Identify the path to the sensor that gives the run of `pair` the power of its record in all third octaves.
+    """Identify the path behind which the run of `pair` has the power of the record of `pair` in all third octaves.
 
-    "Power" is the power that repeats with the fault; if a `healthy` record is given, its power that repeats at the same
-    frequency is subtracted. The ratio of gains across and along the load is fitted to the sidebands of `cross`, or of
-    `pair` if its fault is on the inner race. Raises `DataError` for unusable records, `ConfigurationError` for an
-    unknown fault or a band beyond a record (default: `DEFAULT_BAND_HZ`).
+    "Power" is the power that repeats with the fault, minus the power of a `healthy` record at the same shaft order. The
+    ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on the
+    inner race. The default of `band_hz` is `DEFAULT_BAND_HZ`, as far as the sampling rates allow. Raises `DataError`
+    for unusable records, `ConfigurationError` for an unknown fault or speed or a band above half a sampling rate.
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:

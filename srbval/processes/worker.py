@@ -33,7 +33,7 @@ Result = TypeVar("Result")
 def wait_for_result(future: Future[Result]) -> Result:
     """Wait for a future and return its result; a signal interrupts the wait within `SIGNAL_S` [s].
 
-    If `Future.result` itself waited, a signal that arrives just before the wait would have no effect until its end.
+    If `Future.result` itself waited, a signal just before the wait would have no effect until the result is there.
     """
     while not wait([future], SIGNAL_S).done:
         pass
@@ -83,10 +83,10 @@ class OverLimitError(DiedError):
 class WorkerProcess:
     """Process that runs ``python -m module``, which calls `serve_calls`; if it died, the next `call` starts it again.
 
-    `environment` is added to the environment of this process. With `own_group`, child processes of the worker end with
-    it. With `may_fork`, the worker is a forked copy of this process, which need not repeat imports, unless other
-    threads make a fork unsafe; the copy calls `serve_calls` with the function `prepare_worker` of `module`. Requests
-    and answers are pickled, so the worker must run trusted code.
+    `environment` is added to the environment of this process. With `own_group`, `kill` also ends the worker's
+    child processes. With `may_fork`, the worker is a forked copy of this process, which need not repeat imports; if
+    other threads make a fork unsafe, it is started as usual. The copy calls `serve_calls` with the function
+    `prepare_worker` of `module`. Requests and answers are pickled, so the worker must run trusted code.
     """
 
     def __init__(

@@ -152,7 +152,7 @@ READINGS = ContentStore(kind="reading", computed_by=__name__)
 
 @dataclass(frozen=True, kw_only=True)
 class StoredReading:
-    """Fields of an `Analysis` that are stored; the others are those of the record or quickly computed from it."""
+    """Stored part of an `Analysis`; its other fields are the record, the bearing and the quickly processed signal."""
 
     lines: tuple[Line, ...]
     speed: ShaftSpeed
@@ -165,9 +165,9 @@ class StoredReading:
 
 @one_thread()
 def analysis_once(recording: Recording, bearing: Bearing, **bands: Any) -> Analysis:
-    """Analyse a recording as `analyse` does, with the options `bands`; if it was analysed before, from stored results.
+    """Analyse a recording as `analyse` does, or read the stored result; `bands` are options of `analyse` on the band.
 
-    An analysis that followed a drifting speed is not stored.
+    The result is not stored if the lines were found by following a drifting shaft speed.
     """
     content = content_sha256(recording, bearing, bands)
     table = READINGS.load(content, dict)
@@ -202,8 +202,8 @@ def analyse(
     The default `bearing` is the one stated in the record. `stated` are fields of `RecordingSettings` such as `rpm`,
     `channel`, `fs_hz`, `unit`. `speed` and `band_hz` [Hz] override the values of the recording. With `auto_band`, or if
     no band is stated, the band is chosen from the record (`bands_of_record`), below half the sampling rate of a
-    `healthy` record so that both can be compared; with `whole_band` the whole band is used if no band is stated. If a
-    more certain speed within the tolerance of a nominal speed is found in the record, it is used instead
+    `healthy` record so that both can be compared; with `whole_band` the whole band is used if no band is stated. If the
+    shaft speed is only nominal, a more certain speed read from the record within the stated tolerance replaces it
     (`speed_search.search`). Frequencies refer to the mean speed. `trials` is the number of parts of a long record among
     which this part was chosen; the record itself is not divided (see `analyse_by_parts`). Raises `ConfigurationError`
     for a missing speed or bearing or an impossible band, `DataError` for a constant or short record, and the errors of

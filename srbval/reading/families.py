@@ -72,7 +72,7 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Frequencies without a bearing line [Hz], [n], within an octave of a family's line (`is_placebo_order`)."""
+    """Frequencies [Hz], [n], within an octave of the family's line, at which the bearing has no line (placebos)."""
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -83,7 +83,7 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each of `candidates_hz` [n] that is near no shaft harmonic, bearing line or simple ratio of a line.
+    """True for each of `candidates_hz` [n] near no shaft harmonic, no bearing line and no simple multiple such as 3/2.
 
     Lines are expected at `scale` times their frequencies at `speed`. A candidate is near a line if their relative
     distance is below `APART` times `relative`, the relative half width of a search window.
@@ -106,11 +106,11 @@ def identity_probability(
 
     d is the peak's distance from the centre, w the half width of the window, both as shares of `centre_hz`. The odds of
     the line are t(d / s) 2 w / (s F B). For the line, d has Student's density t with the scale s, the root sum of
-    squares of `SLIP_SPREAD`, half of the excess of `largest_slip` over `LARGEST_SLIP`, and the relative standard
-    uncertainty of reading and speed; F is the probability that the line is inside the window. For another source, d is
-    uniform in the window, and B = -e p ln p (1 from p = 1/e) is the least Bayes factor in favour of such a source, if
-    p = `other_chance` is the probability that it has so strong a peak (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62,
-    quoted from memory, not checked).
+    squares of `SLIP_SPREAD`, half of the excess of `largest_slip` over the usual `LARGEST_SLIP`, and the relative
+    standard uncertainty of reading and speed; F is the probability that the line is inside the window. For another
+    source, d is uniform in the window, and B = -e p ln p (1 from p = 1/e) is the least Bayes factor in favour of such a
+    source, if p = `other_chance` is the probability that it has so strong a peak (Sellke, Bayarri & Berger 2001, Am.
+    Stat. 55, 62, quoted from memory, not checked).
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2

@@ -111,7 +111,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
 
 
 def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
-    """Average the powers of successive short records in at least `groups` groups; returns one document per group."""
+    """Average the powers of short records in successive groups, at least `groups`; returns one document per group."""
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
     found = []

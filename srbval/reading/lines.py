@@ -87,7 +87,7 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """False-alarm probability from noise and placebos (`joint_false_alarm`); None for a line that is not ranked."""
+        """False-alarm probability from noise and from combs without a bearing line; None if the line is not ranked."""
         noise, mixed, whole = self.noise_false_alarm, self.placebo_false_alarm, self.comb_false_alarm
         return None if noise is None or mixed is None or whole is None else joint_false_alarm(noise, mixed, whole)
 
@@ -171,7 +171,7 @@ def read_lines(
     bare = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Add a family's lines; True if its first harmonic is detected and no line in `stronger` explains it."""
+        """Add a family's lines to `lines`; True if its first harmonic is detected, unexplained by `stronger` lines."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
@@ -336,7 +336,7 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | 
     """Correct false-alarm probabilities for the number of `trials` (bands, speeds), and decide again what is detected.
 
     The corrected value 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials and
-    too high for overlapping bands. `trials_of_rank` is the number for the ranks among placebos, if it differs.
+    too high for overlapping bands. If given, `trials_of_rank` is the number for ranks among combs without a line.
     """
     if trials == 1:
         return lines

@@ -29,7 +29,7 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power per band that repeats at shaft order `found_order`; bands narrower than twice its frequency are omitted."""
+    """Power per band that repeats at shaft order `found_order`; bands under two line spacings wide are omitted."""
     speed = recording.known_speed
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}
@@ -48,7 +48,7 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """Remove the rig's tones at `PASSAGE_LINES` times BPFO within a range [Hz]; impacts at `found_order` are kept."""
+    """Remove the paper rig's tones at high multiples of BPFO within a range [Hz]; impacts at `found_order` are kept."""
     speed = recording.known_speed
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz

@@ -47,10 +47,10 @@ CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` is the reason.
+    """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` explains this.
 
     Frequencies in tracked spectra are those at the speed `mean_hz`. `drift_bins` is the shift of the higher race line
-    within the record [bins], None without a speed signal.
+    within the record [bins], None if the record is not tracked.
     """
 
     why: str
@@ -112,7 +112,7 @@ class Processed:
 
     @functools.cached_property
     def spectrum(self) -> Spectrum:
-        """Amplitude spectrum of `envelope`, in standard deviations of the signal, at even shaft angles if tracked."""
+        """Amplitude spectrum of `envelope`, in standard deviations of the signal; of even shaft angles if tracked."""
         return amplitude_spectrum(self.tracking.resample(self.envelope, self.fs_hz, self.end_s), self.fs_hz)
 
     @property
@@ -192,7 +192,7 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice | None:
-    """Band given [Hz], else the record's, else the paper's if it applies (lower for a larger bearing), else None."""
+    """Band given [Hz], else the record's, else (for simulated records and those of the rig) the paper's, else None."""
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:
@@ -263,7 +263,7 @@ def whitened_bands(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     """Periodograms of the squared envelope in equal parts of the whole band.
 
     There are `WHITENED_BANDS` parts, or fewer so that each is wide enough for all lines. The record is prewhitened by
-    its cepstrum; squared envelopes are clipped so that single knocks form no comb.
+    its cepstrum; squared envelopes are clipped so that single knocks imitate no fault.
     """
     low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

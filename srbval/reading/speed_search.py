@@ -1,7 +1,8 @@
 """Search for the lines and the shaft speed of a processed record, within the tolerances of slip and speed.
 
-A nominal speed may be wrong by more than a window. The speed is then estimated from the record; if this fails, lines
-are read at several trial speeds. A speed outside the tolerance, or a line outside all windows, is only reported.
+A nominal speed may be wrong by more than a line's search window. It is then estimated from the record or, if this
+fails, lines are read at several trial speeds. A speed outside the tolerance, or a line outside all windows, is only
+reported.
 """
 
 import math
@@ -31,7 +32,7 @@ DRIFT_STEPS = 64  # of the course of a drifting shaft in each part of a record
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb outside the search windows, `off_pct` [%] from line `name`: this line if the shaft turns at `shaft_hz`."""
+    """Comb (line with harmonics) outside all search windows, which is line `name` if the shaft turns at `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -180,7 +181,7 @@ def _read_lines_at(
 
 
 def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
-    """Read the lines at trial speeds within the tolerance; keep the speed with the greatest depth of a fault line."""
+    """Read the lines at trial speeds within the tolerance; keep the speed with the deepest modulation by a fault."""
     scales = trial_scales(stated, bearing.largest_slip)
     tried = len(scales)
 
@@ -196,7 +197,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """Find the strongest comb outside the windows and the lines at the speed it implies, if no fault line was found."""
+    """If no fault line is found: the strongest comb outside all windows, and the lines read at the speed it implies."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
@@ -230,10 +231,11 @@ def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
 
 
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
-    """Follow the speed of a drifting shaft by the comb of a fault that is clear in all parts of a record.
+    """Follow the speed of a drifting shaft by a fault's comb (line with harmonics), read in each part of a record.
 
-    The comb is the highest within `SEARCH_SHARE` of a fault line's kinematic frequency. Returns None if such combs are
-    more probable in a sound bearing (`LOG_RATIO_ONSET`), or if their frequency varies by less than the search window.
+    The comb is the highest within `SEARCH_SHARE` of a fault line's kinematic frequency. Returns None if the parts have
+    too few revolutions, if so high a comb is likelier in a sound bearing than in a faulty one (`LOG_RATIO_ONSET`), or
+    if the comb's frequency varies by less than the width of a search window.
     """
     size = processed.squared.size // DRIFT_PARTS
     part_s = size / processed.squared_fs_hz

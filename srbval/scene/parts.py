@@ -97,9 +97,9 @@ class LineContact(Limited):
     """Contact between a roller and a race, divided into slices along the roller; for the slices model.
 
     `slices`: their number. `damping_s`: a contact's damping divided by its stiffness, also for the planar model's balls
-    and cylindrical rollers. With lubricated `traction` the coefficient of friction rises by `traction_slope` over the
-    slide-to-roll ratio up to `traction_limit`; for dry traction see `Contact`. `outer_osculation`, `inner_osculation`:
-    see `SphericalRollerGeometry`; None for the bearing's values.
+    and cylindrical rollers. With lubricated `traction` the coefficient of friction is `traction_slope` times the
+    slide-to-roll ratio, up to `traction_limit`; for dry traction see `Contact`. `outer_osculation`,
+    `inner_osculation`: see `SphericalRollerGeometry`; None for the bearing's values.
     """
 
     slices: int = limited(least=3, most=201)
@@ -112,7 +112,7 @@ class LineContact(Limited):
 
 
 class LoadPath(enum.StrEnum):
-    """Support of the outer ring: the housing's spring and damper parallel to the rollers, or the rollers alone."""
+    """Parts that carry the load of the outer ring: rollers and the housing's spring in parallel, or only rollers."""
 
     HOUSING = "housing"
     BEARING = "bearing"

@@ -1,6 +1,6 @@
-"""Read scenes from TOML files: the paper's scene, changed by the rig's scene, a user's file or options.
+"""Read scenes from TOML files: the paper's scene, and bundled or users' files that change some of its values.
 
-`rig_inputs.toml` contains the ranges of the uncertain values of the scene `rig`, with their sources.
+The bundled scene `rig` models the paper's test rig; `rig_inputs.toml` contains the ranges of its uncertain values.
 """
 
 import math
@@ -134,8 +134,8 @@ def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
     """Scale the values of `base` to a bearing `size` times as large at the same shaft speed, see `SIZE_POWERS`.
 
     Returns changes of a scene's table, in SI. Natural periods, and so the step, scale with the size; stresses and the
-    friction law's velocity do not change (dimensional analysis with the same materials; Bridgman 1922). If the bearing
-    is not `spherical`, the step does not change and the housing gets the damping ratio `DAMPING_RATIO`.
+    friction law's velocity do not change (dimensional analysis with the same materials; Bridgman 1922). Bearings
+    that are not `spherical` have another model: the step stays, and the housing's damping ratio is `DAMPING_RATIO`.
     """
     table: dict[str, Any] = {part: {} for part in ("load", "contact", "housing", "bodies", "defect")}
     for part, changes in table.items():
@@ -178,7 +178,7 @@ def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Set the extent of a roller's defect to that of the rig's drilled holes, unless the defect states an extent."""
+    """Set the extent of a roller's defect, unless stated, to `DRILL`, the diameter of the holes in the paper."""
     without = defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect)
     return {**defect, "extent": DRILL} if without else defect
 
@@ -225,13 +225,13 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """Read uncertain inputs: ``input`` of scene `rig`, ``oil`` of `rig-oil`, ``position`` of the rig's drilled hole."""
+    """Read uncertain values: ``input`` (scene `rig`), ``oil`` (`rig-oil`) or ``position`` (of the drilled hole)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that set each input to a share (0 to 1) of its range, inputs of two `points` to an end."""
+    """Build scene changes that set each input to a share (0 to 1) of its range; two `points`: to the nearer end."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):

@@ -50,7 +50,7 @@ class LineReading:
 
     @property
     def detected(self) -> bool:
-        """True for a strong peak, neither masked nor a side lobe, that neither noise nor placebos explain."""
+        """True for a strong peak, neither masked nor a side lobe, that neither noise nor other combs explain."""
         improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)
         return self.isolated and not self.covered and improbable and self.snr[0] > LEAST_SNR
 

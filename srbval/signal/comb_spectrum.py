@@ -1,4 +1,4 @@
-"""Scores of combs (a line with its harmonics) at any fundamental of a record."""
+"""Scores that tell how clear a comb (a line with its harmonics) is in a record, for each fundamental frequency."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ class CombSpectrum:
     """Score [n] of a comb of `harmonics` lines at each fundamental `frequency_hz` [n], `step` apart in the logarithm.
 
     The score is the sum of log(1 + power over local noise): one strong line does not outweigh all others. `lines` [m]
-    are these logarithms at the frequencies `line_hz` [m], `depth` [m] the greatest modulation depth there in any band.
+    are these logarithms at the frequencies `line_hz` [m]. `depth` [m] is the modulation depth there, in that frequency
+    band of the record in which it is greatest.
     """
 
     line_hz: FloatArray
@@ -37,7 +38,7 @@ class CombSpectrum:
         """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`, equally many per record.
 
         The mean of n records scatters less by the root of n, so the distances of log(1 + S/N) from their median are
-        multiplied by this root, to be comparable with those of one record; depths are computed without the noise power.
+        multiplied by this root, to be comparable with those of one record. Depths of several records are without noise.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)

@@ -90,12 +90,12 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 
 
 def neg_log_rank(score: float, placebos: FloatArray) -> float:
-    """-log of the probability that a placebo is as strong; nan for a missing score or too few `placebos` [n].
+    """-log of the probability that a comb without a bearing line scores as high; nan for too few `placebos` [n].
 
-    The probability is the `rank` of the score or, if the score is in the upper tenth of the placebos, follows from an
-    exponential tail (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted
-    from memory, not checked). Placebos share lines, so some are equal: those equal to the threshold of the tail belong
-    to it; if the whole tail has this value, the rank is used.
+    `placebos` are the scores of such combs. The probability is the `rank` of the `score` or, if it is in the upper
+    tenth of the placebos, follows from an exponential tail (a generalised Pareto tail of shape zero; Knijnenburg et al.
+    2009, Bioinformatics 25, i161, quoted from memory, not checked). Placebos share lines, so some are equal: those
+    equal to the threshold of the tail belong to it; if the whole tail has this value, the rank is used.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -112,12 +112,12 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """Larger of `noise` and a weighted mean of two ranks among placebos (the weight of `whole` is `FOREIGN_COMB`)."""
+    """Larger of the probability by `noise` and the weighted mean of the ranks among `mixed` and `whole` placebos."""
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
 class PlaceboRank(NamedTuple):
-    """Ranks of a comb: among mixed placebos, counted and with a tail (`neg_log_rank`), and among whole placebos."""
+    """Ranks of a comb among mixed placebos, by count and by `neg_log_rank`, and among whole placebos, by count."""
 
     false_alarm: float
     tail_false_alarm: float
@@ -125,7 +125,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], at equal ratios, `GRID_PER_HALF_WINDOW` per half window of relative width `relative`."""
+    """Frequencies [Hz], [n], at equal ratios: `GRID_PER_HALF_WINDOW` of them in each relative width `relative`."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 

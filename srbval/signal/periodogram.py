@@ -1,4 +1,4 @@
-"""Periodogram on a fine grid, noise near a line, and block sums of the demodulated record."""
+"""Periodogram on a fine grid, noise near a line, and Fourier sums of a record over short blocks."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _FLAT_SHARE = 0.4  # share of the reduced rate below which that filter does not 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Phasors:
-    """Block sums `sums` [c, blocks] of a record demodulated at c frequencies, for a fit of lines near these.
+    """Fourier sums `sums` [c, blocks] over short blocks of a record at c frequencies, for a fit of lines near these.
 
     `time_s` [blocks] are the middles of the blocks, from the record's middle, so frequency and phase do not correlate;
-    `moments` [c, blocks] are sums of samples times their distance from a block's middle.
+    `moments` [c, blocks] are Fourier sums in which each sample is multiplied by its time from the block's middle.
     """
 
     sums: ComplexArray
@@ -40,7 +40,7 @@ class Phasors:
 
     @classmethod
     def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray, blocks: int = PHASOR_BLOCKS) -> Phasors:
-        """Demodulate `samples` [n]; a record with fewer samples than `blocks` has one block per sample."""
+        """Compute the sums of `samples` [n] at `frequency_hz` [c] over `blocks`; each block has at least one sample."""
         bounds = np.linspace(0, samples.size, min(blocks, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
@@ -65,7 +65,7 @@ class Phasors:
         )
 
     def shifted(self, by_hz: FloatArray) -> Phasors:
-        """Demodulate at frequencies higher by `by_hz` [c], which must be well below one over a block's duration."""
+        """Sums at frequencies higher by `by_hz` [c], which must be well below one over a block's duration."""
         rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
         return replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
 
@@ -85,8 +85,9 @@ class Noise(NamedTuple):
 class Periodogram:
     """Power of a record [n], |its Fourier sum|^2, without a window, at `POINTS_PER_BIN` frequencies per bin.
 
-    `samples` and `fs_hz` are the record at the rate that `limit_hz` needs, with its `mean` removed. `masks_hz`, [m, 2],
-    are zones that are neither line nor noise, such as the shaft's harmonics.
+    `limit_hz` is the highest frequency of interest; `samples` are the record at the lower sampling rate `fs_hz` that
+    suffices for it, with its `mean` removed. `masks_hz`, [m, 2], are zones counted neither as line nor as noise, such
+    as the shaft's harmonics.
     """
 
     samples: FloatArray

@@ -1,7 +1,7 @@
 """Posterior of the mean frequency of a weak line that may slip, over all possible paths of its phase.
 
 The phase is a hidden random walk on the circle. The likelihood for a mean frequency and slip is summed over all paths
-by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: see `slip`.
+by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). The grid of phases is too coarse for strong lines.
 """
 
 import math
@@ -30,9 +30,9 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     probability of no slip. As a confidence interval, the credible interval is too wide without slip and too narrow with
     little slip: see `slip.weak_factor`.
 
-    Sums are in units of noise. All frequencies are equally probable beforehand, and so are all `JITTERS`; no jitter has
-    the prior weight `STEADY_WEIGHT`. Amplitudes are the likeliest for each jitter (expectation maximisation, Dempster
-    et al. 1977, J. R. Stat. Soc. B 39, 1).
+    Sums are in units of noise. All frequencies are equally probable beforehand, and so are all `JITTERS` (relative
+    scatter of the spacing of impacts); no jitter has the prior weight `STEADY_WEIGHT`. Amplitudes are the likeliest for
+    each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
     """
     step_rad2 = (2 * math.pi * JITTERS) ** 2 * line_hz * block_s
     rad_per_hz = 2 * math.pi * block_s

@@ -100,7 +100,8 @@ def track_slip(
     """Shift from `line_hz` of the mean frequency of a line that may slip, and its 95 % half width [Hz].
 
     Component c of `phasors` is harmonic `number[c]`, with `noise_power[c]` in a bin; `period_s` is the period of the
-    modulation. None if the line is too weak; the half width is infinite for too few blocks to estimate slip.
+    line's amplitude modulation by the shaft (0: none). None if the line is too weak; the half width is infinite for
+    too few blocks to estimate slip.
     """
     # A random walk cannot be compared with no noise at all.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))

@@ -129,7 +129,7 @@ class Kurtogram:
     def best_hz(self) -> tuple[float, float]:
         """Most impulsive band [Hz]; `DataError` if the kurtogram of the record contains no band."""
         if self.kurtosis.size == 0:
-            raise DataError("the record has no band of the required width; use a longer record or a higher rate.")
+            raise DataError("the kurtogram has no band that is wide enough; use a longer record or a higher rate.")
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
         return float(low), float(high)
 
