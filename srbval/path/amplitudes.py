@@ -72,7 +72,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Level in each band [dB re 1 m/s2] of a record's power, minus the power of a `healthy` record if there is one."""
+    """Level in each band [dB re 1 m/s2] of a record's power, less the power of the `healthy` record if it is given."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():

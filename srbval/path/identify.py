@@ -228,7 +228,7 @@ def _interpolate_missing(values: FloatArray) -> FloatArray:
 def _fit_cross_ratio(
     pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
 ) -> tuple[float, float, FloatArray]:
-    """Fit the ratio of gains across and along the load; returns ratio, error [dB], sidebands [dB] of record and run."""
+    """Fit the ratio of gains across and along the load: ratio, its error [dB], sidebands [dB] of record and run."""
     from scipy.optimize import minimize_scalar
 
     any_path = path_with(1.0)

@@ -50,7 +50,7 @@ def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
 
 
 def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
-    """Families of lines of the races, the rollers and, last, the cage at a shaft speed [Hz]."""
+    """Families (lines, harmonics, sidebands) of the races, the rollers and, last, the cage at a shaft speed [Hz]."""
     orders = bearing.orders
     faults = (
         Family(

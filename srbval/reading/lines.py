@@ -1,7 +1,7 @@
 """Lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
 The strongest line is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at a
-simple ratio of a stronger line is explained by the stronger line and is not detected.
+simple ratio, such as 3/2, to a stronger line is explained by the stronger line and is not detected.
 """
 
 import enum
@@ -158,10 +158,10 @@ def read_lines(
 ) -> tuple[Line, ...]:
     """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, at a shaft speed.
 
-    All lines are searched near `scale` times their kinematic frequencies. The cage line is read by itself, since its
-    harmonics coincide with other lines. First harmonics are ranked among `combs` placebos (combs at frequencies without
-    a bearing line). With `brief` only first harmonics are read, and only those that noise does not explain are ranked;
-    the detected lines are the same.
+    All lines are searched near `scale` times their kinematic frequencies. The cage line is read without regard to
+    stronger lines, since its harmonics coincide with other lines. First harmonics are ranked among `combs` placebos
+    (combs at frequencies without a bearing line). With `brief` only first harmonics are read, and only those that noise
+    does not explain are ranked; the detected lines are the same.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families

@@ -192,7 +192,7 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice | None:
-    """Band given [Hz], else the record's, else (for simulated records and those of the rig) the paper's, else None."""
+    """Band given [Hz], else the record's, else the paper's if the record is simulated or from its rig, else None."""
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:

@@ -231,7 +231,7 @@ def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that set each input to a share (0 to 1) of its range; two `points`: to the nearer end."""
+    """Build scene changes that put each input at a share (0 to 1) of its range; with `points` 2, at the nearer end."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):

@@ -31,7 +31,7 @@ class LineReading:
     `ci95_hz` excludes the uncertainty of the shaft speed. `snr` is the power of each harmonic over the mean noise power
     in a bin, `depth` the first harmonic's amplitude over the record's mean, `noise_false_alarm` the probability that
     noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of another line, `covered` true
-    for a peak in a masked zone. `sideband_hz` is the sidebands' spacing.
+    for a peak in a masked zone (a shaft harmonic or a stronger line). `sideband_hz` is the sidebands' spacing.
     """
 
     found_hz: float

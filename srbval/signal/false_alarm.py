@@ -112,12 +112,12 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """Larger of the probability by `noise` and the weighted mean of the ranks among `mixed` and `whole` placebos."""
+    """Larger of `noise` and the weighted mean of a comb's ranks among `mixed` and `whole` placebos (see the module)."""
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
 class PlaceboRank(NamedTuple):
-    """Ranks of a comb among mixed placebos, by count and by `neg_log_rank`, and among whole placebos, by count."""
+    """Ranks of a comb among mixed placebos, counted and by `neg_log_rank`, and among whole ones (see the module)."""
 
     false_alarm: float
     tail_false_alarm: float
@@ -125,7 +125,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], at equal ratios: `GRID_PER_HALF_WINDOW` of them in each relative width `relative`."""
+    """Frequencies [Hz], [n], at equal ratios: `GRID_PER_HALF_WINDOW` of them over each relative distance `relative`."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 
@@ -138,10 +138,11 @@ def rank_among_placebos(
     *,
     combs: int = MIN_PLACEBOS,
 ) -> PlaceboRank | None:
-    """Rank the comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
+    """Rank the comb at `expected_hz` among `combs` placebos, which are combs at frequencies without a bearing line.
 
-    `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has the comb's number
-    of lines, relative window and mask. None if `placebo_hz` covers fewer than `LEAST_WINDOWS` windows.
+    The score of a comb is the highest sum of `neg_log_p` in its window. `placebo_hz` [n] are `fundamentals` more than
+    two half windows from `expected_hz`. A placebo has the comb's number of lines, relative window and mask. None if
+    `placebo_hz` covers fewer than `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID_PER_HALF_WINDOW * LEAST_WINDOWS:

@@ -45,7 +45,7 @@ def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> Locked
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(
             f"the record contains {periods[-1] - periods[0]:.3g} passages over the defect; {LEAST_PASSAGES} are needed "
-            "for their mean. Use a longer recording."
+            "to average over them. Use a longer recording."
         )
     count = max(blocks, MIN_JACKKNIFE_BLOCKS)
     parts = np.array_split(np.arange(samples.size), count)

@@ -129,7 +129,10 @@ class Kurtogram:
     def best_hz(self) -> tuple[float, float]:
         """Most impulsive band [Hz]; `DataError` if the kurtogram of the record contains no band."""
         if self.kurtosis.size == 0:
-            raise DataError("the kurtogram has no band that is wide enough; use a longer record or a higher rate.")
+            raise DataError(
+                "no kurtogram band is as wide as the fault lines and the record's length require; use a longer record "
+                "or a higher sampling rate."
+            )
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
         return float(low), float(high)
 
