@@ -165,7 +165,7 @@ class StoredReading:
 
 @one_thread()
 def analysis_once(recording: Recording, bearing: Bearing, **bands: Any) -> Analysis:
-    """Analyse a recording as `analyse` does, or read the stored result; `bands` are options of `analyse` on the band.
+    """Analyse a recording as `analyse` does, or read the stored result; `bands`: the options that choose the band.
 
     The result is not stored if the lines were found by following a drifting shaft speed.
     """

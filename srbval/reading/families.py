@@ -83,7 +83,7 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each of `candidates_hz` [n] near no shaft harmonic, no bearing line and no simple multiple such as 3/2.
+    """True for each of `candidates_hz` [n] near neither a shaft harmonic nor a simple multiple (1, 3/2, ...) of a line.
 
     Lines are expected at `scale` times their frequencies at `speed`. A candidate is near a line if their relative
     distance is below `APART` times `relative`, the relative half width of a search window.

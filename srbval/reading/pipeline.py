@@ -112,7 +112,7 @@ class Processed:
 
     @functools.cached_property
     def spectrum(self) -> Spectrum:
-        """Amplitude spectrum of `envelope`, in standard deviations of the signal; of even shaft angles if tracked."""
+        """Amplitude spectrum of `envelope`, in standard deviations of the signal; if tracked, by shaft angle."""
         return amplitude_spectrum(self.tracking.resample(self.envelope, self.fs_hz, self.end_s), self.fs_hz)
 
     @property

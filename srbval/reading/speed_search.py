@@ -1,8 +1,8 @@
 """Search for the lines and the shaft speed of a processed record, within the tolerances of slip and speed.
 
-A nominal speed may be wrong by more than a line's search window. It is then estimated from the record or, if this
-fails, lines are read at several trial speeds. A speed outside the tolerance, or a line outside all windows, is only
-reported.
+A nominal speed may be wrong by more than a line's search window allows. The speed is then estimated from the
+record or, if this fails, lines are read at several trial speeds. A speed outside the tolerance, or a line outside all
+search windows, is only reported.
 """
 
 import math

@@ -178,7 +178,7 @@ def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Set the extent of a roller's defect, unless stated, to `DRILL`, the diameter of the holes in the paper."""
+    """Set the extent of a roller's defect, unless stated, to `DRILL`, the diameter of the paper's drilled holes."""
     without = defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect)
     return {**defect, "extent": DRILL} if without else defect
 

@@ -38,7 +38,7 @@ class CombSpectrum:
         """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`, equally many per record.
 
         The mean of n records scatters less by the root of n, so the distances of log(1 + S/N) from their median are
-        multiplied by this root, to be comparable with those of one record. Depths of several records are without noise.
+        multiplied by this root, to be comparable with those of one record. Depths of several records exclude the noise.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)

@@ -40,7 +40,7 @@ class ShaftAngle:
         return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
-        """Shift of a line at shaft order `order` [bins] from the slowest to the fastest of a record's `DRIFT_PARTS` parts."""
+        """Shift [bins] of a line at shaft order `order` between the slowest and fastest of the `DRIFT_PARTS` parts."""
         marks = np.linspace(0, self.time_s[-1], DRIFT_PARTS + 1)
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])

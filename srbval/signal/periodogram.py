@@ -40,7 +40,7 @@ class Phasors:
 
     @classmethod
     def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray, blocks: int = PHASOR_BLOCKS) -> Phasors:
-        """Compute the sums of `samples` [n] at `frequency_hz` [c] over `blocks`; each block has at least one sample."""
+        """Compute the sums of `samples` [n] at `frequency_hz` [c] over `blocks` parts, each of one sample or more."""
         bounds = np.linspace(0, samples.size, min(blocks, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
