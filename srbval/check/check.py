@@ -1,12 +1,12 @@
 """Regression check: compare characteristic numbers of the program with a reference; find outdated stored results.
 
-`PROBES` lists the parts of the program on which stored results may depend. The probe of a part runs it on bundled
-scenes or shipped recordings and returns some tens of numbers, together called the fingerprint. They are compared
-within a tolerance with the file ``reports/fingerprint.json``, see `srbval.storage.stored_result`. The fingerprint
-changes with a constant of a model, but not if a function is renamed.
+`PROBES` lists the parts of the program on which stored results of studies may depend. Each part has a probe: a
+function that runs the part on bundled scenes or shipped recordings and returns some tens of numbers. The numbers of all
+parts are the program's fingerprint. They are compared within a tolerance with the file ``reports/fingerprint.json``,
+see `srbval.storage.stored_result`. A changed constant of a model changes the fingerprint, a renamed function does not.
 
-In scenes whose roller diameter follows from the radial play, unloaded rollers rattle, and a small change of the motion
-doubles every 2 ms. Such scenes are run from rest for only 12 ms, so that rounding errors stay below the tolerance.
+If rollers are so thin that the bearing has its radial play, unloaded rollers rattle, and a small change of the motion
+doubles every 2 ms. Simulations with such rollers last only 12 ms, so that rounding errors stay below the tolerance.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 
 
 def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
-    """Yield scenes with names; `axes`: rules for roller diameters (`fits`), bearing `states`, `seconds`, `changes`."""
+    """Yield named scenes for the regression check, one per roller diameter (`fits`) and bearing state in `axes`."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
         common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
@@ -81,7 +81,7 @@ def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Sce
 
 
 def _numbers_of_run(run: Run) -> ProbeOutputs:
-    """Return a run's status, cage ratio, rollers' share of the load, power, displacement, vibration, step errors."""
+    """Return the quantities of a run that the regression check compares, by name."""
     along, fs_hz = along_sensor(run.acceleration_m_s2), run.scene.output_rate_hz
     found: ProbeOutputs = {
         "status": run.status.value,
@@ -178,7 +178,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute cage ratios of shipped recordings, and weighted sums of two TOML files, for the regression check."""
+    """Compute for the regression check cage ratios of shipped recordings, and checksums of two tables of inputs."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -269,7 +269,7 @@ def reference_path() -> Path:
 
 
 def write_reference(now: Fingerprint) -> None:
-    """Replace the reference fingerprint by `now`; raises `ConfigurationError` for a cage ratio of NaN or infinity."""
+    """Replace the reference fingerprint by `now`; raises `ConfigurationError` if a cage ratio in it is not finite."""
     for part, values in now.items():
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):

@@ -51,10 +51,11 @@ class Baseline:
 class BaselineComparison:
     """Comparison of the fault lines of a record with the same lines of a healthy record.
 
-    `ratios` contains, by line, the modulation in this record over the modulation in the healthy record, with its 95 %
-    interval. A line has risen if its ratio is significant and at least `RISEN_RATIO`. `line` is the risen line with the
-    greatest modulation, `risen` the part of the bearing to which it belongs, `baseline` the file of the healthy record.
-    With `by_level` modulations are compared in (m/s2)^2, otherwise as shares of the squared envelope's mean.
+    A line's modulation is its amplitude in the squared envelope, in (m/s2)^2 if `by_level`, otherwise as a share of the
+    squared envelope's mean. `ratios` contains, by line, the modulation in this record over the modulation in the
+    healthy record, with its 95 % interval. A line has risen if its ratio is at least `RISEN_RATIO` and the interval is
+    above 1. `line` is the risen line with the greatest modulation depth, `risen` the part of the bearing to which it
+    belongs, `baseline` the file of the healthy record.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -98,9 +99,10 @@ def _is_same_signal(one: Recording, other: Recording) -> bool:
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record with the `settings` of the record that is compared with it.
 
-    The healthy file's own speed, bearing state and loads, and its registered unit and sensitivity take precedence.
-    `scale` converts its samples to its unit (default: the scale registered for the file). Raises `ConfigurationError`
-    if the file is declared faulty, or if only the other record has a scale.
+    Bearing state and loads in `settings` are ignored; the speed is used if the healthy file has none, unit and
+    sensitivity if none are registered for it. `scale` is the value of one of its samples in its unit (default: the
+    registered scale). Raises `ConfigurationError` if the healthy file is declared faulty, or if `settings` contains a
+    scale but the healthy file has none.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)

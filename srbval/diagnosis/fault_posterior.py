@@ -56,7 +56,7 @@ class Comb:
 
     `excess` is the comb's score (see `CombSpectrum`) minus the score of a typical comb of the record, `depth` the
     modulation depth of its first line. `explained_by` names another source of which the comb is a multiple: the mains,
-    the shaft, or a comb of lower frequency with at least the same score and half the depth.
+    the shaft, or a comb of lower frequency whose score is at least as high, and whose depth is at least half as great.
     """
 
     excess: float = 0.0
@@ -68,8 +68,8 @@ class Comb:
     def log_ratio(self) -> float:
         """Log likelihood ratio of a fault to no fault.
 
-        One ratio follows from `excess`, another from `depth`; the result is a smooth minimum of both. If the depth of
-        all lines doubles, both rise equally: the excess rises by 2 log 2 for each line of the comb.
+        One ratio is computed from `excess`, another from `depth`; the result is a smooth minimum of these two. Both
+        ratios rise equally if the depth of all lines doubles, because `excess` then rises by 2 log 2 for each line.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET
@@ -169,8 +169,9 @@ def log_likelihood(
     `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
     visible in only one of them. `lines` is, by part, 0 without a peak at its line, 1 for a peak that neither noise nor
     a healthy record explains, 2 for `BaselineComparison.line`, which has risen. `stands` is true if any line or comb of
-    the record is unexplained. `elsewhere` are the scores at a shaft speed that fits the record, but is outside the
-    stated tolerance: if they indicate another cause than `views`, a fault of an unknown part is more likely.
+    the record is unexplained (see `Diagnosis.standing`). `elsewhere` are the comb scores at another shaft speed, if the
+    record fits a speed outside the tolerance of the stated speed: if they indicate another cause than `views`, a fault
+    of an unknown part is more likely.
     """
     found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
@@ -240,14 +241,14 @@ def share_of(state: str, probabilities: Mapping[str, float]) -> float:
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """Most probable state, or `UNDECIDED` if it has less than `MIN_NAMED_PROBABILITY` (healthy: less than one half)."""
+    """Most probable state, or `UNDECIDED` if its probability is below `MIN_NAMED_PROBABILITY` (for healthy: 1/2)."""
     best = most_probable(probabilities)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED
 
 
 def stands_out(excess: float) -> bool:
-    """True if a comb's `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without it."""
+    """True if a comb with this `excess` is 1 / `SECOND_CAUSE_SHARE` times or more as likely with a fault as without."""
     return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 

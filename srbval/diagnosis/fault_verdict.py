@@ -2,8 +2,8 @@
 
 `diagnose` computes the probability of each state from combs (lines with their harmonics), single lines and the
 comparison with a healthy record. A fault is named if its probability is at least two thirds. Nothing is found if
-healthy has at least one half and a fault of either race would have been detected. A state declared by the user or in
-the file is not used.
+the probability of healthy is at least one half, and a fault of either race would have been detected. A state that the
+user or the file declares is not used.
 """
 
 import enum
@@ -62,8 +62,9 @@ class Diagnosis(NotebookObject):
     """Most probable state of a record ("undecided" if no state is probable enough) and the evidence for it.
 
     `probabilities` contains all states, `log_likelihood` their log likelihood ratios to healthy, for use with other
-    priors. `standing` describes the lines that neither noise nor a healthy record explains. `scores` are the combs with
-    the clearest evidence, from `channel` (None if only one channel was used or healthy is most probable).
+    priors. `standing` describes the lines and combs that neither noise nor a healthy record explains. `scores` are the
+    combs with the clearest evidence for the most probable state; `channel` is the channel in which they were found
+    (None if only one channel was used or healthy is most probable).
     """
 
     state: str

@@ -6,9 +6,10 @@ strong in parts of 10 s as in parts of 20 s, and are lost in parts of 60 s. Part
 2 kHz, a line as deep as `fault_posterior.EVEN_ODDS_DEPTH` still has 80 times the power of the noise.
 
 Fault probabilities follow from the mean likelihood of all parts, but lines are read in one part only. To choose it, the
-parts are ranked by their strongest fault comb. Of n parts, those of rank n/2, n/4, n/8 and so on to 1 are read in turn
-until a fault line is detected; if none is, the part of rank n/2 is used. A choice among more parts finds a false line
-more often: false-alarm probabilities are corrected for n / rank trials, such as four for rank n/4.
+parts are ranked by their strongest fault comb, from 1 for the strongest of all. Of n parts, those of rank n/2, n/4, n/8
+and so on to 1 are read in turn until a fault line is detected; if none is, the part of rank n/2 is used. A choice among
+more parts finds a false line more often: false-alarm probabilities are corrected for n / rank trials, such as four for
+rank n/4.
 """
 
 import itertools
@@ -37,7 +38,7 @@ class LongAnalysis(Analysis):
     """Analysis of one part of a long record, which is divided into `parts` parts; this part begins at `first_s` [s].
 
     `as_clear` is the number of parts, this part included, whose strongest fault comb is at least as strong as this
-    part's. `views` contains the channel and comb scores of all parts.
+    part's. `views` contains the comb scores of every part, each with the name of its channel.
     """
 
     parts: int

@@ -50,8 +50,8 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 class RecordRequest:
     """Request to analyse a `file` or a loaded `recording`; fields as in `analyse`, `bearing_of`, `load_healthy`.
 
-    The band that the request or the data set states is used, unless `auto_band` is set. Otherwise the band is chosen
-    from the record, or with `one_band` is the whole band, so that the levels of records can be compared.
+    A band that the request or the data set states is used, except with `auto_band`. If no stated band is used, `one_band`
+    selects the whole band, so that the levels of records can be compared; without it, a band is chosen from the record.
     """
 
     file: str = ""
@@ -221,7 +221,8 @@ def separate_other_files(
 ) -> tuple[list[FailedFile], list[str]]:
     """Separate failed recordings from other files of a folder, such as a licence beside the recordings.
 
-    Other files are no recordings, were not `named` by the user, and have a suffix that no `read` file has.
+    A failed file is one of the other files if it has no format of a recording, if the user did not name it (`named`),
+    and if no recording that was `read` has its suffix.
     """
     endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
@@ -265,7 +266,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Compute one verdict from a bearing's records, except records that fit a shaft speed outside its tolerance."""
+    """Compute one verdict from a bearing's records; leave out records that fit a speed outside the stated tolerance."""
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
             f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give records of one "
@@ -331,7 +332,7 @@ def record_features(
     `sources` are files, folders, recordings or runs. `stated` are fields of `RecordRequest` or `RecordingSettings`,
     such as `bearing`, `rpm`, `channel` or `band_hz`; a `request` replaces them. All records use the stated band, the
     band of their data set, or the whole band; with `auto_band` each record has its own band. A record that cannot be
-    read has a row with the `reason` alone; raises the error of the records if all fail.
+    read has a row with the `reason` alone; if no record can be read, an error is raised.
     """
     import pandas
 

@@ -62,7 +62,7 @@ class ChannelTrend:
     velocity_missing: str
 
     def rise_db(self, levels: Mapping[str, float], name: str) -> float | None:
-        """Level `name` among `levels`, such as a point's, over the baseline's mean [dB]; None if either is missing."""
+        """Rise [dB] of the level `name` in `levels` over the baseline's mean level; None if either is missing."""
         value, before = levels.get(name), self.reference.get(name)
         return DB_PER_NEPER * math.log(value / before) if value and before else None
 

@@ -5,8 +5,8 @@ an item of a list. A figure, table or callout NAME has the parts ``NAME.caption`
 bold start of the caption) and ``NAME.title``; a table also has the lists ``NAME.notes`` and ``NAME.columns``, whose
 items are ``key | title | unit | format`` (see `Prose.table`).
 
-`str.format` inserts values such as ``{error_pct:+.2f}``; ``{name!l}`` escapes markup in a foreign text. A missing value
-(not given, None, not finite) raises ValueError: choose another text in that case.
+`str.format` inserts values such as ``{error_pct:+.2f}``; ``{name!l}`` escapes markup in a text from a file or a
+recording. A missing value (not given, None, not finite) raises ValueError: no text is printed with a gap.
 """
 
 import math

@@ -47,7 +47,7 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 
 
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
-    """Hash (32 digits) of `content` and of the sources of module `computed_by`; for `lazy` see `content_version`."""
+    """Hash (32 digits) of `content` and of the sources of module `computed_by`; for `lazy` see `sources_of`."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
 
 
@@ -114,7 +114,7 @@ class ContentStore:
         self.keep(content, write)
 
     def keep(self, content: str, write: Callable[[Path], None]) -> None:
-        """Call `write` with the path of the file for `content`; nothing is stored if the folder is not writable."""
+        """Let `write` create the file for `content` at the path it is given, or none if the folder is not writable."""
         path = self.path(content)
         with contextlib.suppress(DataError, OSError):
             write(path)

@@ -32,7 +32,7 @@ DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 @cache
 def content_version(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> str:
-    """Hash (16 digits) of all sources on which `modules` depend; if `lazy`, also of any named as "module:name"."""
+    """Hash (16 digits) of all source files on which `modules` depend; for `lazy` see `sources_of`."""
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
         digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())
@@ -59,8 +59,9 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
 def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> set[Path]:
     """Find the source files of `modules` and of everything they import within `package`, directly or not.
 
-    Data files beside a module count if the module names them in quotes. The ``__init__`` of the package itself does not
-    count, because it only exports names. Raises `ModuleNotFoundError` for a module that does not exist.
+    Data files beside a module count if the module names them in quotes; if `lazy`, so do modules that are imported at
+    the first use of a name, such as "module:name". The ``__init__`` of the package itself does not count, because it
+    only exports names. Raises `ModuleNotFoundError` for a module that does not exist.
     """
     known = _modules(package)
     missing = [module for module in modules if module not in known]
@@ -92,7 +93,7 @@ def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
 
 
 def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
-    """Files that a source uses: its imports, its data files and, if `lazy`, modules named as "module:name"."""
+    """Files that a source uses: its imports, its data files and, if `lazy`, modules imported at first use."""
     imported, places, data = _names_in(source.read_text(encoding="utf-8"), source.suffix == ".py")
     files = [file for name in (imported | places if lazy else imported) for file in _run_by(name, known)]
     return files + [path for name in data if (path := source.with_name(name)).is_file()]
@@ -100,7 +101,7 @@ def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
 
 @cache
 def _names_in(text: str, module: bool) -> tuple[frozenset[str], frozenset[str], list[str]]:
-    """Names of imports, of modules in "module:name" and of data files in a source; the first and last of a `module`."""
+    """Names of imports, of modules imported at first use, and of data files; only the second if not a `module`."""
     imported, data = (_imported(text), DATA_FILE.findall(text)) if module else ((), [])
     return frozenset(imported), frozenset(PLACE.findall(text)), data
 

@@ -40,7 +40,7 @@ MIN_DIFFERENCE = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
 
 
 def tolerance(name: str, value: float) -> float:
-    """Largest accepted difference of a fingerprint's number `name` from its reference `value`; 0 unless finite."""
+    """Largest accepted difference of the number `name` of a fingerprint from its reference `value`; 0 for NaN, infinity."""
     if not math.isfinite(value):
         return 0.0
     smallest = next((size for unit, size in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0)
@@ -51,8 +51,9 @@ def tolerance(name: str, value: float) -> float:
 class CheckedQuantity:
     """Number of the program's fingerprint: its current `value` and its accepted range, `low` to `high`.
 
-    A word is compared as `words` (reference, current value); its `value` is 1 if both are equal, otherwise 0. `low` and
-    `high` are NaN if the reference lacks the number, `value` is NaN if the number was not computed.
+    If the fingerprint contains a word in place of a number, `words` are the reference word and the current word, and
+    `value` is 1 if they are equal, otherwise 0. `low` and `high` are NaN if the reference lacks the number, `value` is
+    NaN if the number was not computed.
     """
 
     name: str

@@ -74,7 +74,10 @@ def compared_rows(
     register: RegisterListing,
     registered: Sequence[RegisteredRecording],
 ) -> dict[str, Any]:
-    """Compute the entries of ``report.json`` from findings, simulated `cases`, `models`, cage ratios and recordings."""
+    """Compute the entries of ``report.json``.
+
+    `models` are analysed runs at the speeds of the rig's recordings, `readings` the cage ratios measured on the rig.
+    """
     printed, bearing, runs = table6(), found.bearing, found.runs
     every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
     shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
@@ -119,7 +122,7 @@ def compared_rows(
 
 
 def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Return mean and 95 % half width [Hz] of the line in Table 6's `row`, simulated in scene `rig` (`stored`)."""
+    """Return mean and 95 % half width [Hz] of the line of a defect (in `row`) in `stored` runs of the scene `rig`."""
     fault = Fault(row["defect"])
     analysis = rig[fault]
     point = ("rig", fault, analysis.recording.nominal_rpm)
@@ -134,7 +137,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
 
 
 def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row]) -> Iterator[Row]:
-    """Judge if the `views` (model, rig) of a state are alike: kurtosis, line `levels`, power of the scalogram."""
+    """Judge if model and rig look alike, by kurtosis, levels of lines, and the scalogram's power near the line."""
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.analysis.processed.filtered for one in views)
     model, rig = (kurtosis(signal - signal.mean()) for signal in filtered)
@@ -149,13 +152,13 @@ def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Compare a quantity of model and rig: `alike` if within a limit, in dB or as a share of the rig's value."""
+    """Judge if model and rig are alike in a quantity; the limit is in dB, or else a share of the rig's value."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
 def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
-    """List the rig's cage `ratios`, their `change` with speed, and the model's errors by scene (verdicts `stated`)."""
+    """List the rig's cage ratios and their change with speed, each with the model's error in every scene."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
@@ -170,7 +173,10 @@ def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) ->
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
-    """List the model's errors [dB] in line levels: in scene `paper` from `comparisons`, in `rig` from `amplitudes`."""
+    """List levels of lines measured on the rig, each with the model's errors [dB] in the scenes `paper` and `rig`.
+
+    The errors in the scene `paper` are in `comparisons`, those in the scene `rig` in `amplitudes`.
+    """
     own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
     for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
         if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
@@ -217,7 +223,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """List cage ratios by nominal speed: measured, mean, simulated (`stored`), and for pure rolling (`kinematic`)."""
+    """List by speed the cage ratio of each rig record, of their mean, of the model (`stored`), and of pure rolling."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))

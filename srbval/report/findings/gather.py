@@ -117,7 +117,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load (in `printed`), and at the speeds that the study result `stored` covers."""
+    """Select recordings at the paper's load, and at the speeds that were simulated for the stored result `stored`."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     return [one for one in select_at_paper_load(registered, printed) if not speeds or one.nominal_rpm in speeds]
 

@@ -36,9 +36,10 @@ MAX_BAND_SHARE_OF_RATE = 0.45  # upper end of the model's band, as a share of th
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelSide:
-    """Run of the model at a record's speed with the defect of `state`, and its arrays for figures.
+    """Run of the model at a record's speed, with a defect of the part `state`, and the run's arrays for figures.
 
-    `open_cage` is the relative 95 % half width of the cage speed if the bearing's geometry is unknown, otherwise 0.
+    The contact angle and slip of a bearing under load are uncertain unless it is a spherical roller bearing of known
+    geometry: `open_cage` is the resulting relative 95 % half width of the model's cage speed (otherwise 0).
     `stated_load` is false if the record states no load; then the load of the bundled scene `base` was used.
     """
 
@@ -140,7 +141,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """Run the model for a record with the defect `part`, or the record's; None if unsuitable, or why the run failed."""
+    """Run the model for a record, with a defect of `part`; None for an unsuitable record, a text if the run failed."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None

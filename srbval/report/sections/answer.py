@@ -67,7 +67,7 @@ def worst_tone(answers: Iterable[str]) -> Tone:
 
 
 def finding_sentence(stated: Sequence[ReportRow]) -> str:
-    """State in which scenes and at which speeds the cage speed misses its tolerance; `stated`: its verdicts."""
+    """State in which scenes and at which speeds the model's cage speed misses its tolerance, by verdicts `stated`."""
     missed = []
     for scene, name in SCENE_NAMES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
@@ -173,7 +173,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """List the rig records used to fit levels, and those unknown before the comparison; count all other records."""
+    """Name the rig records to which the model's levels were fitted, and those unknown before; count all others."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

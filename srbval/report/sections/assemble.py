@@ -46,7 +46,10 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 
 def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] = ()) -> Iterator[Block]:
-    """List problems of registered recordings; tabulate rig records: levels fitted, blind (unknown before), or seen."""
+    """List problems of registered recordings, and tabulate how each rig record was used.
+
+    Levels were fitted to a record, it was unknown before its comparison with the model (blind), or it was seen before.
+    """
     if findings.data["register_unreadable"]:
         yield RECORD_TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
     for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
@@ -82,7 +85,7 @@ def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
-    """Name the records unknown before the comparison; if `predicted`, add that levels at 353 rpm were predicted."""
+    """Name the records unknown before their comparison; `predicted`: levels at 353 rpm were predicted beforehand."""
     blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
     text = LIMIT_TEXTS.text("blind", records=", ".join(blind)) if blind else LIMIT_TEXTS.text("not-blind")
     return f"{text} {LIMIT_TEXTS.text('predicted')}" if predicted else text

@@ -92,7 +92,7 @@ def figures_section(findings: Findings) -> Section:
 
 
 def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
-    """Prepare for one side (model or rig) a state's envelope spectrum over the healthy one, fault harmonics marked."""
+    """Prepare the envelope spectrum of a state over that of the healthy bearing; the fault's harmonics are marked."""
     record, line = side[state], state.line
     cursors = fault_cursors(record, record.analysis.line(line), SPECTRUM_HZ, 2) if line else ()
     found = tuple((hz, height) for name, hz, height in record.peaks if line and name.startswith(line))

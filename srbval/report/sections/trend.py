@@ -94,7 +94,7 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
 
 @panel
 def levels_panel(one: ChannelTrend) -> PanelData:
-    """Draw the rise of each fault line's level [dB] over time with interval and limit; below it, RMS or velocity."""
+    """Draw the rise of each fault line's level [dB] over time with its alarm limit; below it, RMS velocity or RMS."""
     figure = new_figure((5.4, 4.3))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]
