@@ -40,7 +40,7 @@ MIN_DIFFERENCE = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
 
 
 def tolerance(name: str, value: float) -> float:
-    """Largest accepted difference of the number `name` of a fingerprint from its reference `value`; 0 for NaN, infinity."""
+    """Largest accepted difference of a number `name` from its reference `value` (0 for NaN and infinity)."""
     if not math.isfinite(value):
         return 0.0
     smallest = next((size for unit, size in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0)
