@@ -53,7 +53,7 @@ class NotDetected(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
+    """Line of a bearing in a record; values that `LineReading` also has are None if the line cannot be read.
 
     `deviation_pct` is the deviation from `kinematic_hz`; `deviation_ci95_pct` includes the uncertainty of the speed,
     `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics and is ranked among combs at

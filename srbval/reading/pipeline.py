@@ -47,7 +47,7 @@ CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` explains this.
+    """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` says why.
 
     Frequencies in tracked spectra are those at the speed `mean_hz`. `drift_bins` is the shift of the higher race line
     within the record [bins], None if the record is not tracked.
