@@ -173,7 +173,7 @@ def log_likelihood(
     record fits a speed outside the tolerance of the stated speed: if they indicate another cause than `views`, a fault
     of an unknown part is more likely.
     """
-    found = [_comb_log_ratios(view, lines) for view in views]
+    found = [_comb_log_ratios(view) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
     together = dict(zip(CLASSES, mean.tolist(), strict=True))
     for name in CLASSES:
@@ -184,19 +184,12 @@ def log_likelihood(
     return together
 
 
-def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
-    """Log likelihood ratio to healthy of each state, also of two faulty parts, from one channel's combs at one speed.
-
-    A missing comb is no evidence against a part whose line has risen over a healthy record.
-    """
-
-    def ratio(name: str, comb: Comb) -> float:
-        return max(comb.log_ratio, 0.0) if lines.get(name, 0) > 1 else comb.log_ratio
-
-    ratios = {name: ratio(name, view.first[name]) for name in SINGLE_CAUSES} | {Fault.HEALTHY.value: 0.0, OPEN: 0.0}
+def _comb_log_ratios(view: FaultScores) -> dict[str, float]:
+    """Log likelihood ratio to healthy of each state, also of two faulty parts, from one channel's combs at one speed."""
+    ratios = {name: view.first[name].log_ratio for name in SINGLE_CAUSES} | {Fault.HEALTHY.value: 0.0, OPEN: 0.0}
     ratios |= dict.fromkeys(FAULT_PAIRS.values(), 2 * Comb().log_ratio)
     for name, second in view.second.items():
-        both = ratios[view.strongest] + ratio(name, second)
+        both = ratios[view.strongest] + second.log_ratio
         if OTHER_CAUSE in (name, view.strongest):
             part = name if view.strongest == OTHER_CAUSE else view.strongest
             ratios[part] = float(np.logaddexp(ratios[part], math.log(SECOND_CAUSE_SHARE) + both))

@@ -78,14 +78,15 @@ def test_the_log_ratio_is_the_equation_s():
 
 
 def test_lines_of_the_table_and_combs_are_one_evidence():
-    """A line opens the question, a comb of the same part answers it, and a risen line names it even without a comb."""
-    weak, silent = scores(outer=4.6), scores()
+    """A line opens the question, a comb of the same part answers it; a line that has risen needs a weaker comb."""
+    weak, weaker, silent = scores(outer=4.6), scores(outer=3.5), scores()
     assert said(silent)["healthy"] == pytest.approx(0.5 / (0.5 + CLASS_PRIOR[OPEN]), abs=0.01)
     shown = said(silent, lines={"outer": 1})
     assert shown["healthy"] < 0.5 < shown[OPEN]
     assert decide(said(weak)) == UNDECIDED
     assert decide(said(weak, lines={"outer": 1})) == "outer"
-    assert decide(said(silent, lines={"outer": 2})) == "outer"
+    assert [decide(said(weaker, lines={"outer": number})) for number in (1, 2)] == [UNDECIDED, "outer"]
+    assert decide(said(silent, lines={"outer": 2})) == UNDECIDED, "a line that rose without its comb may be another's"
     assert decide(said(scores(inner=12.0), lines={"outer": 2})) == "inner", "a clear comb is not taken back"
 
 
