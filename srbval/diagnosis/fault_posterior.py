@@ -185,7 +185,7 @@ def log_likelihood(
 
 
 def _comb_log_ratios(view: FaultScores) -> dict[str, float]:
-    """Log likelihood ratio to healthy of each state, also of two faulty parts, from the combs of one channel and speed."""
+    """Log likelihood ratio of each state, also of two faulty parts, to healthy, from one channel at one speed."""
     ratios = {name: view.first[name].log_ratio for name in SINGLE_CAUSES} | {Fault.HEALTHY.value: 0.0, OPEN: 0.0}
     ratios |= dict.fromkeys(FAULT_PAIRS.values(), 2 * Comb().log_ratio)
     for name, second in view.second.items():
