@@ -165,7 +165,7 @@ def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
 
 
 def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
-    """Describe each line that neither noise nor a healthy record explains: the risen line first, then by height."""
+    """Describe each line and comb that neither noise nor a healthy record explains, the risen line first."""
     if comparison.line is not None:
         yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):

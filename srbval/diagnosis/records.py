@@ -50,8 +50,8 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 class RecordRequest:
     """Request to analyse a `file` or a loaded `recording`; fields as in `analyse`, `bearing_of`, `load_healthy`.
 
-    A band that the request or the data set states is used, except with `auto_band`. If no stated band is used,
-    `one_band` selects the whole band, so that levels of records can be compared; without it, a band is chosen.
+    A band that the request or the data set states is used, except with `auto_band`. If no stated band is
+    used, a band is chosen from the record, or with `one_band` the whole band is used, so that levels can be compared.
     """
 
     file: str = ""

@@ -61,8 +61,8 @@ CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  
 def new_hdf5(path: Path) -> Iterator[Any]:
     """Context with an open HDF5 file, which is moved to `path` on success and ends with a checksum.
 
-    Its attribute `summary` [bytes] is written before the checksum; its method `check_written` raises an earlier write
-    error. Raises the errors of `check_suffix`, and `DataError` if the file cannot be written.
+    The file's attribute `summary` [bytes] is written before the checksum; its method `check_written` raises an earlier
+    write error. Raises the errors of `check_suffix`, and `DataError` if the file cannot be written.
     """
     import h5py
 

@@ -137,8 +137,9 @@ class StoredResult:
     def why_stale(self, now: Fingerprint | None = None) -> str | None:
         """Reason why the result is stale for the fingerprint `now` (default: the reference); None if it is valid.
 
-        Evidence is stale if it was computed from a changed working tree, if its study has been changed since, or if a
-        number differs in the fingerprint of a part on which it depends. Other kinds are never stale.
+        Evidence (a reproducible result) is stale if it was computed from a working tree with uncommitted changes, if
+        the study that computes it has been changed since, or if a number of the fingerprint differs for a part of the
+        program on which it depends. Other kinds are never stale.
         """
         if self.kind is not ResultKind.EVIDENCE:
             return None
@@ -169,7 +170,7 @@ def newest_result(name: str) -> StoredResult | None:
 
 
 def read_result(path: Path) -> StoredResult | None:
-    """Read a stored result; None if the file is missing, damaged or of another version."""
+    """Read a stored result; None if the file is missing, damaged or in another format version."""
     try:
         content = read_json(path, MAX_RESULT_BYTES)
     except DataError:

@@ -68,7 +68,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 @panel
 def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
-    """Draw Welch spectra up to `end_hz`, levels within `limits_db`; shade the last record's demodulation band."""
+    """Draw Welch spectra up to `end_hz`, levels within `limits_db`; shade the demodulation band of the last record."""
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
     origin = Origin.STAND_IN if Origin.STAND_IN in origins else last.origin

@@ -48,7 +48,8 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] = ()) -> Iterator[Block]:
     """List problems of registered recordings, and tabulate how each rig record was used.
 
-    Levels were fitted to a record, it was unknown before its comparison with the model (blind), or it was seen before.
+    The model's levels were fitted to the record, or it was unknown before its comparison with the model (blind), or
+    neither (seen).
     """
     if findings.data["register_unreadable"]:
         yield RECORD_TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
