@@ -27,8 +27,8 @@ TYPED = (  # settings, limits, bands, the numbers of the paper and of other auth
     "0.01 | 0.05 | 0.1 % | 0.12 | 0.4 | 0.5 | 0.5 % | 0.5 mm | 0.52 | 0.62 | 0.95 | 0.96 | 0.985 | 1 kHz | 1 rpm | "
     "1.2 | 1.5 | 1.5 % | 10 % | 10 s | 10.3390 | 100 % | 10° | 12 kHz | 1400 to 2800 Hz | 1400–2800 Hz | 141.81 mm | "
     "15.2 kg | 2 dB | 2.2 | 2.5 to 25 µs | 20 dB | 200 ms | 3 dB | 3.06 | 3.11 | 3.13 | 3.14 | 3150 Hz | 353 rpm | "
-    "4 dB | 4.2 | 40.1 mm | 400 to 3150 Hz | 45° | 5 % | 5 MHz | 500 Hz | 500 to 1500 Hz | 500–1500 Hz | 60 Hz | 60 ° | "
-    "61440 s | 7.3 | 877 rpm | 877 to 353 rpm | 95 % | 95 of 100"
+    "4 dB | 4.2 | 40.1 mm | 400 to 3150 Hz | 45° | 5 % | 5 MHz | 500 Hz | 500 to 1500 Hz | 500–1500 Hz | 60 Hz | "
+    "60 ° | 61440 s | 7.3 | 877 rpm | 877 to 353 rpm | 95 % | 95 of 100"
 )
 EQUATION = re.compile(r"```\{math\}\n(?::\w+:.*\n)*")
 CODE = re.compile(r"\{py:obj\}`([\w.]+)`")
