@@ -1,4 +1,4 @@
-"""Bearings: geometry, faults and their kinematic orders, the bearings known by name."""
+"""Bearings: geometry, localized faults, kinematic orders of these faults, and a catalogue of bearings by name."""
 
 from srbval.bearing.catalogue import (
     DEFAULT_BEARING,

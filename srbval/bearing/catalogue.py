@@ -1,10 +1,11 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
 The page "Your own bearing" of the guide describes the file. A bearing known by name has a file in the folder `known` or
-a row in `catalogue.csv`. Columns of this catalogue are `name`, `title`, all keys of the tables `[elements]` and
-`[orders]`, `source` (a key of `catalogue_sources.csv`), and `also` (other designations of the same bearing). If a row
-contains dimensions and orders, the dimensions are used, because makers round the orders. Instead of a name, a printed
-designation (see `designations`) or numbers are accepted: ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
+a row in `catalogue.csv`. Columns of `catalogue.csv` are `name`, `title`, all keys of a bearing file's tables
+`[elements]` and `[orders]`, `source` (a key of `catalogue_sources.csv`), and `also` (other designations of the same
+bearing). If a row contains both dimensions and orders, the dimensions are used, because makers round the orders.
+Instead of a name, a printed designation (see `designations`) is accepted, or a text of numbers:
+``elements Z,D,DP,ANGLE`` (as in `[elements]`) or ``orders BPFO,BPFI,BSF,FTF``.
 """
 
 import dataclasses
@@ -39,7 +40,7 @@ INLINE = {  # values in a name that replaces a file, with their units
 
 @dataclass(frozen=True, kw_only=True)
 class Ratings(Limited):
-    """Table `[ratings]` of a spherical roller bearing's file: load and speed ratings from the catalogue."""
+    """Table `[ratings]` of a spherical roller bearing's file: load and speed ratings from the maker's catalogue."""
 
     static_load_n: float = quantity("force", above=0)
     reference_rad_s: float = quantity("speed", above=0)
@@ -60,8 +61,8 @@ class Bearing(NotebookObject):
 
     `rolling_elements` counts one row. `geometry` contains all dimensions of a double-row spherical roller bearing,
     `elements` the main dimensions of any bearing. If both are None, `orders` are published values, taken from `source`.
-    `ratings` are the catalogue's load and speed ratings, if known. `largest_slip` is the largest mean slip of the cage,
-    as a share of the cage speed, for which the search for fault lines allows.
+    `ratings` are load and speed ratings from the maker's catalogue, if known. The search for fault lines assumes that
+    the mean cage speed differs from pure rolling by at most the share `largest_slip`.
     """
 
     name: str
@@ -75,7 +76,7 @@ class Bearing(NotebookObject):
     ratings: Ratings | None = None
 
     def overload(self, radial_n: float | None, axial_n: float | None) -> str:
-        """Return a warning for a load [N] above the static load rating; empty otherwise, or if a value is unknown."""
+        """Warning if the radial or axial load [N] exceeds the static load rating; empty if not, or without a rating."""
         static_n = self.ratings.static_load_n if self.ratings else static_load_n(self.title)
         load_n = max(radial_n or 0.0, axial_n or 0.0)
         if static_n is None or load_n <= static_n:
@@ -172,7 +173,7 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     """Load a bearing by name (see `known_bearings`) or from a TOML file; a `Bearing` is returned unchanged.
 
     A name may also be a designation as printed on ring and box; the `title` of the result then also names the known
-    bearing that is used for it. The file may also be a machine file, with the bearing's tables below `[bearing]`.
+    bearing that is used instead. In a file that describes a machine, the bearing is the table `[bearing]`.
 
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
@@ -193,7 +194,7 @@ def _read_bearing_file(path: Path, content: bytes) -> Bearing:
 
 @cache
 def _find_bearing(text: str) -> Bearing:
-    """Find a bearing by name, designation or `INLINE` numbers; cached, as each case of a campaign asks ten times."""
+    """Find a bearing by name, designation or numbers (see module); cached, because campaigns often repeat a search."""
     if text.partition(" ")[0] in INLINE:
         return bearing_from_table(_parse_inline(text), text)
     if text in known_tables():
@@ -242,7 +243,7 @@ def _nearest_known(text: str) -> str:
 
 
 def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> Bearing:
-    """Build a bearing from a file's table; `where`: the file, for error messages. Raises `ConfigurationError`."""
+    """Build a bearing from the contents of a bearing file; `where` names this file in a `ConfigurationError`."""
     file = build(_BearingFile, table, where or name)
     given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
     if len(given) != 1:
@@ -294,7 +295,7 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 
 @cache
 def known_tables() -> Mapping[str, Mapping[str, Any]]:
-    """Read the files and the catalogue of known bearings as a mapping from each name to the table of a bearing file."""
+    """Map the name of each known bearing to the contents of its file, or of its catalogue row in the form of a file."""
     tables = {path.stem: read_toml(path) for path in (FOLDER / "known").glob("*.toml")}
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
     return tables | {row["name"]: _read_catalogue_row(row, sources) for row in read_table("catalogue.csv")}

@@ -39,13 +39,13 @@ class Designation(NamedTuple):
 
     @property
     def built_alike(self) -> bool:
-        """True if another maker's dimensions may be used, because they differ only by some parts in a thousand."""
+        """True if makers' dimensions differ by some parts in a thousand only: series 60 to 64, UC, N, NJ, NU, NUP."""
         ball = not self.kind and re.fullmatch("6[0-4]..|608", self.number) and not self.mark
         return bool(ball) or self.kind in ("uc", *CYLINDRICAL)
 
     @property
     def alike(self) -> tuple[tuple[str, str, str], ...]:
-        """Type, number and mark of bearings with the same orders, this one first; NU and NUP are alike."""
+        """Type, number and mark to search for, in turn; N, NJ, NU, NUP of a size are alike, design E comes last."""
         if self.kind not in CYLINDRICAL:
             return (self[1:],)
         kinds, marks = dict.fromkeys((self.kind, *CYLINDRICAL)), dict.fromkeys((self.mark, "e"))

@@ -25,8 +25,8 @@ class SphericalRollerGeometry(Limited):
     diameter; only as a radius does it give the paper's fault frequencies.
 
     `outer_osculation` and `inner_osculation` are the profile radius of a roller divided by the profile radius of the
-    outer and inner raceway: 1 in the paper; only the model `slices` uses other values. These change the profiles of
-    rollers and inner raceways, but not the outer raceway. Geometries that differ only in osculation are equal.
+    outer and inner raceway: 1 in the paper. Other values, which only the simulation model `slices` uses, change the
+    profiles of rollers and inner raceways, but not the outer raceway. The comparison ``==`` ignores osculations.
     """
 
     raceway_radius_m: float = quantity("length", above=0)
@@ -45,12 +45,13 @@ class SphericalRollerGeometry(Limited):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.tilt_rad >= math.pi / 4:
-            raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad} must be below pi/4.")
+            raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad}, the contact angle, must be below pi/4.")
         assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
         if self.roller_width_m / 2 <= self.raceway_radius_m * math.sin(self.tilt_rad / 2):
             raise ConfigurationError(
-                f"roller_width_m = {self.roller_width_m} is too short: the contact points of the model `full` need "
-                f"more than {2 * self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m."
+                f"roller_width_m = {self.roller_width_m} is too short: it must exceed the distance between the "
+                "outermost contact points in the model `full`, "
+                f"{2 * self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m."
             )
         # the gap between the raceways must be about as large as the roller
         if not self.roller_centre_distance_m < self.raceway_radius_m < self.outer_diameter_m / 2:
@@ -73,9 +74,10 @@ class SphericalRollerGeometry(Limited):
         outer = raceway * math.cos(CIRCLES[-1] * self.tilt_rad)
         if not (lower < MIN_ROLLER_SHARE * roller < MIN_ROLLER_SHARE**2 * outer and inner > 0):
             raise ConfigurationError(
-                f"rollers of {roller:.6g} m radius do not fit: the radius is {lower:.6g} m less at the ends, which "
-                f"must be below {MIN_ROLLER_SHARE:.0%} of it; the radius must be below {MIN_ROLLER_SHARE:.0%} of the "
-                f"outer raceway's radius, {outer:.6g} m; the inner raceway's, {inner:.6g} m, must be positive."
+                f"rollers of {roller:.6g} m radius do not fit. The radius is {lower:.6g} m less at the rollers' ends; "
+                f"this difference must be below {MIN_ROLLER_SHARE:.0%} of the radius. The radius must be below "
+                f"{MIN_ROLLER_SHARE:.0%} of the outer raceway's least radius, {outer:.6g} m. The inner raceway's least "
+                f"radius, {inner:.6g} m, must be positive."
             )
 
     @property

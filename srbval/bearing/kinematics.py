@@ -101,7 +101,8 @@ class RollingElements(Limited):
         assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
         if self.length_m is not None and self.length_m >= self.pitch_diameter_m:
             raise ConfigurationError(
-                f"elements length_m = {self.length_m} must be below the pitch diameter, {self.pitch_diameter_m:g} m."
+                f"elements length_m = {self.length_m}, the contact length of a roller [m], must be below the pitch "
+                f"diameter, {self.pitch_diameter_m:g} m."
             )
 
     @property
@@ -122,9 +123,10 @@ _SCENE_NONE = "none"  # no defect, in scene files, campaigns and on the command 
 class Fault(enum.StrEnum):
     """Health state of a bearing: healthy, or the part that carries a localized defect.
 
-    `line` names the fault's line in the envelope spectrum, `sidebands` the spacing of the sidebands about this line
-    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485); None if there are none. `code` is the short form in
-    tables and figures, `label` the part in words. ``Fault("none")`` is `HEALTHY`, ``Fault("ball")`` is `ROLLER`.
+    `line` is the name of the fault's line in the envelope spectrum (``BPFO``), `sidebands` the name of the frequency
+    by which sidebands of this line are spaced (``FTF``; ``fr``: the shaft's), or None if there are no sidebands
+    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485). `code` is the short form in tables and figures,
+    `label` the part in words. ``Fault("none")`` is `HEALTHY`, ``Fault("ball")`` is `ROLLER`.
     """
 
     line: str | None
@@ -165,7 +167,7 @@ class Fault(enum.StrEnum):
         return {Fault.OUTER: orders.bpfo, Fault.INNER: orders.bpfi, Fault.ROLLER: 2 * orders.bsf}[self]
 
     def sideband_order(self, orders: FaultOrders) -> float:
-        """Look up the sidebands' spacing: passages of the load zone by the defect per shaft revolution; 0 for none."""
+        """Return how often per shaft revolution the defect passes the load zone (spacing of sidebands); 0 for none."""
         return {Fault.INNER: 1.0, Fault.ROLLER: orders.ftf}.get(self, 0.0)
 
     def passing_order(self, rolling_elements: int, cage_ratio: float) -> float | None:

@@ -136,7 +136,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """Run example code (python or sh) in a copy of the recordings' folder; return its picture `file` as HTML."""
+    """Run example code (`kind`: python or sh) beside copies of the shipped recordings; return its picture as HTML."""
     import matplotlib
 
     from srbval.cli import run_command_line
@@ -192,7 +192,7 @@ def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def scene_keys() -> str:
-    """List the keys of a scene file by table, each with its type and its value in the paper's scene."""
+    """List the keys of a scene file by table, each with its type and its value in the shipped scene `paper`."""
     from srbval.scene import Scene, scene_table
 
     return "\n\n".join(_keys_of(Scene, "", scene_table("paper")))

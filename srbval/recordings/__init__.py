@@ -1,6 +1,6 @@
 """Measured and simulated recordings: the type `Recording`, loaders for files, and the register of files.
 
-Other packages import the names in `__init__.py` from here, and any other name from its module.
+Other packages import the names below from `srbval.recordings`, any other name from the module that defines it.
 """
 
 from srbval.recordings.load import load_recording, recording_from_run

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 def load_recording(path: str | Path, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
-    """Load one measured file, simulated run or synthetic record, without the register (see `registry.recording_of`)."""
+    """Load one measured file, simulated run or synthetic record; settings stored in the register do not apply."""
     file = Path(path)
     reading = apply_settings(file, read_file(file), settings_of(stated).over(settings or RecordingSettings()))
     named = {"name": printable(file.stem), "file": str(file), "sha256": file_sha256(file)}
@@ -88,7 +88,7 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
 def questions_error(
     kind: type[SrbvalError], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
 ) -> SrbvalError:
-    """Create an error about `subject`: open `questions`, each with the option that answers it, and the `remedy`."""
+    """Create an error: facts that `subject` lacks (`questions`), the options that state these facts, the `remedy`."""
     error = kind(f"{subject} lacks information: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)
     return error
@@ -107,7 +107,7 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 
 
 def recording_from_run(run: Run) -> Recording:
-    """Create a recording of a run of any status: outer ring accelerations and, if simulated, the sensor's signal."""
+    """Create a recording of a run, even a failed one: outer ring accelerations and any simulated sensor signal."""
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR_CHANNEL: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
@@ -181,11 +181,11 @@ SET_POINT_PCT = 1.5  # tolerance of a speed, unless the data set states that the
 def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, **stated: Any) -> list[Recording]:
     """Create a recording from each row of metadata of `public_set`, a `Dataset` of the package `bearing-datasets`.
 
-    `rows` are rows of the set's `metadata()`, by default all vibration signals. The speed is measured by the speed
-    signal recorded with the vibration if there is one, otherwise it is the set point with a tolerance of
-    `SET_POINT_PCT`. `stated` are fields of `RecordingSettings`, which take precedence over the data set, except that
-    `unit` applies only to signals without a unit in the set; these signals require it. A bearing or speed that the set
-    lacks must be stated only if an analysis needs it.
+    `rows` are rows of the set's `metadata()`, by default all vibration signals. The shaft speed is taken from the speed
+    signal recorded with the vibration; without one it is the set point, with a tolerance of `SET_POINT_PCT` [%].
+    `stated` are fields of `RecordingSettings`, which take precedence over the data set. Only `unit` does not: it is
+    required for signals without a unit in the set, and ignored for others. Bearing and speed may remain unknown, but
+    some analyses need them.
     """
     whole = public_set.metadata()
     kinds = whole["quantity"] if "quantity" in whole else whole["fs"].map(lambda _: "unknown")

@@ -48,8 +48,8 @@ class SpeedSource(enum.StrEnum):
 class ShaftSpeed:
     """Mean shaft speed of a record with the half width of its 95 % interval [Hz].
 
-    If the speed was measured during the record, `spread_hz` is its standard deviation and `drift_hz` is its mean over
-    the last quarter minus its mean over the first.
+    If the speed was measured during the record, `spread_hz` is the standard deviation of the speed, and `drift_hz` is
+    the mean speed in the last quarter of the record minus the mean speed in the first quarter.
     """
 
     value_hz: float

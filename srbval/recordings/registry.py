@@ -74,14 +74,14 @@ def add(
     settings: RecordingSettings | None = None,
     table: str | Path | None = None,
 ) -> RegisterListing:
-    """Register the file `folder`, all files below the folder `folder`, or the files in a `table` of labels.
+    """Register the file or all files below the folder `folder`, or only the files below it that a CSV `table` lists.
 
     No file is copied. A file whose SHA-256 differs from its first registration is reported as changed. `settings` are
-    stored with each file; settings in the file's row of the table (`label_table`) take precedence. If none are given,
-    the stored settings remain, even if the file has moved. `repin` replaces the stored hash and settings. Files that
-    are not recordings are in `left_out` of the listing. Raises `DataError` if a folder contains no recordings, a named
-    file is not a recording, or the manifest cannot be written; `ConfigurationError` for an unknown bearing or an
-    unusable table.
+    stored with each file; settings in the file's row of the table (see `label_table`) take precedence. A setting that
+    is not given keeps its stored value, even if the file has moved. `repin` replaces the stored hash and all stored
+    settings. Files that are not recordings are in `left_out` of the listing. Raises `DataError` if a folder contains no
+    recordings, a named file is not a recording, or the manifest cannot be written; `ConfigurationError` for an unknown
+    bearing or an unusable table.
     """
     if table is None:
         stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
@@ -128,7 +128,7 @@ def remove(name: str | Path) -> RegisterListing:
 
 
 def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
-    """Compare registered files, and files in the folder that the variable SRBVAL_RECORDINGS names, with their entries.
+    """Compare files with their entries: registered files, and files in the folder ``$SRBVAL_RECORDINGS``.
 
     Files are hashed if their size or modification time has changed, or always with `hash_all`. With `or_none` an
     unreadable register counts as empty, and the listing contains the reason in `unreadable`.
@@ -223,7 +223,7 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect_and_store(
     files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
-    """Inspect `files`, unchanged ones only if `again`; store new entries as not registered, so as not to read twice."""
+    """Entries of `files`; unchanged files are read only if `again`. Entries of unregistered files are stored, too."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
     new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
     if new:
@@ -235,7 +235,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Update the entries of `files`, unchanged ones only if `again` or with settings; report `progress` of `task`."""
+    """Entries of `files`; unchanged files are read only if `again` or with settings. Report `progress` of `task`."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]
@@ -338,8 +338,8 @@ def recording_of(source: RecordSource, settings: RecordingSettings | None = None
     """Return the recording of a file or a run, or `source` itself, after applying the user's settings.
 
     `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
-    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. They take precedence
-    over `settings`, both over settings in the register (`load_registered`), and all over the file.
+    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. If several
+    sources state a fact, the first of these is used: `stated`, `settings`, the register (`load_registered`), the file.
     Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
     """
     settings = settings_of(stated).over(settings or NO_SETTINGS)

@@ -144,7 +144,7 @@ OPTION = re.compile(
 
 
 def with_keywords(text: str) -> str:
-    """Replace options in an error message by keyword arguments (``--rpm R`` by ``rpm=R``), except in commands."""
+    """Replace options in an error message by keyword arguments (``--rpm R`` by ``rpm=R``), but not within commands."""
 
     def keyword(found: re.Match[str]) -> str:
         if found["command"] or found["folder"]:

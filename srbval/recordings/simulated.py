@@ -107,8 +107,8 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
     if not low <= fs_hz <= high:
         raise DataError(
             f"{path}: --resample {fs_hz:g} Hz must be between {low:.6g} and {high:.6g} Hz: at least "
-            f"{1 / PASSED:g} times the upper edge of the demodulation band, and at most {MOST_SAMPLES} times as many "
-            "samples as in the file."
+            f"{1 / PASSED:g} times the upper edge of the demodulation band, if it is stated; at least "
+            f"{MIN_SAMPLES} samples; and at most {MOST_SAMPLES} times as many samples as in the file."
         )
     at, highest_hz = int(np.argmax(steps)), band_hz[1] if band_hz else kept_hz
     longest, limit = float(steps[at]), (LONGEST_STEP if band_hz else LONGEST_WITHOUT_BAND) / highest_hz

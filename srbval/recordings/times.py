@@ -39,11 +39,12 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TimeColumn:
-    """Sampling rate and gaps found in a column of times; without a `problem`, the first of `rates_hz` is the rate.
+    """Sampling rate and gaps found in a column of times.
 
-    `times_s` [n] are uneven, never falling times in a known unit, from which the signal can be resampled. `places` [n]
-    are the indices of the samples on an even grid if some samples are missing; a column that counts samples has
-    `places` but no rate. `likely_hz` is the mean rate of times that are too coarse to state a rate.
+    `rates_hz` contains the sampling rate or, if a `problem` is stated, all rates that the times may mean. `times_s` [n]
+    are uneven, never falling times in a known unit, from which the signal can be resampled. `places` [n] are the
+    indices of the samples on an even grid if some samples are missing; a column that counts samples has `places` but no
+    rate. `likely_hz` is the mean rate of times that are too coarse to state a rate.
     """
 
     name: str
@@ -216,7 +217,7 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
 
 
 def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
-    """Unit of times from the file or the name, else guessed, for dates counted from 1970 or 1900; None if neither."""
+    """Unit of times stated by the file or the name, else guessed if they are dates since 1970 or 1900, else None."""
     match = _TIME.fullmatch(name.lower().strip())
     stated = raw.units.get(name) or (match and (match[1] or match[2] or match[3])) or ""
     if stated or match is None:

@@ -1,11 +1,11 @@
 """Units in files, and names of times, rates and units, from the table ``units.csv``.
 
-To add a spelling of a unit, add a word to the row of the unit, without blanks, dots, carets and parentheses. Upper and
+To add a spelling of a unit, write it in the unit's row without its blanks, dots, carets and parentheses. Upper and
 lower case are distinguished in spellings of one letter only. The `kind` of a row is ``signal`` (a unit of a sensor's
 signal, with the unit to which a recording converts it and the factor), ``other`` (rotations and other quantities),
 ``time``, ``rate`` or ``name``. A ``name`` row is a pattern in lower case for the names of variables that contain times,
-rates, time steps or units. Names of times are compared unchanged; from other names blanks, punctuation and the prefixes
-of National Instruments are removed first.
+rates, time steps or units. Names of times are compared unchanged; from other names blanks, punctuation and prefixes
+such as ``NI`` (National Instruments) are removed first.
 """
 
 import csv

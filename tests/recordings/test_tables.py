@@ -57,7 +57,7 @@ COMMAS = [
     ([row.replace(".", ",") for row in TABLE], "line .* has decimal commas that cannot be distinguished from"),
     ([f"{a:.1f}".replace(".", ",") for a in X], "line .*-0,.* has decimal commas that cannot be distinguished"),
     (["x", *(f"{a:.4f}".replace(".", ",") for a in X)], "1 names for 2 columns. .*decimals need a point"),
-    (["x", *SEMICOLONS], r"1 names for 2 columns\. Name each\.$"),
+    (["x", *SEMICOLONS], r"1 names for 2 columns\. Give each column a name\.$"),
     (["12,34", "5,6", "7,08", *["1,1"] * 300], "line 3, '7,08', has decimal commas"),
     ([*SEMICOLONS, "1.234,56;0,1"], "is in a table of both decimal commas and points, or with thousands separators"),
     ([f"{i % 7 + 1},{i:03d};{i % 5 + 1},{i:03d}" for i in range(100, 500)], "three digits after every comma"),

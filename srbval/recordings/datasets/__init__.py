@@ -1,4 +1,4 @@
-"""Functions that interpret the variables of a file as a `Reading`, listed in `READERS` by the layout of the file."""
+"""Interpretation of a file's variables as a `Reading` (channels and facts); `READERS` are for known data sets."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -21,7 +21,7 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 
 
 def recognise(raw: RawFile) -> Reading:
-    """Interpret a file: one written by srbval, else one of a known data set, else named vectors of unknown origin."""
+    """Interpret a file as written by srbval, else as part of a known data set, else by the names of its variables."""
     own = read_srbval_file(raw)
     known = (READERS[description.reader](raw, description) for description in known_datasets())
     reading = own or next((one for one in known if one is not None), None)

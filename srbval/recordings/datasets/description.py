@@ -85,14 +85,15 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """Description of a data set; `reader` is ``variables`` for files of named arrays, or ``signal-structs``.
+    """Description of a data set, by which its files are recognised and interpreted.
 
-    The sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. The variables `tachometer_rpm`
-    and `stated_rpm` contain the measured shaft speed; ``{record}`` in a name stands for the record's number. Without
-    them the speed is a set point, kept within `nominal_ci95_pct`: `nominal_hz_variable`, `nominal_rpm_by_load` (by
-    motor load), ``rpm`` in the file's name or `nominal_rpm`. `labels` maps patterns of the fault label in a file to
-    states of the bearing. If `one_rig_a_folder` is true, each folder of the data set contains the records of another
-    machine. These tables are read as mappings:
+    `reader` is ``variables`` for files of named arrays, ``signal-structs`` for files with a struct per signal. The
+    sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. The variables `tachometer_rpm` and
+    `stated_rpm` contain the measured shaft speed; ``{record}`` in a name stands for the record's number. Without them
+    the speed is a set point: the variable `nominal_hz_variable`, `nominal_rpm_by_load` (by motor load), ``rpm`` in the
+    file's name or `nominal_rpm`; `nominal_ci95_pct` is half its 95 % interval in per cent. `labels` maps patterns of
+    the fault label in a file to states of the bearing. If `one_rig_a_folder` is true, each folder of the data set
+    contains the records of another machine. These tables are read as mappings:
 
     * `bands`: demodulation bands with their `reason`; with `fs_hz` only for this sampling rate.
     * `records`: facts about the records number `first` to `last`; `end` is the motor end with the faulty bearing.
@@ -138,7 +139,7 @@ class DatasetDescription:
         return tuple((state, *load, rpm) for state in states for load in loads for rpm in grid["nominal_rpm"])
 
     def band_hz(self, fs_hz: float) -> tuple[float, float] | None:
-        """Demodulation band of the data set at this sampling rate, the first that fits; None if there is none."""
+        """First demodulation band in `bands` [Hz] that is valid for this sampling rate; None if there is none."""
         return next(((b["low_hz"], b["high_hz"]) for b in self.bands if b.get("fs_hz", fs_hz) == fs_hz), None)
 
     def set_point(self, nominal_rpm: float | None) -> ShaftSpeed | None:

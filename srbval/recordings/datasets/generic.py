@@ -69,11 +69,11 @@ def read_generic(raw: RawFile) -> Reading:
 
 
 def with_named_signals(raw: RawFile) -> RawFile:
-    """Name the signals of structs by their labels, and separate columns of times from matrices.
+    """Name the signals in structs by their labels, and separate columns of times from matrices.
 
-    A signal in a structure by Simulink gets the name of its label or its block. A struct with a ``Name`` may contain
-    its signal's ``Unit`` and ``Raster`` (time step or rate). A rising first column of a matrix is read as times, as in
-    Simulink's arrays.
+    A signal in a struct that Simulink saved is named by its label, else by its block. A struct with a field ``Name``
+    may also state its signal's unit (``Unit``) and time step or sampling rate (``Raster``). If the first column of a
+    matrix rises, it is read as the times of the other columns; Simulink saves arrays in this form.
     """
     variables, notes, units, rates = dict[str, ArrayOrText](), raw.notes, dict(raw.units), dict(raw.rates_hz)
     for name, value in raw.variables.items():
@@ -148,7 +148,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """Unit of a variable as written in the file: the first text found that is a known unit, else the first text."""
+    """Unit of a variable, as a text from the file or from the variable's name; a known unit is preferred."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
@@ -171,7 +171,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Shaft speed [rpm] if `name` is a name of one, and False because its unit is never certain; otherwise None."""
+    """Shaft speed [rpm], with False as its unit is never certain (see `stated_rate`); None for any other quantity."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -187,7 +187,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number whose name `meaning` knows, or None; and a problem if several conflict or it is outside `likely`."""
+    """Number that `meaning` recognises by its name, or None; and a problem if numbers conflict or are not `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

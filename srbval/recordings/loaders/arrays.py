@@ -90,7 +90,7 @@ def load_table(path: Path) -> RawFile:
 
 
 def load_json(path: Path) -> RawFile:
-    """Read samples from one JSON document, or one per line: in lists, in blocks with a time each, or one by one."""
+    """Read samples from one JSON document, or one per line: lists, single samples, or blocks with one time each."""
     import pandas as pd
 
     text = path.read_text("utf-8-sig", "replace")

@@ -1,8 +1,8 @@
 """File formats and their loaders, which run in a child process with limited computing time and memory.
 
 A few damaged bytes can make a C library loop for ever, crash or allocate gigabytes. Computing time is limited instead
-of elapsed time, so that no file is rejected because the machine is busy. A much longer limit of the elapsed time is for
-systems without these limits (Windows; macOS for memory).
+of elapsed time, so that no file is rejected because the machine is busy. A much longer limit of the elapsed time
+applies as well, because Windows does not limit computing time and memory, and macOS does not limit memory.
 """
 
 import atexit

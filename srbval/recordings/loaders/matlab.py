@@ -1,4 +1,4 @@
-"""Loaders for MATLAB files: version 5 with objects, and version 4 with the results of Modelica simulators."""
+"""Loaders for MATLAB files of version 5, also with MATLAB objects, and for Modelica results, in files of version 4."""
 
 import contextlib
 import math
@@ -74,7 +74,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add contents of MATLAB objects to `variables`; return notes on any left out. `DataError` without a signal."""
+    """Add contents of MATLAB objects to `variables`; return notes on objects left out; `DataError` without a signal."""
     why = ""
     try:
         from matio import load_from_mat
@@ -89,13 +89,14 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
     if any(isinstance(value, np.ndarray) and value.size >= MIN_SIGNAL_SAMPLES for value in variables.values()):
         return (f"left out: MATLAB objects, {why}",) if why else ()
     raise DataError(
-        f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), {why or 'too short'}. Or export a "
-        "table, in MATLAB: writetable(timeseries2timetable(x), 'x.csv')"
+        f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), "
+        f"{why or f'with fewer than {MIN_SIGNAL_SAMPLES} samples'}. You can also export a table, in MATLAB: "
+        "writetable(timeseries2timetable(x), 'x.csv')"
     )
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each MATLAB `timeseries` by samples and times, computed if not stored."""
+    """Replace the properties of each MATLAB `timeseries` by samples and times (stored, or by start and step)."""
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"
