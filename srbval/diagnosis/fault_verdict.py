@@ -106,7 +106,7 @@ class Diagnosis(NotebookObject):
 def diagnose(
     analysis: Analysis, comparison: BaselineComparison = NO_HEALTHY, *, all_channels: bool = False
 ) -> Diagnosis:
-    """Compute the diagnosis of an analysed record, with its comparison with a healthy record if there is one.
+    """Compute the diagnosis from the combs and lines of a record, and its comparison with a healthy record if given.
 
     With `all_channels` the combs in the other channels of the record are used too. If the speed was estimated from the
     record, the combs are also scored at the stated speed: the estimate may belong to another shaft.

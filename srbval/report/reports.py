@@ -86,8 +86,9 @@ def report(
 ) -> dict[str, Path]:
     """Write a report on recordings (files, folders, recordings, runs) into `folder`; return its files by format.
 
-    Without recordings, the main report is written (see `make_report`). `options` are `model` and the fields of
-    `RecordRequest` and `RecordingSettings`, such as `healthy`, `rpm`. `formats` may also contain ``pdf``.
+    Without recordings, the main report is written, with the `options` of `make_report`. With recordings, `options` are
+    `model` (false: no comparison with the model) and fields of `RecordRequest` and `RecordingSettings`, such as
+    `healthy`, `rpm`. `formats` may also contain ``pdf``.
     """
     written: dict[str, Any] = {"formats": formats, "jobs": jobs, "command": "srbval.report", "progress": progress}
     if not sources:

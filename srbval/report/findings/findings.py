@@ -42,9 +42,9 @@ class Findings:
     """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
 
     `validation` covers every recording of the rig. `analyses` contains one analysis for each side and bearing state;
-    the sides are ``paper`` (model at 710 rpm), ``rig`` (one recording per state) and ``model`` (model at the speed of
-    this recording). `views` (arrays for figures) has only the sides ``model`` and ``rig``. The keys of `runs` are ids
-    of simulation cases.
+    the sides are ``paper`` (model at the paper's 710 rpm), ``rig`` (one recording per state) and ``model`` (model at
+    the speed of that recording). `views` (arrays for figures) has only the sides ``model`` and ``rig``. The keys of
+    `runs` are ids of simulation cases.
     """
 
     data: Mapping[str, Any]

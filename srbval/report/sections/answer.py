@@ -85,7 +85,7 @@ def endpoint_words(endpoint: str) -> str:
 
 
 def near_sentence(data: ReportRow) -> str:
-    """State the model's errors in BPFO and BPFI at the rig's measured speed, and in the cage speed of scene `rig`."""
+    """State the model's errors: BPFO and BPFI at the rig's measured speed, and the cage speed in the scene `rig`."""
     rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "

@@ -36,7 +36,7 @@ MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
 
 
 def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]], *, command: str) -> Report:
-    """Build the report of a validation; `grids` are figures by pair number, `command` is printed to repeat it."""
+    """Build the report of a validation; `grids` are figures by pair number, `command` repeats the validation."""
     case, table = result.case, result.table
     origin = {"command": command, **provenance((), ())}
     bias = _table_section("bias", [row for row in result.bias if row["records"] > 1])
