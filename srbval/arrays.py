@@ -1,4 +1,4 @@
-"""Types of NumPy arrays; the docstring of each function states shape and unit."""
+"""Names for the types of NumPy arrays; they state the type of the elements, but neither shape nor unit."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -52,7 +52,7 @@ def plan_cases(campaign: Campaign) -> list[CampaignCase]:
 
 
 def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """Build the base scene with the changes `point`, by dotted key; a model ``auto`` is not yet replaced."""
+    """Build the base scene with the changes `point`, by dotted key; a model ``auto`` stays, as none is chosen here."""
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
         table = merge(table, nest_value(key, value))
@@ -63,7 +63,7 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Count all cases; sum the expected time [s on one core] and disk space of the cases to run, equal cases once."""
+    """Count all cases; sum the expected time [s on one core] and disk space of valid cases, equal ones only once."""
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),
@@ -102,7 +102,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
 
 
 def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Planned and expected wall time [s] of a scene, equal if the model was timed; otherwise a rough guess and None."""
+    """Wall time [s] of a scene twice: for planning (a rough guess for an untimed model) and expected (then None)."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     with contextlib.suppress(DataError):  # no measured times are stored

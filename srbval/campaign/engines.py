@@ -73,7 +73,7 @@ def run_tasks(
 
 @dataclass(frozen=True)
 class Engine:
-    """Engine of a campaign; ``run(tasks)`` yields each result when its case has ended; closing it stops all cases."""
+    """Engine of a campaign: ``run(tasks)`` yields each result when its case ends; closing this generator stops all."""
 
     name: str
     run: Callable[[Iterable[CaseTask]], Generator[CaseResult]]

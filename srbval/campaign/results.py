@@ -30,8 +30,9 @@ SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_sha
 class Output(enum.StrEnum):
     """Requested content of a result.
 
-    ``summary``: cage ratio, race lines, load share and energy balance. ``statistics``: numbers such as RMS and kurtosis
-    of the acceleration. ``acceleration``: signals of ring and sensor. ``signals``: all signals of a run file.
+    ``summary``: cage speed over shaft speed, BPFO, BPFI, the rollers' share of the radial load, and the energy
+    imbalance. ``statistics``: numbers such as RMS and kurtosis of the outer ring's acceleration. ``acceleration``:
+    acceleration signals of the outer ring and at the sensor. ``signals``: all signals of a run file.
     """
 
     SUMMARY = "summary"
@@ -51,7 +52,7 @@ def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
 
 
 def _statistics(run: Run) -> Quantities:
-    """Compute numbers of the outer ring's vertical acceleration and mean height, and a roller's deepest penetration."""
+    """Compute statistics of the outer ring's vertical motion, and a roller's deepest penetration into a raceway."""
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis

@@ -44,7 +44,7 @@ RESULTS_CSV, LOCK = "results.csv", "lock"
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignTable:
-    """Campaign and its cases; `version` is the hash of the code that computes their results, stored in `folder`."""
+    """Campaign and its cases in `folder`; `version` is the hash of the code that computes the results of the cases."""
 
     JSON_OMITTED: ClassVar = ("folder",)
 
@@ -62,9 +62,10 @@ class CampaignTable:
     def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
         """Data set along ``case``: changed inputs and models as coordinates, status, reason and numbers as variables.
 
-        With `signals` it also contains signals along ``time_s``, and state, speed, loads and defect size by case. For
-        cases that were refused, failed or are inaccurate, these numbers are NaN and the state is empty. Raises
-        `DataError` if sampling rates differ or no case has signals.
+        With `signals` it also contains signals along ``time_s`` and, by case, the bearing's state (healthy or the part
+        with the defect), speed, loads and defect size. For cases that were refused, failed or are inaccurate, these
+        signals and numbers are NaN and the state is empty. Raises `DataError` if sampling rates differ or no case has
+        signals.
         """
         results = read_results(self)
         rows = result_rows(self, results)
@@ -115,10 +116,11 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
         rates.add(float(one.attrs["fs_hz"]))
         found[case.index] = one.drop_attrs(deep=False).assign_coords(labels)
     if not found:
-        raise DataError(f'{table.folder}: no accurate case has signals. Run it with outputs = ["acceleration"].')
+        advice = 'Run the campaign with outputs = ["acceleration"].'
+        raise DataError(f"{table.folder}: no accurate case has signals. {advice}")
     if len(rates) > 1:
         listed = ", ".join(f"{hz:g}" for hz in rates)
-        raise DataError(f"{table.folder}: cases differ in output_rate ({listed} Hz). Load it with signals=False.")
+        raise DataError(f"{table.folder}: cases differ in output_rate ({listed} Hz). Use to_xarray(signals=False).")
     joined = engine.concat(found.values(), "case", join="outer", coords=list(labels), compat="equals")
     cases = [case.index for case in table.cases]
     joined = joined.assign_coords(case=list(found), fs_hz=rates.pop())
@@ -172,7 +174,7 @@ def read_campaign_table(folder: Path) -> CampaignTable:
 
 
 def case_numbers(sources: Sequence[Any]) -> dict[str, float]:
-    """Number of each case by its result file if the only source is a campaign's folder, otherwise empty."""
+    """Number of each case by the path of its result file; empty unless `sources` is one folder of a campaign."""
     folder = Path(sources[0]) if len(sources) == 1 and isinstance(sources[0], str | Path) else None
     if folder is None or not (folder / CAMPAIGN_JSON).is_file():
         return {}
@@ -270,8 +272,9 @@ def load_campaign(name: str | Path) -> Campaign | CampaignTable:
 def campaign_status(path: str | Path) -> dict[str, Any]:
     """Summarise the campaign in the folder `path` and rewrite its results table.
 
-    Returns the document of ``campaign status``. Cases with damaged results are not `done`; `table` is None if the
-    results table cannot be written. Raises `DataError` if the table of cases is missing or damaged.
+    Returns the content that ``srbval campaign status --json`` prints. Cases with damaged results are not `done`;
+    `table` is None if the results table cannot be written. Raises `DataError` if the table of cases is missing or
+    damaged.
     """
     path = Path(path)
     table = read_campaign_table(path)
@@ -289,8 +292,8 @@ def campaign_status(path: str | Path) -> dict[str, Any]:
 def verify_campaign(path: str | Path) -> dict[str, Any]:
     """Check the table of cases and all result files in the folder `path` against their checksums; changes nothing.
 
-    Returns the document of ``campaign verify``: `ok` if no file is `damaged` (`file`, `why`), and the number of
-    `results` that were read. Raises `DataError` if there is no campaign.
+    Returns the content that ``srbval campaign verify --json`` prints: `ok` if no file is `damaged` (list of `file` and
+    `why`), and the number of `results` that were read. Raises `DataError` if there is no campaign.
     """
     path = Path(path)
     results, damaged = sorted((path / RESULTS_FOLDER).glob("*.h5")), []

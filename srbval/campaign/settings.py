@@ -71,7 +71,7 @@ class Axes(Limited):
             raise ConfigurationError(f"axes of kind {self.kind.value!r}: this kind {verb} {', '.join(wrong)}.")
 
     def factors(self, seed: int) -> list[list[Point]]:
-        """Lists of points; each combination of one point from every list is a case. `seed` is for random samples."""
+        """Lists of points (changes of inputs); a case takes one point from each list. `seed` is for random samples."""
         if self.kind is Sampling.LIST:
             return [[flatten_point(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):
@@ -93,11 +93,11 @@ class Axes(Limited):
 
         ranges = {key: _range(key, ends) for key, ends in flatten_point(self.ranges).items()}
         if len(ranges) > MAX_RANGES:
-            raise ConfigurationError(f"axes.ranges: {len(ranges)} keys; the limit is {MAX_RANGES}.")
+            raise ConfigurationError(f"axes.ranges: {len(ranges)} inputs; the limit is {MAX_RANGES}: vary fewer.")
         if self.kind is Sampling.SOBOL and self.samples & (self.samples - 1):
             raise ConfigurationError(
                 f"axes of kind 'sobol': samples = {self.samples} must be a power of two, "
-                f"such as {1 << (self.samples - 1).bit_length()}; other numbers lose the balance of the sequence."
+                f"such as {1 << (self.samples - 1).bit_length()}; other numbers cover the ranges unevenly."
             )
         method = qmc.LatinHypercube if self.kind is Sampling.LATIN_HYPERCUBE else qmc.Sobol
         shares = method(d=len(ranges), rng=seed).random(self.samples).tolist()

@@ -1,7 +1,7 @@
 """Worker process that runs cases, ``python -m srbval.campaign.worker``, and the functions that call it.
 
 Each thread, here or on a Dask worker, has its own process for cases: a case that dies or hangs affects no other case.
-The standard process pools and pebble's pool lose all running cases if a process dies at the wrong moment.
+The process pools of Python and of the library pebble lose all running cases if a process dies at the wrong moment.
 """
 
 import contextlib
@@ -48,7 +48,7 @@ def prepare(scene: Scene) -> str:
 
 
 def run_case(task: CaseTask) -> CaseResult:
-    """Run a case unless it has a final result, and write its result; errors become its status, unless writing fails."""
+    """Run a case unless it has a final result, and write its result; an error becomes the status of the result."""
     if (found := read_intact_result(task.path)) and found.final:
         return found
     run = None
@@ -82,7 +82,7 @@ def case_process() -> WorkerProcess:
 
 
 def run_isolated(task: CaseTask) -> CaseResult:
-    """Compile the kernels of a case and run it in this thread's worker process, which may die up to `ATTEMPTS` times.
+    """Compile a model's inner loops and run a case in this thread's worker process, in at most `ATTEMPTS` attempts.
 
     Raises `ConfigurationError` if the version of the process's code differs from the task's, `NumericsError` if
     processes die or hang while they compile, and `DataError` if no process can be started, or the campaign folder does

@@ -24,7 +24,7 @@ LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Interrupted(KeyboardInterrupt):
-    """Interruption by a signal such as Ctrl-C; after a plain `KeyboardInterrupt`, Python may replace our exit code."""
+    """Interruption by a signal such as Ctrl-C; after a plain `KeyboardInterrupt`, Python may exit with its own code."""
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:

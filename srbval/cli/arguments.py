@@ -142,7 +142,7 @@ MOST_DB = 200.0
 
 
 def _inline_bearing(kind: str, text: str) -> str:
-    """Check the argument of ``--elements`` or ``--orders`` (`kind`) by loading the bearing; return its name."""
+    """Check the argument of ``--elements`` or ``--orders`` (`kind`); return it as the name of a bearing."""
     from srbval.bearing import load_bearing
 
     return load_bearing(f"{kind} {text.replace(' ', '')}").name

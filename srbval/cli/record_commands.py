@@ -318,7 +318,7 @@ def _point_row(one: ChannelTrend, point: dict[str, Any], names: Sequence[str]) -
 
 
 def run_identify_command(options: argparse.Namespace) -> int:
-    """Identify the transfer path to the sensor, print it and, with ``-o``, write it to a file for ``--sensor-path``."""
+    """Identify the transfer path from outer ring to sensor and print it; ``-o`` writes a file for ``--sensor-path``."""
     from srbval.path.identify import Pair, identify, path_toml, simulated_run  # slow imports
     from srbval.scene import load_scene
 

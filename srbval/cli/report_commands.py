@@ -75,7 +75,7 @@ def _report_recordings(options: argparse.Namespace, folder: Path, progress: Prog
 
 
 def run_validate_command(options: argparse.Namespace) -> int:
-    """Compare simulated with measured signals; exit code 1 out of tolerance, 3 unreadable pair, 4 failed simulation."""
+    """Compare pairs of simulated and measured signals; exit code 1: out of tolerance, 3: pair failed, 4: run failed."""
     with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
             from srbval.report.reports import report_case

@@ -119,7 +119,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """Sentence on the rollers' share of the radial load, in the run and in static balance; empty if unknown."""
+    """Sentence on the share of radial load that rollers carry, in the run and in static equilibrium; may be empty."""
     if math.isnan(run.roller_load_share):
         return ""
     rest = "the housing spring the rest" if run.scene.load.path is LoadPath.HOUSING else "no other part carries load"
@@ -152,8 +152,8 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
 def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
     """Return the scene to run, and whether its step is to be chosen (`AUTO`) or only its error estimated (`CHECKED`).
 
-    A step stated in the options or in a scene file is kept. Without one, an explicit solver uses the step of the scene
-    `paper`, or this scene's default step if it is shorter; for other solvers the step is chosen.
+    A step stated in the options or in a scene file is kept. Without one, the step is chosen, except for an explicit
+    solver: that uses the default step of this scene or of the scene `paper`, whichever is shorter.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED

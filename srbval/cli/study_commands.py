@@ -31,7 +31,7 @@ OPTION_GROUPS = {"speed_accuracy": ["study", "outside_model", "bench"], "stabili
 
 
 def run_check_command(options: argparse.Namespace) -> int:
-    """Compare computed numbers with the stored reference, or update it; exit code 1 if any differs or is outdated."""
+    """Compare key results of srbval with a stored reference, or update it; exit code 1 if any differ or are stale."""
     old = reference_fingerprint()
     with ProgressDisplay() as progress:
         result = run_check(progress=prefix_tasks(progress, "Check"))
@@ -145,7 +145,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
 def _run_variant(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study with a user's model, shortened, or by size of input; write the result only to ``--output``."""
+    """Run a study shortened, for a user's model or for several sizes of input; store only to ``--output``."""
     given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):

@@ -1,1 +1,1 @@
-"""Choice of the cheapest model that answers a question on a scene; the errors of all models were measured before."""
+"""Choice of the cheapest model that answers a question on a scene, from stored errors against a reference model."""

@@ -1,4 +1,4 @@
-"""Errors of every model, measured by the study ``model_levels``, and the scenes to which they apply."""
+"""Errors of each model against a reference, from the study ``model_levels``, and the scenes to which they apply."""
 
 import hashlib
 import math
@@ -36,7 +36,7 @@ class Bound:
     """Errors [%] of one model's answers to one question, over `scenes` random scenes.
 
     `error_pct` is the largest error, which bounds the error of the next scene; None if the model gave no answer on one
-    of the scenes (`silent` counts these). `median_pct` and `ci95_pct` are the median error and its 95 % interval.
+    of the scenes (`silent` counts these). `median_pct` is the median error, `ci95_pct` its 95 % confidence interval.
     """
 
     JSON_PROPERTIES: ClassVar = ("coverage",)
@@ -62,9 +62,9 @@ class Bound:
 class MeasuredErrors:
     """Measured errors of models on scenes near the bundled scene `base`, against the model `reference` at a finer step.
 
-    Each run lasts `seconds`. `ranges` contains the least and greatest value of each axis (varied setting), `values` the
-    settings of the scene `base` when the errors were measured, by dotted key, `pace` the wall time of each model per
-    simulated second [s/s]. `models` are sorted from the simplest to the most detailed.
+    Each run lasts `seconds`. `ranges` contains the least and greatest value of each axis (varied setting). `values`
+    contains, by dotted key, the settings of the scene `base` at the time of measurement. `pace` is the wall time of
+    each model per simulated second [s/s]. `models` are sorted from the simplest to the most detailed.
     """
 
     base: str
@@ -77,7 +77,7 @@ class MeasuredErrors:
     bounds: Mapping[BoundKey, Bound]
 
     def bound(self, scene: Scene, model: str, question: Question) -> Bound | None:
-        """Error bound of a model on scenes with the defect and roller fit of `scene`; None if too few were measured.
+        """Error bound of a model on scenes with the defect and roller fit of `scene`; None after too few scenes.
 
         The roller fit is the rule for the roller diameter: computed from the radial play, or as printed in the paper.
         """
@@ -172,9 +172,10 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
             for base, about in content["bases"].items()
         }
     except (LookupError, TypeError, AttributeError, ValueError) as error:
-        raise DataError(f"{ERRORS_RESULT}: not a table of measured errors ({error!r}); {REMEDY} anew.") from error
+        why = f"not a table of measured errors ({error!r})"
+        raise DataError(f"stored result {ERRORS_RESULT}: {why}; {REMEDY} anew.") from error
     if not tables:
-        raise DataError(f"{ERRORS_RESULT}: no scene was measured; {REMEDY} anew.")
+        raise DataError(f"stored result {ERRORS_RESULT}: no errors of models; {REMEDY} anew.")
     return tables
 
 

@@ -19,7 +19,7 @@ MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record with a noise floor
 
 @dataclass(frozen=True, kw_only=True)
 class RunMeasures:
-    """Cage speed over shaft speed, `noise_floor` (None for short runs), RMS acceleration at the sensor, 500-1500 Hz."""
+    """Cage speed over shaft speed, `noise_floor` (None under 0.3 s), RMS acceleration at the sensor, 500-1500 Hz."""
 
     cage_ratio: float
     noise_floor: float | None
@@ -47,8 +47,9 @@ def smooth_mean(values: FloatArray) -> float:
 def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     """Median amplitude of an envelope's spectrum between 60 and 90 Hz, divided by the envelope's mean.
 
-    A Hann window limits the leakage of strong lines; the spectrum is scaled so that white noise has the same level as
-    without a window. Compare records of equal length only: broadband noise falls with the root of length.
+    At the speed of the scene `paper`, this range is below BPFO and BPFI. A Hann window limits the leakage of strong
+    lines; the spectrum is scaled so that white noise has the same level as without a window. Compare records of equal
+    length only: broadband noise falls with the root of length.
     """
     window, mean = hann(envelope.size), float(envelope.mean())
     lines = np.abs(np.asarray(scipy.fft.rfft((envelope - mean) * window)))

@@ -35,7 +35,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Model chosen for a question. `met`: a model's error is within the tolerance; `outside`: why no error is known."""
+    """Model chosen for a question; `met`: a model is accurate enough; `outside`: why measured errors do not apply."""
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 
@@ -70,12 +70,14 @@ def make_plan(
     tolerance_pct: float = 0.5,
     measured: MeasuredErrors | None = None,
 ) -> Plan:
-    """Choose the cheapest model that answers `question` on `scene` (or its name or file) within `tolerance_pct`.
+    """Choose the cheapest model that answers `question` on `scene` with an error within `tolerance_pct` [%].
 
-    A model is accurate enough if its largest error on random scenes with the same defect and rule for the roller
-    diameter, against the reference model at a finer step, is within the tolerance (see `measured.Bound`). If no model
-    is, or nothing was measured, the reference model is chosen and `met` is False. Raises `ConfigurationError` for a
-    tolerance that is not positive, a question that does not apply to the defect, or a scene that no model can run.
+    `scene` may be a name or file. Errors of all models, against a reference model at a finer step, were measured on
+    random scenes. A model is accurate enough if its largest error on scenes with the same defect and rule for the
+    roller diameter is within the tolerance (see `measured.Bound`). If no model is, or if the measured errors do not
+    apply to the scene, `met` is False, and the reference model is chosen if it can run the scene. `measured` replaces
+    the stored errors. Raises `ConfigurationError` for a tolerance that is not positive, a question that does not apply
+    to the defect, or a scene that no model can run.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if question not in list(Question):

@@ -127,7 +127,7 @@ def answer_questions(
 def _amplitudes(
     record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
 ) -> dict[Question, AnswerValues | None]:
-    """Answer the questions on amplitudes; `order`: of the defect's line. Empty if the sampling rate is too low."""
+    """Answer the questions on amplitudes; `order`: fault frequency over shaft speed. Empty if sampled too slowly."""
     if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
         return {}
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
