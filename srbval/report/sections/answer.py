@@ -173,7 +173,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """Name the rig records to which the model's levels were fitted, and those unknown before; count all others."""
+    """Name rig records to which levels were fitted, and records unknown before their comparison; count all others."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:
