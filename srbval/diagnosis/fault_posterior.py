@@ -241,7 +241,7 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 
 def stands_out(excess: float) -> bool:
-    """True if a comb with this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
+    """True if a comb of this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
     return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
