@@ -1,7 +1,7 @@
 """Full model: 38 barrel rollers, cage and outer ring; raceways are point clouds (Giraudo et al. 2025, sect. 2).
 
-82 free coordinates, and the prescribed shaft angle. A slot is a roller's place in the cage, in which it slides in and
-out. State vector for N rollers (row 1 first, then row 2):
+82 free coordinates, and the prescribed shaft angle. World axes: z along the shaft, y up. A slot is a roller's place in
+the cage, in which the roller slides in and out. State vector for N rollers (row 1 first, then row 2):
 
 ==================  ===================================================
 ``y[0:N]``          slide of each roller along its slot [m]
@@ -25,9 +25,9 @@ projected on the generalised speeds (Kane & Levinson 1985, Dynamics, ch. 6):
 
 * slide: m u'' = m (L + u) (w_y^2 + w_z^2) + F_x
 * spin: I_a s' = T_z; a roller is symmetric about its axis, so the motion of the cage does not enter
-* cage with its rollers: (I_c + sum [m (L+u)^2 (1 - x x) + I_t (1 - z z)]) w' = - w x (I_c w) + the sum of, in slot
-  axes, x: T_x - G w_y; y: T_y + G w_x - (L+u) F_z + m (L+u)^2 w_x w_z - 2 m (L+u) u' w_y;
-  z: (L+u) F_y - m (L+u)^2 w_x w_y - 2 m (L+u) u' w_z; with G = I_a s - I_t w_z
+* cage with its rollers: (I_c + sum [m (L+u)^2 (1 - x x) + I_t (1 - z z)]) w' = - w x (I_c w) + the sum over
+  rollers of the torque x: T_x - G w_y; y: T_y + G w_x - (L+u) F_z + m (L+u)^2 w_x w_z - 2 m (L+u) u' w_y;
+  z: (L+u) F_y - m (L+u)^2 w_x w_y - 2 m (L+u) u' w_z, in slot axes; with G = I_a s - I_t w_z
 * outer ring with housing: (m_o + m_h) r'' = F_load - K_h r - C_h r' - sum F_o; r: displacement; m_o, m_h: masses;
   F_load: load and weight; K_h, C_h: spring and damper of the housing; F_o: force of the outer race on a roller
 """

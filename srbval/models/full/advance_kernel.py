@@ -48,7 +48,7 @@ def advance_with(name, take_step):
 
 @inlined
 def begin_interval(y, model, mean, out, i):
-    """Clear the sums in `mean` at the start of an output interval; write the energies then [J] to row `i` of `out`.
+    """Start an output interval: clear the sums in `mean`, write the present energies [J] to row `i` of `out`.
 
     Returns the ring's velocity x, y, z, the angle of row 1's cage, and the angle by which a second cage is ahead, or 0.
     """

@@ -2,16 +2,16 @@
 
 Kernels import this module as ``col``; the compiler replaces the names by their numbers.
 
-**Workspace** (the array `space`): each quantity has a row in this flat array; rows begin `STRIDE` entries apart. A
-*slot* is the place of one roller, a *column* is the contact of one roller with one race: the roller in slot p meets the
-outer race in column p and the inner race in column ``RACE + p``. The processor computes `LANES` neighbouring columns (a
-*lane group*) at a time, all with the same list of race points. Rollers are sorted by slot angle, with both rows of the
-bearing alternating, and padded to whole lane groups: loaded rollers are then neighbours, and lane groups without
-contact are skipped. A column that needs a longer list than its lane group is copied to another group, from column
-`COMPACTED` on. A column with a list of its own (near a defect, or of a damaged roller) is copied to a group of its own,
-from column `SINGLE` on.
+**Workspace** (the array `space`): each quantity has a row in this flat array; these rows begin `STRIDE` entries apart.
+A *slot* is the place of one roller, a *column* is the contact of one roller with one race: the roller in slot p meets
+the outer race in column p and the inner race in column ``RACE + p``. The processor computes `LANES` neighbouring
+columns (a *lane group*) at a time, all with the same list of race points. Rollers are sorted by slot angle, with the
+bearing's two rows alternating, and padded to whole lane groups: loaded rollers are then neighbours, and lane groups
+without contact are skipped. A column that needs a longer list than its lane group has is copied to another group, from
+column `COMPACTED` on. A column with a list of its own (near a defect, or of a damaged roller) is copied to a group of
+its own, from column `SINGLE` on.
 
-Row 2 mirrors row 1: its columns use the race points of row 1, with the shaft's direction (`Z_X` to `Z_Z`) reversed.
+Bearing row 2 mirrors row 1: it uses the race points of row 1, with the shaft's direction (`Z_X` to `Z_Z`) reversed.
 """
 
 import itertools

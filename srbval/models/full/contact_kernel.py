@@ -50,9 +50,9 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
     """Add the contact forces of race points (`candidates`) to the columns `start` to `stop` - 1 of `space`.
 
     A column is the contact of one roller with one race, and the inner loop runs over columns. For each point:
-    penetration of the barrel in closed form, normal force by the paper's eq. (18) without tension, friction by eq.
+    penetration into the barrel in closed form, normal force by Giraudo's eq. (18) without tension, friction by eq.
     (19). Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With `patch`, constants of
-    continuous contacts, a point represents all points of its circle that a roller touches, see `srbval.models.line`.
+    continuous contacts, one point stands for all points of its circle that a roller touches, see `srbval.models.line`.
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
@@ -134,7 +134,7 @@ def add_contact(place, normal, pressure, friction, space, j):
 
 @inlined
 def penetration(law, p_x, p_y, p_z):
-    """Compute the depth of a point below the barrel roller's surface [m] and its outward normal, in closed form."""
+    """Compute the depth of a point below a roller's barrel surface [m] and the surface's normal there, outwards."""
     rho = math.sqrt(p_x * p_x + p_y * p_y)
     s = rho + (law.profile_radius - law.roller_radius)
     distance = math.sqrt(s * s + p_z * p_z)
@@ -149,13 +149,13 @@ def penetration(law, p_x, p_y, p_z):
 def point_spring_and_damper(law, depth, u_n, share, damping):
     """Compute a race point's spring force [N] and damping coefficient [N s/m], eq. (18), and its elastic force [N].
 
-    In the paper's eq. (18) a point that comes into contact meets the whole damper force, some 600 N, at once, so that
-    the force depends on when a step finds the contact. Unless `damping` is None, spring and damper of an approaching
-    point are therefore averaged over the way that it moves in the time ``law.onset_s``, at most `LONGEST_ONSET_M`; this
-    replaces the paper's smoothing, whose width a point crosses in nanoseconds. A retreating point loses contact when
-    the damper's pull equals the spring's push, without a jump. The elastic force is the spring's without averaging.
-    `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share`: of the law's stiffness and
-    damping that the point has, below 1 in refined defects.
+    `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share`: fraction of the law's stiffness
+    and damping that the point has, below 1 where a defect has finer points. If `damping` is None, force and damper rise
+    over the depth ``law.smoothing``, as in Giraudo's law. A point crosses that depth in nanoseconds, so that the
+    damper's force, some 600 N, sets in at once and depends on when a step finds the contact. Unless `damping` is None,
+    spring and damper of an approaching point are therefore averaged over its travel in the time ``law.onset_s``, at
+    most `LONGEST_ONSET_M`. A retreating point loses contact when the damper's pull equals the spring's push, without a
+    jump. The elastic force is the spring's without averaging.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -185,7 +185,7 @@ def normal_force(spring, viscous, u_n):
 
 @inlined
 def point_friction(law, normal, q_x, q_y, q_z):
-    """Compute friction at slip velocity q, the paper's eq. (19): force over slip [N s/m], force [N], lost power [W]."""
+    """Compute friction at slip velocity q, Giraudo's eq. (19): force over slip [N s/m], force [N], lost power [W]."""
     static, dynamic, critical = law.static_friction, law.dynamic_friction, law.critical_velocity
     at_rest = static / critical  # coefficient of friction over slip
     fall = (static - dynamic) / (0.5 * critical)
@@ -217,10 +217,10 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
     """Compute friction force over slip [N s/m] of one part of a continuous contact (patch) with the load `normal` [N].
 
-    Let X be the squared distance from the middle of the patch, over its squared half length: in this part of the patch
-    `mean` - `half` to `mean` + `half`. The slip is q + X e [m/s]; `reach` is the square of e. A race that turns about
-    the contact's normal adds slip at right angles to it, with the square X `pivot`. The paper's eq. (19) is averaged
-    over these slips approximately: the critical velocity becomes at least half their range.
+    Let X be the square of (distance from the patch's middle, over the patch's half length). In this part, X ranges from
+    `mean` - `half` to `mean` + `half`. The slip at X is q + X e [m/s] (`reach`: square of e). A race that turns about
+    the contact's normal adds a slip at right angles, whose square is X times `pivot`. Giraudo's eq. (19) is averaged
+    over the part approximately: its critical velocity is raised to at least half the range of slips.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean

@@ -4,16 +4,16 @@ The secant damping matrix of a contact, force on its roller over the velocity u 
 
     C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|
 
-with normal n, normal force N, slip u_t, coefficient of friction mu (the paper's eq. 19) and damper c (eq. 18). Changes
-of N by the damper and of mu with the slip are left out. At a point p of the roller u = V + W x p, with the race's
+with normal n, normal force N, slip u_t, coefficient of friction mu (Giraudo's eq. 19) and damper c (eq. 18). Changes of
+N by the damper, and of mu with the slip, are left out. At a point p of the roller u = V + W x p, with the race's
 velocity V at the roller's centre and its angular velocity W, both relative to the roller. The sums of C over a
 contact's points are a matrix, which gives force and torque from V, W_y and W_z; in the names of its entries (`D_XP`) P
-stands for W_y and S for W_z. W_x is left out: the lever arms of its forces are only as long as the contact. Outer race,
-slot axes: V = (v_x - r, v_y - L w_z, v_z + L w_y), W_y = -w_y, W_z = -s, with slide rate r, spin s, cage w, ring
-velocity v and distance L of the roller from the bearing's centre; inner race: v is 0, the shaft's motion is given.
+stands for W_y and S for W_z. W_x is left out: its lever arms are only as long as the contact. Outer race, slot axes: V
+= (v_x - r, v_y - L w_z, v_z + L w_y), W_y = -w_y, W_z = -s, with slide rate r, spin s, cage w, ring velocity v and
+distance L of the roller from the bearing's centre; inner race: v is 0, the shaft's motion is given.
 
 With masses M, step h and damping D, M / h + D is an arrow matrix: a 2 x 2 block for each roller, bordered by cage and
-ring, 6 x 6. The blocks are eliminated, the border is factored by Cholesky's method (Golub & Van Loan 2013, sect. 4.2).
+ring, 6 x 6. The blocks are eliminated; the border is factored by Cholesky's method (Golub & Van Loan 2013, sect. 4.2).
 """
 
 import math
@@ -138,7 +138,7 @@ def factor(weight, model, totals, factors):
 
 @kernel_part
 def factor_relative(second, own, factors):
-    """Prepare `solve_relative` in `factors`; `own`: diagonal entry of the second cage's row, from `relative_border`."""
+    """Fill the rows of `factors` that `solve_relative` uses; `own`: result of `relative_border`."""
     if second is None:
         return
     b = col.RELATIVE_BORDER
@@ -156,7 +156,8 @@ def factor_relative(second, own, factors):
 def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
     """Compute a second cage's acceleration relative to the first; returns it, then `g0` to `g5` corrected for it.
 
-    `load`: right-hand side for the second cage; `g0` to `g5`: accelerations of first cage and ring without it.
+    `g0` to `g5`: accelerations of the first cage and the ring if this relative acceleration were zero; `load`:
+    right-hand side of its equation, from `relative_load`.
     """
     if second is None:
         return 0.0, g0, g1, g2, g3, g4, g5

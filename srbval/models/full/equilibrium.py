@@ -2,17 +2,17 @@
 
 The unknowns are the three displacements of the ring and the slide of each roller along its slot. Without friction the
 contact forces have a potential that is convex for small displacements, and a roller's slide affects only its own
-balance and the ring's balance. So for a given ring position, a bracketed Newton iteration finds all slides at once;
+balance and the ring's balance. For a given ring position, a bracketed Newton iteration finds all slides at once;
 around it, a Newton iteration finds the ring position. The ring's stiffness is the Schur complement of the slides; the
-line search uses only the gradient. Forces come from `right_hand_side`, so that every effect in the model is balanced.
+line search uses only the gradient. Forces come from `right_hand_side`, the equations of motion.
 
-Ring and cage are settled from the first sample on (`test_a_run_is_settled_from_its_first_sample`). During the first
-passage of a roller over a point of the outer race, the RMS acceleration is 0.95 to 1.01 times the later RMS. Settling
-for two roller passages, 0.02 s at 710 rpm, is enough.
+A run that starts from here has a steady ring and cage from the first sample on
+(`test_a_run_is_settled_from_its_first_sample`). Until one roller has passed a point of the outer race, the RMS
+acceleration is 0.95 to 1.01 times the later RMS, so that settling for two such passages, 0.02 s at 710 rpm, is enough.
 
-The cage's tilt is not balanced: with the paper's roller diameter it grows to 20 microradians in 0.1 s, without effect
-on the ring. Under radial and axial load without a housing spring, the tilt, the axial position (by 1 %) and the cage
-speed (by 0.4 %) change for 0.15 s at 710 rpm, so that such a run should settle for one turn of the cage, 0.2 s.
+The cage's tilt starts at zero, not in balance: with the paper's roller diameter it grows to 20 microradians in 0.1 s,
+without effect on the ring. Under radial and axial load without a housing spring, the tilt, the axial position (by 1 %)
+and the cage speed (by 0.4 %) change for 0.15 s at 710 rpm; such a run should settle for one turn of the cage, 0.2 s.
 """
 
 from collections.abc import Callable
@@ -50,11 +50,11 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     """Compute the state vector at time zero: ring and rollers in static balance, cage and rollers rolling.
 
     The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and the
-    rollers' centrifugal force at the rolling cage speed, which presses unloaded rollers outwards. The cage is turned by
-    `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
+    rollers' centrifugal force at the cage speed of pure rolling, which presses unloaded rollers outwards. The cage is
+    turned by `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
 
-    Raises `ConfigurationError` if a roller penetrates a raceway deeper than the contact search reaches, or if the
-    rollers leave more than `MAX_UNCARRIED_SHARE` of the load unsupported.
+    Raises `ConfigurationError` if a roller penetrates a raceway deeper than `DEPTH_LIMIT_M`, or if the rollers leave
+    more than `MAX_UNCARRIED_SHARE` of the load unsupported.
     """
     statics = Statics(model, cage_angle_rad)
     ring = np.zeros(3)
@@ -74,7 +74,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     if left_n > allowed:
         raise ConfigurationError(
             f"no static balance: the rollers do not carry {left_n:.4g} N of the load; the limit is {allowed:.4g} N. "
-            "The play is too large, or the contacts are too far from the middle of the rollers: reduce play or load."
+            "The play is too large (reduce it), or the contacts are too far from the rollers' middle (reduce the load)."
         )
     y = statics.y.copy()
     y[statics.layout.slide], y[statics.layout.ring] = slide, ring
@@ -82,7 +82,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
 
 
 class Statics:
-    """Model without friction, its shaft fixed at the angle at time zero, for the static balance."""
+    """Model without friction for the static balance; its shaft is at rest, at its angle at time zero."""
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
         self.layout = state_layout(model)
@@ -95,7 +95,7 @@ class Statics:
         self.y[self.layout.cage] = 0.0, 0.0, cage_angle_rad
 
     def forces(self, slide: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-        """Compute each roller's force along its slot, the ring's force [N], and the deepest penetration [m]."""
+        """Compute the force on each roller along its slot, that on the ring [N], and the deepest penetration [m]."""
         model, layout = self.rest, self.layout
         self.y[layout.slide], self.y[layout.ring] = slide, ring
         found = rates(model, 0.0, self.y)
@@ -109,7 +109,7 @@ class Statics:
 
 
 def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Find each roller's position along its slot in balance at a ring position; also returns the ring's force [N]."""
+    """Find each roller's balanced place along its slot at a ring position; also returns the force on the ring [N]."""
     model = statics.rest
     clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
     far = clearance + float(np.linalg.norm(ring)) + SLIDE_RANGE_M
@@ -144,7 +144,7 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten the ring's `step` until a reversed force along it is at most `OVERSHOOT` times the force at its start.
+    """Shorten the ring's `step` until the force at its end reverses by at most `OVERSHOOT` times the initial force.
 
     Returns ring position and balanced slides [m], and the force on the ring [N].
     """
@@ -174,9 +174,9 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
 def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
     """Find the cage speed and roller spins at which friction balances on cage and rollers; returns `state` with them.
 
-    The three circles of points of a contact have different rolling radii and cannot all roll, so friction decides.
-    Bisection finds the cage speed, and an inner bisection the spins. A roller without traction gets the median spin of
-    the other rollers; a cage without traction keeps the speed of pure rolling. All other velocities are zero.
+    A roller touches a race on three circles of points with different rolling radii. Not all can roll, so friction
+    decides the speeds: bisection finds the cage speed, and an inner bisection the spins. A roller without traction gets
+    the others' median spin; a cage without traction keeps the speed of pure rolling. All other velocities are zero.
     """
     cage, _ = rolling_speeds(model)
     width = abs(cage) * CAGE_RANGE

@@ -4,9 +4,10 @@ The drag, force over slip, is Eyring's law at the slice's mean pressure p plus t
 
     drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
 
-with slip u, normal force N, the asperities' share s and friction mu_b, Eyring's stress tau_0, film thickness h and
-viscosity eta. The drag is averaged over the slice's two Gauss points, because the slip differs between its ends.
-Logarithm and exponential are written out: library calls would prevent vector instructions.
+with slip u, normal force N, the asperities' share s of the load, their friction coefficient mu_b and the slip u_b at
+which half of it is reached, Eyring's stress tau_0, film thickness h and viscosity eta. The drag is averaged over the
+slice's two Gauss points, because the slip differs between its ends. Logarithm and exponential are written out: library
+calls would prevent vector instructions.
 """
 
 import math
@@ -39,10 +40,11 @@ class FilmLaw(NamedTuple):
     """Constants of the oil film's friction; all are numbers except `curve`.
 
     The reference film is the thinner of both races' films at a mean pressure of 1 GPa. `curve`, [2 races, 8]:
-    coefficients of a polynomial in the mean pressure [GPa] for log2(viscosity / viscosity without pressure) - log2(film
-    / reference film); `hertz`: pi / 8 times the contact modulus [Pa]; `thickness` of the reference film at 1 m/s [m];
-    `per_thickness`: Eyring's stress over viscosity without pressure [1/s]; `eyring`: Eyring's stress [Pa]; `roughness`
-    [m]; `boundary`: friction of asperities; `heating`: see `OilLaw`.
+    coefficients of a polynomial in the mean pressure [GPa] for the binary logarithm of viscosity over film thickness,
+    the viscosity relative to that without pressure, the thickness to the reference film's; `hertz`: pi / 8 times the
+    contact modulus [Pa]; `thickness` of the reference film at a rolling speed of 1 m/s [m]; `per_thickness`: Eyring's
+    stress over viscosity without pressure [1/s]; `eyring`: Eyring's stress [Pa]; `roughness` [m]; `boundary`: friction
+    coefficient of asperities; `heating`: see `OilLaw`.
     """
 
     curve: Any
@@ -67,9 +69,10 @@ def law_in_film(law, slices, cage, shaft):
 def film_at_speed(law, slices, film, cage, shaft):
     """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s], for `film_drag`.
 
-    In the law returned, fields have other meanings: the critical velocity is Eyring's slip speed in the reference film
-    without pressure, the static coefficient the film's share of the load, the dynamic coefficient the asperities' share
-    times their friction. The law is unchanged if `film` is None or the critical slide-to-roll ratio of `slices` is 0.
+    Three fields of the law returned have other meanings: the critical velocity is Eyring's slip speed in the reference
+    film without pressure, the static coefficient is the film's share of the load, the dynamic coefficient is the share
+    of the asperities times their friction. The law is unchanged if `film` is None or the critical ratio is 0, see
+    `SliceTable`.
     """
     if film is None:
         return law

@@ -1,10 +1,10 @@
 """Kernels: forces of all contacts between rollers and races, damaged rollers included.
 
-A height h of a roller's surface is treated as if the race's point were higher by h along the race's normal n_p. It
-depends on the angle th about the roller's axis from the defect to the point: if th grows by d(th), the penetration
-changes by -(n n_p) h'(th) d(th), with the roller's normal n. Besides the spring force S in direction -n, the roller
-therefore gets the force -S (n n_p) h'(th) / rho in the direction in which th grows, with the distance rho of the point
-from the axis (virtual work: Goldstein, Poole & Safko, Classical Mechanics, 2002, sect. 1.4).
+A piece of roller surface raised by h acts as if the race's point were higher by h along the race's normal n_p. The
+height h depends on the angle th about the roller's axis from the defect to the point: if th grows by d(th), the
+penetration changes by -(n n_p) h'(th) d(th), with the roller's normal n. Besides the spring force S in direction -n,
+the roller therefore gets the force -S (n n_p) h'(th) / rho in the direction in which th grows, with the distance rho of
+the point from the axis (virtual work: Goldstein, Poole & Safko, Classical Mechanics, 2002, sect. 1.4).
 """
 
 import math
@@ -29,9 +29,10 @@ def evaluate_contacts(
 
     `groups`, `single`: numbers of groups of contacts computed together, and of contacts computed alone (near a defect,
     or of a damaged roller), see `plan_contacts`. With a `patch`, each circle makes one continuous contact, except in
-    contacts computed alone; with `slices`, a circle means a third of the contact. The surface of a damaged roller
-    raises race points, depending on its `rotation` in its slot [rad]. If `first_time` is `FIRST_TIME`, raised points,
-    or openings (defects) under slices, are found first, and the flanks of rollers' defects push along the race.
+    contacts computed alone. With `slices`, circles number the thirds of a contact along the roller. The surface of a
+    damaged roller raises race points, depending on its `rotation` in its slot [rad]. `first_time` is `FIRST_TIME` in
+    the first call for a state, otherwise None; the first call also finds raised points or defects under slices, and
+    adds the forces of the flanks of rollers' defects.
     """
     points = model.races.points
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)

@@ -38,7 +38,7 @@ def cage_tilt(angle_x, angle_y):
 
 @inlined
 def cage_axes(tilt):
-    """Compute the axes x, y, z of the tilted cage in world coordinates: the columns of the rotation Rx(a) Ry(b)."""
+    """Compute the axes x, y, z of the tilted cage in world coordinates: tilted about x, then about the new y."""
     ca, sa, cb, sb = tilt
     return cb, sa * sb, -ca * sb, 0.0, ca, sa, sb, -sa * cb, ca * cb
 
@@ -75,8 +75,8 @@ def slot_axes(axes, c, s, along, across):
 class SearchConstants(NamedTuple):
     """Constants for finding the race points near a roller.
 
-    `points`: number on a circle, `per_radian` per radian, `per_point` its inverse; `most`: largest number that a roller
-    may touch; `lead_s`, `most_lead`: time and largest distance before contact at which a point begins to act [s, m].
+    `points` on a circle, `per_radian`: points per radian, `per_point`: 1 / `points`; `most`: largest number of points
+    that a roller may touch; `lead_s`, `most_lead`: time [s], largest distance [m] before contact at which a point acts.
     """
 
     points: float
@@ -99,7 +99,7 @@ class SurfaceHeights(NamedTuple):
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy rollers' slides, slide rates and spins from state `y` to the workspace; set defect heights in it to 0."""
+    """Copy rollers' slides, slide rates and spins from state `y` to the workspace; clear its sums of defect heights."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -131,7 +131,7 @@ def face_defects(defects, radius, rotation, space):
 
 @kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
-    """Compute slot axes, race motion and number of race points in reach of all rollers; `count`: points on a circle."""
+    """Compute each roller's slot axes, race motion and number of points in reach; `count`: points on a circle."""
     space = model.scratch.space
     turn = y[at.cage + 2]
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
@@ -236,12 +236,13 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
 
 @inlined
 def count_candidates(search, race, onwards, depth, offset, lead, aside, angle, here, patch, space, column):
-    """Store a roller's depth in a race, its place among the race's points, and the number of points in reach.
+    """Store how deep a roller is in a race, its position among the race's points, and the number of points in reach.
 
-    `depth` of the middle of the race's profile in the roller, `offset` of the profile along the roller, `lead`:
-    roller's approach in the time `search.lead_s`, `aside`: largest displacement of the race along itself [m]; `angle`
-    from the race's first point to the roller [rad]; `here`: True if the slot has a roller; `column` of the workspace;
-    `race`: its `parameters.RaceSearch`; `onwards`: sense in which rollers move on it, 1 or -1.
+    `depth`: penetration at the middle of the race's profile; `offset` of the profile along the roller's axis; `lead`:
+    distance by which the roller approaches in the time `search.lead_s`; `aside`: largest displacement of race points in
+    the rolling direction, all [m]; `angle` from the race's first point to the roller [rad]; `here`: True if the slot
+    has a roller; `column` of the workspace; `race`: `parameters.RaceSearch` of this race; `onwards`: 1 if rollers move
+    towards higher point numbers, else -1.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
@@ -268,9 +269,10 @@ def count_candidates(search, race, onwards, depth, offset, lead, aside, angle, h
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: upper bound of the penetration, over the gap at a point one spacing beside a roller that just touches;
-    `depth_ahead`: the same for points that it reaches next, which act before they touch; in spacings: `aside`, see
-    `count_candidates`, and the roller's `position` in its direction of motion. With a `patch` or slices: 0 or 1.
+    `depth`: upper bound of the penetration, over the gap one point spacing aside of a roller that just touches;
+    `depth_ahead`: the same for points that the roller reaches next, which act before they touch. `aside`, see
+    `count_candidates`, and the roller's `position` in its direction of motion are in point spacings. Returns 0 or 1 for
+    continuous contacts (`patch`) or slices.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -301,11 +303,11 @@ def candidate_code(candidates):
 
 @kernel_part
 def add_heights(surface, rotation, count, space):
-    """Move the races towards the rollers by the heights of both surfaces; `rotation` of the rollers [rad].
+    """Move the races towards the rollers by the heights of both surfaces' waves; `rotation` of the rollers [rad].
 
-    A height moves the race of one contact nearer to its roller along the slot. The movement along the contact's normal
-    is up to 0.6 % smaller at the contact's ends. The slope of a wave does not tilt the normal, and its rate does not
-    act on the damper (2 % of the force at 3 kHz with a time constant of 10 us).
+    A height moves the race of one contact nearer to its roller along the slot; along the contact's normal the movement
+    is up to 0.6 % smaller at the contact's ends. The slope of a wave does not tilt the normal, and the rate of the
+    height does not act on the damper (2 % less force at 3 kHz and a damper's time constant of 10 us).
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:

@@ -205,7 +205,8 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 def couples_on_cages(law, row, model, slots, relative, on_cages):
     """Add the rollers' couples about their own axes [N m], a `row` of the workspace, to the torques on the cages.
 
-    Returns `relative` (torque on a second cage about its axis) and `on_cages`, unchanged if `law` (oil, tilt) is None.
+    Returns `relative` (torque on a second cage about its axis) and `on_cages` (torque on all cages). Both are unchanged
+    if `law`, the model of oil or tilt that causes the couples, is None.
     """
     if law is None:
         return relative, on_cages

@@ -20,9 +20,10 @@ LEAST_RAD_S = 1e-6
 class OilLaw(NamedTuple):
     """Constants of the oil's forces on rollers; all are numbers except `rolling`.
 
-    `rolling`, [2 races, 2]: resisting couple at 1 rad/s between race and roller [N m], over the square root of the load
-    [N] (contact shorter than its roller) and over its fourth root (contact as long as its roller); `heating`: heating
-    number L at a rolling speed of 1 m/s; `drag`: force over a roller's speed squared [kg/m]; `pocket`: friction.
+    `rolling`, [2 races, 2]: resisting couple [N m] at 1 rad/s between race and roller, divided by the square root of
+    the load [N] for a contact shorter than its roller, and by the fourth root for a contact as long as its roller;
+    `heating`: heating number L at a rolling speed of 1 m/s; `drag`: force on a roller over its speed squared [kg/m];
+    `pocket`: coefficient of friction between roller and cage.
     """
 
     rolling: Any

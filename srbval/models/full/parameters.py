@@ -52,10 +52,11 @@ class RaceSearch(NamedTuple):
 class Races(NamedTuple):
     """Points of both raceways for the kernels, outer race first, in lists (windows) as in `point_cloud.Windows`.
 
-    `points`, [2, W windows, col.POINT_ROWS, points of a window]: the last windows are for damaged rollers; None if
-    contacts are slices; `starts`, [2, W, 4]: index of each circle's first point in a window, and the end; `window_of`,
-    [2, 2 rows, points of a circle]: window of a roller nearest to the point; `highest` displacement, [2, W] [m];
-    `plain`: number of windows without displaced points; `height`: largest distance of a circle from mid-plane [m].
+    `points`, [2, W windows, col.POINT_ROWS, points of a window], or None if contacts are cut into slices; the last
+    windows are for damaged rollers. `starts`, [2, W, 4]: index of each circle's first point in a window, and the end;
+    `window_of`, [2, 2 rows, points of a circle]: window that a roller needs if this point is the nearest to it;
+    `highest`, [2, W]: largest displacement of a window's points [m]; `plain`: number of undisplaced windows; `height`:
+    largest distance of a circle from the bearing's mid-plane [m].
     """
 
     points: Any
@@ -131,7 +132,7 @@ class Parameters(NamedTuple):
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
-    """Assemble the kernel parameters of a scene (values: the paper's Tables 1 and 4).
+    """Assemble the kernel parameters of a scene; its values for Giraudo's bearing come from the paper's Tables 1 and 4.
 
     Cages are modelled as thin rings at the pitch radius; their mass is an assumption of the scene.
     """
@@ -212,7 +213,7 @@ def state_layout(model: Parameters) -> StateLayout:
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
-    """Compute the scene's roller diameter [m]: gap between the races minus radial play, or the paper's (Table 1)."""
+    """Compute the roller diameter [m]: gap between the races minus radial play, or the bearing's (`roller_fit`)."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
@@ -386,11 +387,11 @@ def contact_half_m(load_n_m: float, curvature_1_m: float) -> float:
 
 
 def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
-    """Compute the share J_0(k b) of a wave's height that displaces the bodies in a contact of half length b.
+    """Compute J_0(k b), the share of a wave's height by which it moves two bodies apart in a contact of half length b.
 
-    k [rad/m]: `per_length_1_m`. A small height h under a line contact moves its bodies by the mean of h, weighted with
+    k [rad/m]: `per_length_1_m`. A small height h under a line contact moves the bodies by the mean of h, weighted with
     the pressure of one additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's
-    pressure over the load); for a wave this mean is J_0. Waves beyond its first zero, shorter than 2.6 b, are ignored.
+    pressure over the load). For a wave it is J_0. Waves beyond the first zero of J_0, shorter than 2.6 b, are ignored.
     """
     from scipy.special import j0, jn_zeros
 

@@ -31,7 +31,7 @@ class Circle(NamedTuple):
 
 
 def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute a circle of points of the outer raceway, a sphere, at p times the contact angle (the paper's eq. 17)."""
+    """Compute a circle of points of the outer raceway, a sphere, at p times the contact angle (eq. 17)."""
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(radius * c, radius * s, -c, -s)
 
@@ -48,7 +48,7 @@ def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
 class CirclePoints(NamedTuple):
     """Points of one circle of one row: angle [rad], displacement along the normal [m], share of stiffness and damping.
 
-    `share` is below 1 in refined defects; `cell`: number of the evenly spaced point that a point is or replaces.
+    Several points may replace an evenly spaced point in a defect: `share` is then below 1, `cell` that point's number.
     """
 
     angle: FloatArray
@@ -91,7 +91,7 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
     near = np.abs(wrapped(points.angle - middle)) <= extent_rad / 2 + spacing
     if np.count_nonzero(near) * times + len(near) > MOST_POINTS:
         raise ConfigurationError(
-            f"defects with a refinement of {times} need more than {MOST_POINTS} points on a circle; refine less."
+            f"a defect with refinement = {times} needs more than {MOST_POINTS} points on a circle; refine it less."
         )
     offsets = (np.arange(times) - (times - 1) / 2) * spacing / times
     repeated = (np.repeat(column[near], times) for column in (points.lift, points.share / times, points.cell))
@@ -103,7 +103,7 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
     """Compute how many points on either side of the nearest one a roller touches if it is `DEPTH_LIMIT_M` deep.
 
-    A point at distance x along the race is x^2/2 (1/r + 1/R) clear of a roller that just touches the race, with the
+    If a roller just touches the race, its gap to a point at distance x along the race is x^2/2 (1/r + 1/R), with the
     roller's radius r and the race's R, negative for the outer race. Points may be up to `highest_m` above the race.
     """
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
@@ -118,13 +118,13 @@ def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_pe
 
 
 class Windows(NamedTuple):
-    """Windows of a race: lists of the points that a roller may touch in one place; row 2 is mirrored.
+    """Windows of a race: lists of the neighbouring points that a roller may touch; row 2 is mirrored.
 
-    `points`, W arrays [col.POINT_ROWS, points]: see `columns`; frame: the meridian of the window's middle point.
-    `starts`, [W, 4]: index of each circle's first point, and the end. The first windows contain undisplaced points:
-    window ``c - 1`` has c neighbouring points of each circle; the middle one is the nearest to the roller for odd c,
-    the last before it for even c. `window_of`, [2 rows, points]: window of a roller nearest to a point: the longest
-    undisplaced one or, near a defect, one for this point. `highest`, [W]: highest displacement [m].
+    The first windows serve everywhere without defects: window ``c - 1`` has c points of each circle, the middle one of
+    which is the nearest to the roller (odd c) or the last before it (even c). Each place near a defect has a window of
+    its own. `points`, W arrays [col.POINT_ROWS, points]: see `columns`, in the frame of the middle point's meridian.
+    `starts`, [W, 4]: index of each circle's first point, and the end. `window_of`, [2 rows, points]: window to use if
+    the point is the nearest; without defects, the longest. `highest`, [W]: largest displacement of a point [m].
     """
 
     points: list[FloatArray]
@@ -143,8 +143,8 @@ def candidate_windows(
     needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
     if needed > MAX_CANDIDATE_BYTES or 2 * half >= count:
         raise ConfigurationError(
-            f"{count} points per circle: a roller reaches {2 * half + 1} of them (limit: {count}); with {finest:.4g} "
-            f"times as many in defects, they need {needed / 1e6:.4g} MB of memory (limit: "
+            f"{count} points per circle: a roller reaches {2 * half + 1} of them (limit: {count}), and the lists of "
+            f"points, {finest:.4g} times as long in defects, need {needed / 1e6:.4g} MB of memory (limit: "
             f"{MAX_CANDIDATE_BYTES / 1e6:g} MB). Use fewer points, smaller defects or a larger bearing."
         )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
@@ -179,7 +179,7 @@ def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntA
 def _window(
     circles: Sequence[Circle], points: Sequence[CirclePoints], nearest: int, offsets: IntArray, count: int
 ) -> list[FloatArray]:
-    """Build one window: per circle, the points at `offsets` from point `nearest`, [col.POINT_ROWS, candidates]."""
+    """Build one window: for each circle, the points at `offsets` from point `nearest`, [col.POINT_ROWS, points]."""
     columns = []
     for circle, own in zip(circles, points, strict=True):
         near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))

@@ -1,12 +1,12 @@
 """Kernels: torque and powers of the forces that an implicit step applies.
 
-Forces F are evaluated at speeds v, but friction and contact damping act at v + x, after a change x of the speeds: with
-masses M, damping matrix D and accelerations k, M k = F(v) - D x. The shaft's motion is prescribed, so no equation
-contains its torque; it follows from the row d of D for the shaft's speed W. With u = (v, W) the losses are u D u:
+An implicit step evaluates forces F at speeds v, but friction and contact damping act at the speeds v + x: with masses
+M, damping matrix D and accelerations k, M k = F(v) - D x. The shaft's motion is prescribed, so no equation has its
+torque; this follows from d, the row of D for the shaft's speed W. With u = (v, W) the losses are u D u:
 
     torque on the shaft = torque at v - d x,   losses = losses at v + (2 v + x) D x + 2 W d x,   D x = M (a - k)
 
-with the accelerations a at v. Without the terms in x, the drive's power is 26 % too large in the paper's scene.
+with the accelerations a at v. Without the terms in x, the drive's power is 26 % too large in Giraudo's scene.
 """
 
 import numpy as np
@@ -49,9 +49,9 @@ def shaft_row(model, factors):
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
     """Correct torque and powers in `totals` for the change x of the speeds v by an implicit step; see `power_kernel`.
 
-    `speeds`: v; `beyond`: x; `braked`: loss of acceleration by this change; all in the shape of the state. `shaft`:
-    speed [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction keeps its value at v;
-    the other changed losses, except the housing's, are counted as contact damping.
+    `speeds`: v; `beyond`: x; `braked`: a - k, the acceleration lost by this change; all in the shape of the state.
+    `shaft`: speed [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction keeps its
+    value at v: the change of its losses is counted as contact damping. The housing's losses are changed separately.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, speeds.shape[0] // 2)

@@ -2,8 +2,8 @@
 
 The points follow from the roller's angle, without a search among all. A column of the workspace is the contact of one
 roller with one race; a lane group is `LANES` columns that are computed together, with one list (window) of race points.
-The list is long enough (`frames_kernel.candidate_count`) for most columns of the group. Columns that need more points,
-or alone of their group need any, are copied to common groups ("compacted"). Columns with a list of their own, near a
+The list has as many points as makes a group fastest to compute, possibly none. Columns that need more points
+(`frames_kernel.candidate_count`) are copied to common groups ("compacted"). Columns with a list of their own, near a
 defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the `plan`, see `columns`.
 """
 
@@ -23,8 +23,8 @@ COPY_COST = 0.3
 def plan_contacts(slots, races, space, plan, count):
     """Choose the race points that each roller may touch, and enter them in `plan`; `count`: points per circle.
 
-    Returns the deepest penetration [m], after three numbers: of groups of contacts that are computed together (lane
-    groups), of contacts copied to such groups (compacted), and of contacts computed alone (single).
+    Returns the number of groups of contacts that are computed together (lane groups), the number of contacts copied to
+    such groups (compacted), the number of contacts computed alone (single), and the deepest penetration [m].
     """
     lanes = np.uint64(col.LANES)
     groups, compacted, single = 0, 0, 0
@@ -82,7 +82,7 @@ def plan_copy(plan, row, column, points):
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Form groups of a race's copied contacts; enter them in `plan` after its `groups`; returns the new number."""
+    """Form groups of a race's copied contacts; add them to the `groups` of `plan`; returns the new number of groups."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -110,7 +110,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Plan contacts of the group from column `begin` on that need their own points; returns the new number `single`."""
+    """Plan those contacts of the group from column `begin` on that have their own list; returns the new `single`."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -191,7 +191,7 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Store in column `copy` the race's axes of contact `original`, turned to its points; see `angle_to_window`."""
+    """Store in column `copy` the race's axes of contact `original`, turned by `angle_to_window`."""
     m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
     n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
@@ -202,7 +202,7 @@ def turn_to_window(original, copy, slot, shift, spacing, space):
 
 @kernel_part
 def prepare_columns(groups, slots, space, plan, spacing, damping):
-    """Turn the race's axes of contacts that are not copied to their race points; clear the sums of all contacts."""
+    """Turn the race's axes by `angle_to_window` for contacts that are not copied; clear the sums of all contacts."""
     for i in range(groups):
         if plan[i, col.GROUP_FIRST] < col.COMPACTED:
             start = np.uint64(plan[i, col.GROUP_RACE] * col.RACE)
@@ -237,10 +237,10 @@ def copy_column(original, copy, space, damping):
 
 @kernel_part
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
-    """Copy the contacts that `plan_contacts` planned to copy, and turn the race's axes of each copy to its race points.
+    """Copy the contacts that `plan_contacts` planned to copy, and turn each copy's race axes by `angle_to_window`.
 
-    `compacted`, `single`: number of contacts copied to common groups, and to a group each; `spacing` of points for the
-    former: see `spacing_of_windows`; the latter have `count` points per circle, or `slices`.
+    `compacted`, `single`: number of contacts copied to common groups, and to a group each. `spacing` of points in
+    common groups: see `spacing_of_windows`; contacts with a group each have `count` points per circle, or `slices`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):

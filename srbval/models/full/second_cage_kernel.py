@@ -1,10 +1,10 @@
 """Kernels: a second cage for row 2, which turns about the axis of row 1's cage and tilts with it.
 
-The window cages of both rows ride on one guide ring. The relative angle a, by which row 2's cage is ahead, is a fourth
+The cages of both rows ride on one guide ring. The relative angle a, by which row 2's cage is ahead, is a fourth
 coordinate beside the cage's three. With the cage's axis t, the cage and the rollers of row 2 turn at omega_2 = omega +
-a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. The equation of a is Kane's, with the partial
-angular velocity t. `second` is the moment of inertia of row 2's cage about its axis [kg m2]; the model's other inertia
-values include both cages. Without a second cage (`second` is None) every function leaves its arguments unchanged.
+a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. Kane's equation for a has the partial angular
+velocity t. `second` is the moment of inertia of row 2's cage about its axis [kg m2]; the model's other inertia values
+include both cages. Without a second cage (`second` is None) every function leaves its arguments unchanged.
 """
 
 import math
@@ -26,7 +26,7 @@ def turn_of_second(y, at, second):
 
 @kernel_part
 def cage_angle(second, cosine, sine, turned, side):
-    """Returns cosine, sine of the cage angle on `side` (1: row 1, -1: row 2); `turned`: from `turn_of_second`."""
+    """Returns cosine, sine of a row's cage angle (`side` 1: row 1, -1: row 2); `turned`: from `turn_of_second`."""
     if second is None:
         return cosine, sine
     return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
@@ -50,10 +50,10 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Compute the torque on a second cage about its axis, and correct `torque_on_cages`, on both cages [N m].
+    """Compute the torque on a second cage about its axis, and correct the torque on both cages together [N m].
 
-    Row 2's inertia torques due to the acceleration a' omega x t are subtracted. Also fills the relative motion's
-    inertia in `totals`. `torque_on_cages` and the cages' `axis` t: x, y, z, world axes.
+    The correction subtracts row 2's inertia torques due to the angular acceleration a' omega x t. Stores the relative
+    motion's inertia in `totals`. `torque_on_cages` and the cages' `axis` t: x, y, z, world axes.
     """
     if second is None:
         return 0.0, torque_on_cages
@@ -176,7 +176,7 @@ def relative_border(second, weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Add a second cage to the cages' right-hand sides `g0` to `g2`; also returns the one of its relative rate."""
+    """Add a second cage to the cages' right-hand sides `g0` to `g2`; also returns that of its relative motion."""
     if second is None:
         return g0, g1, g2, 0.0
     space, per = model.scratch.space, 1.0 / weight
@@ -201,7 +201,7 @@ def rate_about_roller(second, w_z, relative, side, tilt_cosine):
 
 @kernel_part
 def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
-    """Convert the angular velocity of row 1's cage to that of the cage on this `side`, world axes [rad/s]."""
+    """Convert the angular velocity of row 1's cage to that of the cage on `side`, world axes [rad/s]."""
     if second is None:
         return omega_x, omega_y, omega_z
     rate = turned[3] if side < 0.0 else 0.0

@@ -1,8 +1,9 @@
 """Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008).
 
-A slice of a race is in the roller's meridian, or at the edge of an opening in the race, see `foot_of_slice`. Its gap to
-the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w the penetration is linear,
-from e_2 to e_1 = e_2 + s; with the force per length q = k e^(10/9) of a line contact at the penetration e,
+A slice of a race meets the roller in the roller's meridian or, at an opening (a defect), on the opening's edge, see
+`foot_of_slice`. Its gap to the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w
+the penetration is linear, from e_2 to e_1 = e_2 + s; with the force per length q = k e^(10/9) of a line contact at the
+penetration e,
 
     force  F = (9/19) k w / s (e_1^(19/9) - e_2^(19/9)),  its slope dF/de = k w / s (e_1^(10/9) - e_2^(10/9)),
     energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)).
@@ -53,12 +54,13 @@ LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of 
 class SliceTable(NamedTuple):
     """Slices into which the contacts with both races are cut, and their force law.
 
-    `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening (by
-    a defect); `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the
-    opening from the race's first point [rad]; `reach`, [2, W]: distance from an opening's middle within which a roller
-    meets it [m]; `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which friction
-    reaches its limit, 0 for a critical velocity independent of the speed; `outer_radius`, `inner_radius`: of the races
-    at the middle of their contacts, about the shaft [m]; `film`: `FilmLaw` if a film's shear is the friction, or None.
+    `rows`, shape [2 races, W tables (windows), col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each
+    opening, a place where a defect changes the surface; `starts`, [2, W, 4]: first slice of each third of the contact's
+    length, and the end; `middle`, [2, W]: angle of the opening from the race's first point [rad]; `reach`, [2, W]:
+    distance from an opening's middle within which a roller meets it [m]; `damping_s`: time constant of the damper [s];
+    `critical_ratio`: slide-to-roll ratio at which friction reaches its limit, 0 if friction depends on the slip alone;
+    `outer_radius`, `inner_radius`: distance of the middle of the contacts from the shaft's axis [m]; `film`: `FilmLaw`
+    if friction is the shear of an oil film, or None.
     """
 
     rows: Any
@@ -88,15 +90,15 @@ def ninth_root(x, inverse):
 
 @inlined
 def slice_spring(stiffness, depth, spread, bend, least):
-    """Compute a slice's force [N], stiffness [N/m], twice its energy [J], touching share, and offset of its load.
+    """Compute a slice's force [N], stiffness [N/m], twice its energy [J], part of its width that touches, load offset.
 
-    `stiffness`: force over penetration^(10/9); `depth`: mean penetration; `spread`: its difference between the ends;
-    `bend`: curvature of the gap along the roller times the width squared; `least`: smallest spread, above 0; in N, m.
-    The offset is the distance of the load's middle from the slice's middle towards the deeper end, over the width.
+    `stiffness`: force over penetration^(10/9); `depth`: mean penetration; `spread`: difference of the penetration
+    between the slice's ends; `bend`: curvature of the gap along the roller times the width squared; `least`: smallest
+    spread, above 0; in N, m. Offset: from the slice's middle to the load's, towards the deeper end, over the width.
 
-    If a slice touches on a share t of its width, a straight line replaces the curve of the penetration: its deeper end
-    e is lower by bend (1 - t^2) / 12, its spread smaller by bend (1 - t) / 2. With r = spread / e, at most 1, all
-    results are powers of e times polynomials in r, so that they need only one ninth root.
+    If only the part t of the width touches, the penetration, which is curved by `bend`, is replaced by a straight line:
+    the penetration e at its deeper end is lower by bend (1 - t^2) / 12, its spread by bend (1 - t) / 2. With
+    r = spread / e, at most 1, all results are powers of e times polynomials in r, so that one ninth root is enough.
     """
     e = depth + 0.5 * spread
     t = e / spread
@@ -122,7 +124,7 @@ def slice_spring(stiffness, depth, spread, bend, least):
 def friction_of_slice(law, slip, more):
     """Compute the friction coefficient over slip [s/m], averaged from `slip` - `more` to `slip` + `more`; both above 0.
 
-    The paper's eq. (19) is a ramp to the static coefficient, minus a ramp half as wide by which it falls to the dynamic
+    Giraudo's eq. (19) is a ramp to the static coefficient, minus a ramp half as wide by which it falls to the dynamic
     coefficient; the average is its integral over the range, divided by the range.
     """
     critical = law.critical_velocity
@@ -138,11 +140,11 @@ def friction_of_slice(law, slip, more):
 
 @kernel_part
 def law_at_speed(law, slices, cage, shaft):
-    """Set the critical velocity of lubricated traction from cage and shaft speed [rad/s]; no change without `slices`.
+    """Set the law's critical velocity from cage and shaft speed [rad/s] for lubricated contacts cut into `slices`.
 
     The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed u, to its limit at the
     critical ratio. u is the speed of the contacts over the roller's surface, the mean of both races; both rows of
-    rollers use row 1's cage. No change if the critical ratio is 0.
+    rollers use row 1's cage. No change if the critical ratio is 0 or `slices` is None.
     """
     if slices is None:
         return law
@@ -154,7 +156,7 @@ def law_at_speed(law, slices, cage, shaft):
 
 @kernel_part
 def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping):
-    """Add the forces of the slices in the thirds `first_third` to `end_third` - 1 of each contact to the workspace."""
+    """Add the forces of slices to the workspace: thirds `first_third` to `end_third` - 1 of each contact's length."""
     for group in range(groups):
         race = plan[group, col.GROUP_RACE]
         first, end = slices.starts[race, 0, first_third], slices.starts[race, 0, end_third]
@@ -177,7 +179,7 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 @kernel_part
 def find_openings(slices, single, plan, space, rotation, model):
-    """Find the opening (defect) under the roller of each contact that is computed alone, and their distance.
+    """Find the opening (defect) at each contact that is computed alone, and its distance from the contact's middle.
 
     `rotation` of all rollers [rad]. An opening of the roller takes precedence over an opening of the race; `plan` marks
     it by `ON_ROLLER`. The row `POSITION` of the contact's copy then contains how far along the race the roller is
@@ -212,10 +214,10 @@ def find_openings(slices, single, plan, space, rotation, model):
 
 @kernel_part
 def face_roller(space, start, stop):
-    """Turn the contacts' axes from the slot's meridian to the meridian of the displaced ring at the roller's centre.
+    """Turn the contacts' axes from the slot's meridian to the race's meridian through the roller's centre.
 
-    There the ring is nearest to the roller, so that rolling alone does not change the depth. The angle [rad] is stored
-    in the row `SHIFT`, which slices do not use otherwise. Contacts: columns `start` to `stop` - 1 of `space`.
+    There the roller is nearest to the race, also if the ring is displaced, so that rolling alone keeps the depth.
+    `space`: columns `start` to `stop` - 1 change; the row `SHIFT`, unused by slices otherwise, gets the angle [rad].
     """
     for j in range(np.uint64(start), np.uint64(stop)):
         a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]
@@ -258,7 +260,7 @@ def touches(law, slices, race, i, space, start, stop):
 
 @inlined
 def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
-    """Compute the sine of the angle between race and roller surface along a slice, and the race's tangent, x and z."""
+    """Compute the sine of the angle between a slice's race and roller surface, and x and z of the race's tangent."""
     r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
     r_z = normal_radial * space[col.A_Z + j] + normal_axial * space[col.Z_Z + j]
     return n_x * r_z - n_z * r_x, r_z, -r_x
@@ -336,10 +338,10 @@ def normal_of_race(radial, tangential, axial, space, j):
 def foot_of_slice(rows, race, window, i, away):
     """Compute where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
 
-    The opening's middle is `away` [m] behind the roller's meridian. The roller rests on the part that reaches farthest
-    into it: the race or the nearest edge, the ramp behind the edge, or the floor, which is above the race if the
-    "opening" is a raised piece. On its part the roller rests at the place where both surfaces are parallel or, if this
-    place is beyond the part, on the part's end, so that the forces have a potential.
+    The opening's middle is `away` [m] behind the roller's meridian. The surface has three parts: the race up to the
+    opening's edge, the ramp behind the edge, and the floor, which is above the race if the defect is a raised piece.
+    The roller rests on the part that penetrates it most: where the surfaces of part and roller are parallel or, if this
+    place is beyond the part, on the part's end. The forces then have a potential.
     """
     radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
     half, ramp = rows[race, window, col.SLICE_HALF, i], rows[race, window, col.SLICE_RAMP, i]

@@ -21,10 +21,11 @@ from srbval.models.jit import inlined, kernel_part
 class WorkingSpace(NamedTuple):
     """Arrays in which a step is computed, and sums over the steps of an output interval.
 
-    Of the state's size: `rates` of each stage, [stages, size]; `trial`, a stage's state or, in a leapfrog step,
-    `beyond` of `add_implicit_powers`; `braked`, see there; `ahead`, the change of velocities that the leapfrog step
-    before predicted, zeros at the start of a run. `factors`, [rows, 6]: see `factor`. [col.TOTALS]: `totals` of the
-    latest evaluation; `frozen`, from which a Rosenbrock step computes `factors`; `mean`, sums, see `add_to_mean`.
+    Arrays of the state's size: `rates`, [stages, size], time derivative of each stage; `trial`, state of a stage or, in
+    a leapfrog step, the argument `beyond` of `add_implicit_powers`; `braked`, argument of `add_implicit_powers`;
+    `ahead`, change of velocities that the last leapfrog step predicted, zeros at the start. `factors`, [rows, 6]: see
+    `factor`. Arrays of the size `col.TOTALS`: `totals` of the latest evaluation; `frozen`, totals from which a
+    Rosenbrock step computes `factors`; `mean`, sums of totals, see `add_to_mean`.
     """
 
     rates: FloatArray
@@ -64,8 +65,8 @@ def clear_mean(mean):
 def add_to_mean(totals, weight, mean, first):
     """Add `weight` times the `totals` (forces, powers) to their sums `mean` over an output interval.
 
-    Two totals are not summed: the deepest penetration becomes the deepest so far, and the contact energy keeps its
-    value at the start of the interval (`first`: True at the start of a step).
+    Two totals are not summed: of the deepest penetration, the largest value is kept, and of the contact energy the
+    value at the start of the interval (`first`: True for the first evaluation in a step).
     """
     for m in range(col.TOTALS):
         if m == col.DEEPEST:
@@ -103,8 +104,8 @@ def runge_kutta_step(y, t, step, method, model, work):
 def rosenbrock_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a Rosenbrock method; add forces and powers to `work.mean`.
 
-    The powers of a stage are those at its speeds plus their change by its linear equations, see `add_implicit_powers`.
-    With equal weights of all stages, the step's mean force acts at these speeds.
+    A stage evaluates forces and powers at its speeds v and solves linear equations for a change x of these speeds; the
+    powers are then corrected for x, see `add_implicit_powers`. With equal weights, the step's mean force acts at v + x.
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
@@ -144,12 +145,13 @@ def rosenbrock_step(y, t, step, method, model, work):
 def leapfrog_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a leapfrog `method`; add forces and powers to `work.mean`.
 
-    Forces are linearised at predicted velocities: the velocities at the start plus `work.ahead`, which is updated for
-    the next step. x, the velocities minus the predicted velocities, is -ahead at the start. With the accelerations a at
-    the predicted velocities and their derivative J by the velocities (friction, damping), the step solves x' = a + J x.
-    If a roller is damaged or wavy, all rollers turn half a step before the forces are evaluated and half a step at the
-    end; otherwise no force depends on their angles, and they turn at the predicted velocities. Powers are those at the
-    predicted velocities plus `beyond` (see `add_implicit_powers`), at which the step's mean force acts.
+    Forces are linearised at predicted velocities: those at the start of the step plus `work.ahead`, which is updated
+    for the next step. With the accelerations a at the predicted velocities and their derivative J by the velocities
+    (friction, damping), the step solves x' = a + J x for the difference x of the velocities from the predicted
+    velocities; x starts at -ahead. If a roller is damaged or wavy, all rollers turn half a step before the forces are
+    evaluated and half a step at the end; otherwise no force depends on their angles, and they turn at the predicted
+    velocities. Powers are corrected to the predicted velocities plus `beyond`, at which the step's mean force acts
+    (`add_implicit_powers`).
     """
     size = y.shape[0]
     b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead
@@ -225,7 +227,7 @@ def drift(y, step):
 
 @kernel_part
 def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
-    """Compute the rates of the cage's gimbal angles [rad/s] from two of them and its angular velocity in world axes."""
+    """Compute the rates of the cage's gimbal angles [rad/s] from its two tilts and angular velocity (world axes)."""
     tilt = cage_tilt(tilt_x, tilt_y)
     w_z, rate_y = tilted_about_x(tilt, w_y, w_z)
     about = w_z / tilt.cos_y

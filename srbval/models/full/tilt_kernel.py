@@ -2,14 +2,14 @@
 
 Without friction a contact's force acts on the line through the centres of the two arcs that touch. For a roller in
 balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through the centres
-of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. With the tilted roller's x along it,
+of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. The roller's x axis turns to this line:
 
     tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift along the tilted roller's axis = o_z cos(tilt) - o_x sin(tilt)
 
-turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; slices keep
-their place along the roller. The columns' frames then belong to the roller. Without skew, friction has no component
-along the axis: it only delays the balance, and tilting and sliding themselves are frictionless here. The cage guides a
-roller about its slot, so the skew moment acts on the cage. Nothing happens if rollers are fixed (`free` is None).
+After this tilt and shift, neither contact has a force along the roller's axis or a moment about the tangent; slices
+keep their place along the roller. A contact's column is then in axes of the tilted roller. Friction against tilting and
+sliding, which would only delay the balance, is left out. The cage guides a roller about its slot, so the skew moment
+acts on the cage. Nothing happens if rollers are fixed (`free` is None).
 """
 
 import math
@@ -50,7 +50,7 @@ def tilt_rollers(free, model, slots):
 
 @inlined
 def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
-    """Transform velocities of contact `j` to the tilted roller's frame, its centre displaced by `shift` [m].
+    """Transform velocities of contact `j` to the frame of a roller that is tilted and shifted by `shift` [m].
 
     `c`, `s`: cosine and sine of the tilt; `w_x`, `w_z`: of the cage, `spin`: of the roller about its axis [rad/s].
     A rocking cage neither turns a free roller about the tangent nor moves a shifted roller along its slot.
@@ -68,8 +68,8 @@ def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
 def sums_in_slots(free, model, slots):
     """Transform the rollers' forces, and the inner race's torque, from tilted frames to slot axes at the slot's centre.
 
-    The outer race's torque is set so that the sum of both races' torques is what acts on the cage about x and y and on
-    the roller's spin about z. The skew moment, about the tilted roller's x, also has a part about the slot's z, which
+    The outer race's torque is set so that the sum of both races' torques acts on the cage about x and y, and on the
+    roller's spin about z. The skew moment, about the tilted roller's x, also has a part about the slot's z, which
     acts on the cage only; it is stored in the row `SKEW_ON_CAGE`. No effect if `free` is None.
     """
     if free is None:
