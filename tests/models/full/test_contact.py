@@ -140,8 +140,8 @@ def looking_at_all(model: Parameters) -> Parameters:
     return model._replace(
         roller_defects=np.concatenate([model.roller_defects, raised, sunk]),
         races=model.races._replace(
-            outer=model.races.outer._replace(clearance=NO_CLEARANCE_M),
-            inner=model.races.inner._replace(clearance=NO_CLEARANCE_M),
+            outer=model.races.outer._replace(per_clearance=1 / NO_CLEARANCE_M),
+            inner=model.races.inner._replace(per_clearance=1 / NO_CLEARANCE_M),
         ),
     )
 
