@@ -102,7 +102,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
 
 
 def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Wall time [s] of a scene twice: for planning (a rough guess for an untimed model) and expected (then None)."""
+    """Planned and expected wall time [s] of a scene; without stored timings of its model, a rough guess and None."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     with contextlib.suppress(DataError):  # no measured times are stored

@@ -159,10 +159,11 @@ def _wait_for_worker(client: Any, name: str, wait_s: float) -> None:
 def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
     """Start a Dask cluster of class `kind` with `workers` workers, and end it on exit.
 
-    If the class submits batch jobs, each worker is a job with one core; the option `cores` gives it more cores and as
-    many cases at a time. Queue, account and time limit come from the options or from Dask's configuration,
-    ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With `adapt`, Dask starts and ends workers as needed,
-    at most `workers`. No dashboard is served unless options or configuration contain its address.
+    If the class submits batch jobs, each worker is a job with one core, which runs one case at a time; with the option
+    `cores`, it has this number of cores and runs as many cases at a time. Queue, account and time limit come from the
+    options or from Dask's configuration, ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With `adapt`,
+    Dask starts and ends workers as needed, at most `workers`. Dask's web dashboard is off unless options or
+    configuration contain its address.
     """
     import dask
     from dask.utils import parse_bytes

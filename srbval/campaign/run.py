@@ -193,7 +193,7 @@ def read_results(table: CampaignTable) -> dict[str, CaseResult]:
 
 
 def summarise_campaign(table: CampaignTable, results: Mapping[str, CaseResult]) -> dict[str, Any]:
-    """Count the `cases`, the cases with a result (`done`) and each status; list the failed and inaccurate cases.
+    """Count the `cases`, those with a result (`done`) and those of each status; list failed and inaccurate cases.
 
     `failed` cases have no numbers; the numbers of `inaccurate` cases have time-step errors above the tolerances.
     """

@@ -1,7 +1,8 @@
 """Worker process that runs cases, ``python -m srbval.campaign.worker``, and the functions that call it.
 
-Each thread, here or on a Dask worker, has its own process for cases: a case that dies or hangs affects no other case.
-The process pools of Python and of the library pebble lose all running cases if a process dies at the wrong moment.
+Each thread, on this machine or a Dask worker, has its own process for cases: a case that dies or hangs affects no
+other case. The process pools of Python and of the library pebble lose all running cases if a process dies at the wrong
+moment.
 """
 
 import contextlib
@@ -131,7 +132,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
 
 
 def write_crash(task: CaseTask, how: str) -> CaseResult:
-    """Write and return the result of a case whose process died at every attempt; `how` is what the process did."""
+    """Write and return the result of a case whose process died at every attempt; `how`: text about its end."""
     return _write_failure(task, CRASHED, f"its {how}; the other cases were run without it")
 
 

@@ -30,7 +30,7 @@ class Interrupted(KeyboardInterrupt):
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
-    Exit codes: 0 success, 1 out of tolerance or stale, 2 wrong use, 3 bad data, 4 failed or inaccurate simulation,
+    Exit codes: 0 success, 1 out of tolerance or outdated, 2 wrong use, 3 bad data, 4 failed or inaccurate simulation,
     70 internal error, 128 + n ended by signal n.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)

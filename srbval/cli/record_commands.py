@@ -55,7 +55,7 @@ PATH_COLUMNS = {
 
 
 def request_from_options(options: argparse.Namespace) -> RecordRequest:
-    """Build the request to read and analyse a file from the options; the caller adds the file's name."""
+    """Convert options to a request to read and analyse a file; the caller adds the file's name."""
     alike = ("bearing", "auto_band", "one_band", "healthy", "healthy_scale")
     return RecordRequest(
         **{name: value for name in alike if (value := getattr(options, name, None)) is not None},

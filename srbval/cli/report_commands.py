@@ -121,7 +121,7 @@ def _case_of_files(options: argparse.Namespace, changes: dict[str, Any]) -> Any:
         return case_of_pairs([{"measured": file, "simulated": side} for file in options.measured], changes)
     if not (options.simulated and options.measured):
         raise ConfigurationError(
-            "name a case (a TOML file, or one of data_manifest/cases), or files with --simulated and --measured."
+            "name a case (a TOML file or a shipped case such as torino-22240) or files with --simulated and --measured."
         )
     # A preliminary case with all files in one pair checks the settings of both sides.
     given = case_of_pairs([{"simulated": options.simulated, "measured": options.measured}], changes)

@@ -119,7 +119,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """Sentence on the share of radial load that rollers carry, in the run and in static equilibrium; may be empty."""
+    """Sentence on the share of radial load on the rollers, in the run and in static equilibrium; empty if unknown."""
     if math.isnan(run.roller_load_share):
         return ""
     rest = "the housing spring the rest" if run.scene.load.path is LoadPath.HOUSING else "no other part carries load"

@@ -88,7 +88,8 @@ def make_plan(
     if question not in asked_of(scene.defect.kind):
         raise ConfigurationError(
             f"question {question.value!r} does not apply to defect {scene.defect.kind.scene_word}: a healthy bearing "
-            "has no fault line, and the outer race's line has no shaft sidebands; give --defect outer or inner."
+            "has no fault line, and the outer race's line has no shaft sidebands. "
+            f"Give --defect {' or '.join(MEANING[question].states)}."
         )
     table, bearing = measured or nearest_table(scene), load_bearing(scene.bearing)
     outside, levels = table.list_gaps(scene), [level_of(name) for name in table.models]

@@ -67,7 +67,7 @@ class Meaning:
 
     @property
     def vacuous_pct(self) -> float:
-        """Smallest useless error bound [%]: an error as large as the quantity, or a factor of ten for levels in dB."""
+        """Error bound [%] that is too large to be of use: as large as the quantity, or a factor of ten for levels."""
         return pct_of(20.0) if self.unit == "dB" else 100.0
 
     def shown(self, error_pct: float) -> float:
@@ -101,7 +101,7 @@ def answer_questions(
 
     The level increase by the defect needs `healthy`, a record of the same model without the defect. The line frequency
     is computed from the mean cage speed, because a line read from a short record is uncertain by some tenths of a per
-    cent, more than the errors of the models. It is BPFO for a healthy bearing; there is none for a roller defect.
+    cent, more than the errors of the models. For a healthy bearing it is BPFO; for a roller defect there is no answer.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, AnswerValues | None] = dict.fromkeys(Question)
