@@ -123,9 +123,9 @@ class PublishedOrders(FaultOrders):
             )
         if not abs(self.ftf - self.bpfo / count) <= FTF_TOLERANCE:
             raise ConfigurationError(
-                f"orders: ftf = {self.ftf} must be between 0 and 1, within {FTF_TOLERANCE} of bpfo over the rolling "
-                f"elements of a row, {self.bpfo / count:.4g}; the sequence is BPFO, BPFI, BSF, FTF, and BSF is the "
-                "element's spin, not twice the spin."
+                f"orders: ftf = {self.ftf} must be between 0 and 1, within {FTF_TOLERANCE} of bpfo divided by the "
+                f"rolling elements of a row, {self.bpfo / count:.4g}; the sequence is BPFO, BPFI, BSF, FTF, and BSF is "
+                "the element's spin, not twice the spin."
             )
         ratio = (self.bpfi - self.bpfo) / total  # element over pitch diameter times the cosine of the contact angle
         most = (1 / ratio - ratio) / 2 if ratio > 0 else 0.0

@@ -45,7 +45,7 @@ class Designation(NamedTuple):
 
     @property
     def alike(self) -> tuple[tuple[str, str, str], ...]:
-        """Type, number and mark to search for, in turn; N, NJ, NU, NUP of a size are alike, design E comes last."""
+        """Type, number and mark to search for, in turn; N, NJ, NU, NUP of a size are alike; design E comes last."""
         if self.kind not in CYLINDRICAL:
             return (self[1:],)
         kinds, marks = dict.fromkeys((self.kind, *CYLINDRICAL)), dict.fromkeys((self.mark, "e"))

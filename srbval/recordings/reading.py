@@ -56,7 +56,7 @@ class Channel:
 
     @functools.cached_property
     def vibrates(self) -> bool:
-        """True if the samples may be a vibration: they rise and fall, and have no unit of another kind of quantity."""
+        """True if the samples may be a vibration: they rise and fall, and their unit is not of another quantity."""
         first, last = self.samples[:-1], self.samples[1:]
         is_other = self.rotates or self.unit in OTHER_QUANTITIES
         return not is_other and bool((last > first).any()) and bool((last < first).any())

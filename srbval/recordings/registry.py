@@ -235,7 +235,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Entries of `files`; unchanged files are read only if `again` or with settings. Report `progress` of `task`."""
+    """Entries of `files`, which maps to settings; unchanged files without settings are read only if `again` is true."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]
@@ -280,7 +280,7 @@ def is_unopened(entry: RegisteredRecording) -> bool:
 
 
 def find_recording(*, state: Fault, nominal_rpm: float) -> RegisteredRecording | None:
-    """Longest Torino recording of this bearing state and speed, radial load `RADIAL_KN` and no axial load, or None."""
+    """Longest Torino recording of this state and speed with radial load `RADIAL_KN` and no axial load, or None."""
     found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
     at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (RADIAL_KN, 0.0)]
     return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
@@ -366,7 +366,7 @@ def registered_settings(
 ) -> RecordingSettings:
     """Merge `settings` with the settings stored in the register for this file; `settings` take precedence.
 
-    If the signal is to be resampled, `band_hz`, the band of its analysis, replaces the stored band. A register that
+    If the settings request resampling, `band_hz`, the band of the analysis, replaces the stored band. A register that
     cannot be read is ignored.
     """
     entry = _manifest_or_none()[0].get(os.path.abspath(path))

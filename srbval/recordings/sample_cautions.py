@@ -75,7 +75,7 @@ def _shortest_unlikely_run(lengths: NDArray[np.intp], values: FloatArray, total:
 
 
 def _full_scale(samples: FloatArray, extreme: float) -> int | None:
-    """Number of bits of the A/D converter that has its limit at the sample value `extreme`; None if none fits."""
+    """Number of bits of an A/D converter whose range ends at the sample value `extreme`; None if none fits."""
     smallest = float(np.abs(samples[samples != 0]).min())
     for step in (1.0, smallest):
         code = extreme / step if step > np.abs(samples).max() / 2**32 else 0.0

@@ -33,9 +33,9 @@ AGREES = 0.1  # largest deviation from the stated speed; beyond, the pulses per 
 def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
     """Mean of a speed signal [Hz] sampled at `rate_hz`, with 95 % interval, drift and standard deviation.
 
-    The interval combines the error of the clocks (`SCALE_CI95`), white noise (its variance is a sixth of the mean
-    square of the signal's second differences) and, if `rate_hz` is given, errors of the shaft angle at the signal's
-    start and end (`turn_error_s`). Raises `DataError` if the signal cannot be a shaft speed.
+    The interval combines errors of the clocks of tachometer and recorder (`SCALE_CI95`), white noise (its variance is a
+    sixth of the mean square of the signal's second differences) and, if `rate_hz` is given, errors of the shaft angle
+    at the signal's start and end (`turn_error_s`). Raises `DataError` if the signal cannot be a shaft speed.
     """
     if speed_hz.size < MIN_TACHOMETER_SAMPLES:
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")

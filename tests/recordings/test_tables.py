@@ -38,8 +38,8 @@ def changed(at, *lines):
 REFUSED = [
     (changed(9, "", "", "0,0"), r"2 line\(s\) blank among the samples, the first is line 10\."),
     (["a,b", *(row + ",0.5" for row in TABLE)], "line 1 has 2 names for 3 columns"),
-    (["a,,c", *(row + ",0.5" for row in TABLE)], "line 1 is not a row of numbers, and '' not a column name"),
-    (changed(0, "0.12x, 0.3"), "line 1 is not a row of numbers, and '0.12x' not a column name"),
+    (["a,,c", *(row + ",0.5" for row in TABLE)], "line 1 is not a row of numbers, and '' is not a column name"),
+    (changed(0, "0.12x, 0.3"), "line 1 is not a row of numbers, and '0.12x' is not a column name"),
     (["a,a", *TABLE], "line 1 names more than one column 'a'"),
     (changed(7, "0.1"), r"1 line\(s\) do not have 2 fields as line 1 has, the first is line 8\."),
     (changed(0, "0.1"), r"1 line\(s\) of numbers above the table do not fit its columns, the first is line 1\."),

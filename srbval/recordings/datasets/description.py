@@ -36,7 +36,7 @@ class MatchRule:
     nominal_rpm_variable: str | None = None
 
     def groups(self, raw: RawFile) -> dict[str, str] | None:
-        """Facts from a file's name and variables, by name of the fact; None if the file fails a condition."""
+        """Facts from a file's name and variables, by name of the fact; None if a condition is not met."""
         found = re.search(self.file, raw.path.name, re.IGNORECASE) if self.file else None
         if found is None and self.file_required:
             return None

@@ -187,7 +187,7 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number that `meaning` recognises by its name, or None; and a problem if numbers conflict or are not `likely`."""
+    """Number that `meaning` recognises by its name, or None; a problem if numbers conflict or are outside `likely`."""
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
         if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:

@@ -98,7 +98,7 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
         matches = [match for name in arrays if (match := re.fullmatch(rule.variable, name))]
         names = [match[0] for match in matches if match.groupdict().get("record", record) == record]
         if len(names) > 1:
-            raise DataError(f"{raw.path}: variables {names[0]} and {names[1]} both fit channel {rule.name}.")
+            raise DataError(f"{raw.path}: variables {names[0]} and {names[1]} both match channel {rule.name}.")
         for name in names:
             shape = arrays[name].shape
             if max(shape) != arrays[name].size:
@@ -132,7 +132,7 @@ def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str,
 def _speed(
     raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Shaft speed (by tachometer, else stated, else nominal) and tachometer signal of a record of `seconds`."""
+    """Shaft speed (by tachometer, else stated, else nominal) and tachometer signal; `seconds`: the record's length."""
     tachometer, stated = description.tachometer_rpm, description.stated_rpm
     if tachometer and raw.array(tachometer) is not None:
         values_hz, signal = raw.signal(tachometer) / RPM_PER_HZ, None

@@ -211,7 +211,7 @@ def _separator(line: str) -> str | None:
 
 
 def _fields(line: str, separator: str | None) -> list[str]:
-    """Split a line into fields, without quotes, surrounding blanks, and an empty field at the end."""
+    """Split a line into fields; remove quotes, blanks around fields, and an empty field at the end."""
     if separator is None:
         return [part.strip('"') for part in line.split()]
     split = csv.reader([line], delimiter=separator, skipinitialspace=True) if '"' in line else [line.split(separator)]
@@ -229,7 +229,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Add or drop empty fields at row ends; `DataError` for blank or marked lines, unequal rows, or numbers above."""
+    """Add or drop empty fields at row ends; `DataError` for blank lines, unequal rows, or numbers in other lines."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -313,11 +313,11 @@ def _check_names(where: str, names: list[str], table: TableLayout) -> None:
     needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
     if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _counts_up(names)]:
         raise DataError(
-            f"{where} is not a row of numbers, and {printable(wrong[0])!r} not a column name: a name is not empty "
+            f"{where} is not a row of numbers, and {printable(wrong[0])!r} is not a column name: a name is not empty "
             f"and does not begin like a number{_hint(table.separator)}. Correct the line, or put a # before it."
         )
     if twice := sorted({name for name in needed if names.count(name) > 1}):
-        raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each a name of its own.")
+        raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each column another name.")
 
 
 def _read_statements(path: Path, above: list[str]) -> dict[str, float | str]:
