@@ -44,7 +44,7 @@ def run_tasks(
 
     `submit` returns a future of `concurrent.futures` or Dask. If no case ends for `WORKER_CHECK_S` [s], `check` is
     called; for Dask it raises an error if the cluster has no worker. A case whose future raises one of the exceptions
-    `lost` gets the status ``crashed``.
+    `lost`, as for a lost worker, gets the status ``crashed``.
     """
     waiting, running, ended = iter(tasks), dict[Any, CaseTask](), SimpleQueue[Any]()
     while True:

@@ -137,7 +137,7 @@ class Campaign(Limited):
             raise ConfigurationError(f"outputs is empty; choose from {', '.join(Output)}.")
 
     def limit_s(self, expected_s: float) -> float | None:
-        """Limit of the wall time [s] of a case that is expected to take `expected_s`; None if there is no limit."""
+        """Limit of the wall time [s] of a case with the planned time `expected_s` [s]; None if there is no limit."""
         return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
 
     def points(self) -> Iterator[Point]:

@@ -167,7 +167,7 @@ def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step
 
 
 def run_plan_command(options: argparse.Namespace) -> int:
-    """Compare all models; choose the simplest that answers the ``--question`` within tolerance, else exit code 1."""
+    """Compare all models; choose the cheapest that answers ``--question`` within tolerance, or return exit code 1."""
     from srbval.plan.questions import MEANING
 
     plan = _plan_of(scene_from_options(options), options)

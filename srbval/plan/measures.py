@@ -1,4 +1,4 @@
-"""Quantities by which runs are compared: cage ratio, noise floor of the envelope, band RMS."""
+"""Quantities by which runs are compared: cage over shaft speed, noise floor of the envelope, RMS in a band."""
 
 import math
 from dataclasses import dataclass
