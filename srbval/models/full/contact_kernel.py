@@ -50,8 +50,8 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
     """Add the contact forces of race points (`candidates`) to the columns `start` to `stop` - 1 of `space`.
 
     A column is the contact of one roller with one race, and the inner loop runs over columns. For each point:
-    penetration into the barrel in closed form, normal force by Giraudo's eq. (18) without tension, friction by eq.
-    (19). Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With `patch`, constants of
+    penetration into the barrel in closed form, normal force by Giraudo's eq. (18), never a pull, friction by eq. (19).
+    Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With `patch`, constants of
     continuous contacts, one point stands for all points of its circle that a roller touches, see `srbval.models.line`.
     """
     points, race, window, first, last = candidates

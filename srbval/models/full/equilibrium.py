@@ -10,7 +10,7 @@ A run that starts from here has a steady ring and cage from the first sample on
 (`test_a_run_is_settled_from_its_first_sample`). Until one roller has passed a point of the outer race, the RMS
 acceleration is 0.95 to 1.01 times the later RMS, so that settling for two such passages, 0.02 s at 710 rpm, is enough.
 
-The cage's tilt starts at zero, not in balance: with the paper's roller diameter it grows to 20 microradians in 0.1 s,
+The cage's tilt starts at zero, not in balance: with Giraudo's roller diameter it grows to 20 microradians in 0.1 s,
 without effect on the ring. Under radial and axial load without a housing spring, the tilt, the axial position (by 1 %)
 and the cage speed (by 0.4 %) change for 0.15 s at 710 rpm; such a run should settle for one turn of the cage, 0.2 s.
 """

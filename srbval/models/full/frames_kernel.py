@@ -269,7 +269,7 @@ def count_candidates(search, race, onwards, depth, offset, lead, aside, angle, h
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: upper bound of the penetration, over the gap one point spacing aside of a roller that just touches;
+    `depth`: upper bound of the penetration, divided by the gap of a just touching roller one point spacing aside;
     `depth_ahead`: the same for points that the roller reaches next, which act before they touch. `aside`, see
     `count_candidates`, and the roller's `position` in its direction of motion are in point spacings. Returns 0 or 1 for
     continuous contacts (`patch`) or slices.
@@ -293,7 +293,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 
 @kernel_part
 def candidate_code(candidates):
-    """Convert a number of points to a code; the sum of contacts' codes tells how many need at least 1, 2, 3 points."""
+    """Convert a number of points to a code; the sum of contacts' codes gives how many need at least 1, 2, 3 points."""
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
         + (NEEDS_TWO if candidates > 1.0 else 0.0)

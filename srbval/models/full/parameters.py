@@ -55,8 +55,8 @@ class Races(NamedTuple):
     `points`, [2, W windows, col.POINT_ROWS, points of a window], or None if contacts are cut into slices; the last
     windows are for damaged rollers. `starts`, [2, W, 4]: index of each circle's first point in a window, and the end;
     `window_of`, [2, 2 rows, points of a circle]: window that a roller needs if this point is the nearest to it;
-    `highest`, [2, W]: largest displacement of a window's points [m]; `plain`: number of undisplaced windows; `height`:
-    largest distance of a circle from the bearing's mid-plane [m].
+    `highest`, [2, W]: largest displacement of a window's points [m]; `plain`: number of windows without defects;
+    `height`: largest distance of a circle from the bearing's mid-plane [m].
     """
 
     points: Any
@@ -213,7 +213,7 @@ def state_layout(model: Parameters) -> StateLayout:
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
-    """Compute the roller diameter [m]: gap between the races minus radial play, or the bearing's (`roller_fit`)."""
+    """Compute the roller diameter [m]: gap between the races minus radial play, or Giraudo's printed one."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
@@ -318,7 +318,7 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
     for d in scene.defects:
         if d.kind is Fault.ROLLER:
             if d.roller > count:
-                raise ConfigurationError(f"defect roller = {d.roller}: a row has {count} rollers, counted from 1.")
+                raise ConfigurationError(f"defect roller = {d.roller}: must be 1 to {count}, the rollers of a row.")
             axial = _axial_position(geometry, d.circle) * (3 - 2 * d.row)
             roller, cosine = (d.row - 1) * count + d.roller - 1, d.shape is DefectShape.COSINE
             rows.append((roller, d.angle_rad, axial, d.height_m, d.extent_m or 0.0, cosine))
@@ -391,7 +391,8 @@ def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
 
     k [rad/m]: `per_length_1_m`. A small height h under a line contact moves the bodies by the mean of h, weighted with
     the pressure of one additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's
-    pressure over the load). For a wave it is J_0. Waves beyond the first zero of J_0, shorter than 2.6 b, are ignored.
+    pressure over the load). For a wave this is J_0. Waves beyond the first zero of J_0, shorter than 2.6 b, are
+    ignored.
     """
     from scipy.special import j0, jn_zeros
 

@@ -110,7 +110,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Plan those contacts of the group from column `begin` on that have their own list; returns the new `single`."""
+    """Plan contacts from column `begin` on that have a list of their own; returns the new number of `single` ones."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -135,7 +135,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """Choose the number of points per circle that computes a group fastest; also returns the largest number needed.
+    """Choose the number of points per circle for the fastest computation; also returns the largest number needed.
 
     Contacts that need more points are copied to other groups, at the cost `COPY_COST`. `code`: see `code_of_group`.
     """

@@ -42,7 +42,7 @@ def roller_angle(second, angle, turned, side):
 
 @kernel_part
 def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
-    """Convert the angular velocity `w_x`, `w_z` of row 1's cage to that of the cage on `side`, slot axes [rad/s]."""
+    """Convert row 1's cage velocity `w_x`, `w_z` to that of row 2's cage if `side` is -1; slot axes [rad/s]."""
     if second is None:
         return w_x, w_z
     return (w_x - turned[3] * tilt_sine, w_z + turned[3] * tilt_cosine) if side < 0.0 else (w_x, w_z)
@@ -201,7 +201,7 @@ def rate_about_roller(second, w_z, relative, side, tilt_cosine):
 
 @kernel_part
 def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
-    """Convert the angular velocity of row 1's cage to that of the cage on `side`, world axes [rad/s]."""
+    """Convert the angular velocity of row 1's cage to that of row 2's if `side` is -1; world axes [rad/s]."""
     if second is None:
         return omega_x, omega_y, omega_z
     rate = turned[3] if side < 0.0 else 0.0

@@ -50,9 +50,9 @@ def take_steps(
 ) -> Outputs:
     """Advance `state` in place over the output `intervals` of `steps_per_output` steps each.
 
-    `intervals` counts from the start of the run and so determines the time; an empty range only compiles. `memory`, of
-    the state's shape, is the change of velocities that the leapfrog method predicts; it is updated in place; None at
-    the start. Details (spins and contact loads) are stored every `intervals_per_detail` intervals, 0 for never.
+    `intervals` counts from the start of the run and so determines the time; an empty range only compiles the kernel.
+    `memory`, of the state's shape, is the change of velocities that the leapfrog method predicts; it is updated in
+    place; None at the start. Spins and contact loads are stored every `intervals_per_detail` intervals, 0 for never.
     """
     memory = np.zeros_like(state) if memory is None else memory
     rollers, length = len(model.slot_angle), intervals_per_detail or max(len(intervals), 1)
