@@ -40,15 +40,11 @@ def listening(pid: int) -> list[tuple[str, int]]:
     psutil = pytest.importorskip("psutil")
     with contextlib.suppress(psutil.Error):
         connections = psutil.Process(pid).net_connections("inet")
-        return [(c.laddr.ip, c.laddr.port) for c in connections if _listens(c, psutil)]
+        opened = [c for c in connections if c.type == socket.SOCK_DGRAM or c.status == psutil.CONN_LISTEN]
+        return [(c.laddr.ip, c.laddr.port) for c in opened]
     return []
 
 
 def reachable(pid: int) -> list[tuple[str, int]]:
     """List the addresses and ports of a process that other machines can reach."""
     return [(host, port) for host, port in listening(pid) if host not in ("127.0.0.1", "::1", "::ffff:127.0.0.1")]
-
-
-def _listens(connection: object, psutil: object) -> bool:
-    udp = getattr(connection, "type", None) == socket.SOCK_DGRAM
-    return udp or getattr(connection, "status", None) == getattr(psutil, "CONN_LISTEN", None)

@@ -107,12 +107,12 @@ def test_a_record_may_be_a_name_a_path_a_recording_or_a_run(use):
 def test_round_trips_through_xarray_are_exact(measured, tmp_path):
     """From the object, and from a file that xarray wrote: signals to the last bit, and everything that is known."""
     recording = recording_of({"simulated": run, "own": lambda: analysis().recording}.get(measured, lambda: measured)())
-    data = recording.to_xarray()
+    data, own_file = recording.to_xarray(), {"file": recording.file, "sha256": recording.sha256}
     data.to_netcdf(tmp_path / "record.nc", engine="h5netcdf")
     with xarray.open_dataset(tmp_path / "record.nc", engine="h5netcdf") as stored:
         assert stored.identical(data)
         again = [srbval.Recording.from_xarray(one) for one in (data, stored)]
-    for one in (*again, dataclasses.replace(srbval.load_recording(tmp_path / "record.nc"), **of_file(recording))):
+    for one in (*again, dataclasses.replace(srbval.load_recording(tmp_path / "record.nc"), **own_file)):
         for name, samples in recording.channels.items():
             assert np.array_equal(one.channels[name], samples)
         assert one.facts() == recording.facts()
@@ -122,14 +122,12 @@ def test_round_trips_through_xarray_are_exact(measured, tmp_path):
         srbval.Recording.from_xarray(data.isel(time_s=slice(None, None, 2)))
 
 
-def of_file(recording):
-    return {"file": recording.file, "sha256": recording.sha256}
-
-
 def test_a_run_file_is_what_to_xarray_gives(tmp_path):
     srbval.write_run(run(), tmp_path / "run.h5")
     with xarray.open_dataset(tmp_path / "run.h5", engine="h5netcdf") as stored:
         assert stored.equals(run().to_xarray())
+        assert stored["acceleration_x_m_s2"].dims == ("time_s",)
+        assert stored["time_s"].to_numpy() == pytest.approx((1 + np.arange(run().samples)) / 20480, rel=1e-12)
         read = srbval.Recording.from_xarray(stored)
     assert np.array_equal(read.channels["y"], run().acceleration_m_s2[:, 1])
     assert read.own_bearing == srbval.load_recording(tmp_path / "run.h5").own_bearing

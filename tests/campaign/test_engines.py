@@ -25,8 +25,6 @@ from tests.marked import until
 
 LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
 TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
-
-
 IN_THREADS = {"processes": False, "dashboard_address": "127.0.0.1:0"}  # a cluster within this process
 
 

@@ -33,8 +33,6 @@ def flip(path: Path, chance: random.Random) -> None:
 
 
 def foreign(path: Path) -> None:
-    import h5py
-
     with h5py.File(path, "w") as file:
         file["value"] = [1.0, 2.0]
 

@@ -82,8 +82,6 @@ def no_alarm(_bugs_are_seen, monkeypatch):
 
 
 INTERNAL_ERROR = srbval.cli.internal_error
-
-
 STREAMS = {
     "full, JSON": ("kinematics --json > /dev/full", 3, True),
     "full, help": ("--help > /dev/full", 0, False),

@@ -92,11 +92,9 @@ def test_noise_has_no_cage_and_a_nominal_speed_no_order():
 
 def test_the_tachometer_s_scale_moves_outer_and_inner_readings_apart():
     """A speed stated too high by s lowers c read from BPFO by s c and raises that read from BPFI by s (1 - c)."""
-    outer, inner = (
-        replace(cage_reading(simulated(2, state, 0.43), BEARING), read_from="", check=None, reading_u=0.0)
-        for state in (Fault.OUTER, Fault.OUTER)
-    )
-    inner = replace(inner, per_speed=0.57, speed_u=0.57 * 1e-4 / 1.96)
+    read = cage_reading(simulated(2, Fault.OUTER, 0.43), BEARING)
+    outer = replace(read, read_from="", check=None, reading_u=0.0)
+    inner = replace(outer, per_speed=0.57, speed_u=0.57 * 1e-4 / 1.96)
     own = covariance([outer, inner])
     assert outer.per_speed == pytest.approx(-outer.ratio)
     assert own[0, 1] == pytest.approx(-outer.ratio * 0.57 * (1e-4 / 1.96) ** 2, rel=1e-4)

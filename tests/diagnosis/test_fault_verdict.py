@@ -90,8 +90,6 @@ HEIGHTS = {
     "explained": STRONG | {"depth": 0.3, "detected": False, "explained_by": "3/2 BPFI"},
     "covered": STRONG | {"depth": 0.3, "detected": False, "covered": True, "explained_by": NotDetected.HIDDEN},
 }
-
-
 COMBS = {
     "healthy": scores(),
     **{name: scores(**{name: 14.0}) for name in ("outer", "inner", "roller", OTHER_CAUSE)},

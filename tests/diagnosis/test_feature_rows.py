@@ -16,8 +16,6 @@ from srbval.storage.installation import shipped_folder
 EXCERPTS = shipped_folder("data_manifest") / "rig_excerpts"
 FAULTY = EXCERPTS / "OR_877rpm_sample.h5"
 BASE = ["file", "name", "channel", "bearing", "fs_hz", "seconds", "state", "speed_rpm", "band_low_hz", "band_high_hz"]
-
-
 READERS = {"csv": pd.read_csv, "parquet": pd.read_parquet, "feather": pd.read_feather}
 
 

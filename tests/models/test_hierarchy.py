@@ -101,6 +101,7 @@ class TestEveryLevel:
             assert np.array_equal(load_recording(tmp_path / name).channels["y"], run.acceleration_m_s2[:, 1])
         with h5py.File(tmp_path / "run.h5") as kept, h5py.File(tmp_path / "streamed.h5") as streamed:
             assert set(kept) == set(streamed)
+            assert all(values.attrs["units"] and values.attrs["long_name"] for values in kept.values())
             assert all(np.array_equal(kept[name][()], streamed[name][()], equal_nan=True) for name in kept)
 
 

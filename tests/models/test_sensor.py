@@ -31,16 +31,12 @@ def accelerations(amplitude: float, frequency_hz: float, angle_rad: float) -> np
     return np.stack([tone * math.cos(angle_rad), tone * math.sin(angle_rad), 3 * tone], axis=1)
 
 
-def levels_of(samples: np.ndarray, chunk: int) -> BandLevels:
-    levels = BandLevels(fs_hz=FS_HZ)
-    for first in range(0, len(samples), chunk):
-        levels.add(along_sensor(samples[first : first + chunk]))
-    return levels
-
-
 @pytest.mark.parametrize(("band", "frequency_hz"), [("500-1500", 900.0), ("1400-2800", 2000.0)])
 def test_a_tone_counts_in_its_band_alone(band, frequency_hz):
-    rms = levels_of(accelerations(2.0, frequency_hz, SENSOR_ANGLE_RAD), 410).rms()
+    levels, samples = BandLevels(fs_hz=FS_HZ), accelerations(2.0, frequency_hz, SENSOR_ANGLE_RAD)
+    for first in range(0, len(samples), 410):
+        levels.add(along_sensor(samples[first : first + 410]))
+    rms = levels.rms()
     assert rms[band] == pytest.approx(math.sqrt(2), rel=STARTS)
     assert all(value < 0.25 for name, value in rms.items() if name != band)
 

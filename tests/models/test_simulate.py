@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from srbval import load_bearing, load_recording, write_run
+from srbval import load_bearing, load_recording
 from srbval.models import full_run
 from srbval.models.estimates import BLOCKS, ERROR_TOLERANCE, REFINEMENT, Estimate, StepError
 from srbval.models.full.steps import take_steps
@@ -206,12 +206,10 @@ def test_a_step_by_hand_that_is_too_long_is_kept_and_told(tmp_path):
     assert abs(numerics["band_rms_pct"]) > 100 * ERROR_TOLERANCE["band_rms"]
 
 
-ROUNDING = 1e-12  # of a sum of two frequencies
 ALL = 0.01  # of the load, where the bearing alone carries it
 SLOW_CAGE = 0.005  # of a cage that slows down: 0.002 between imex2's steps, 0.02 to twice the paper's
 MOMENTUM_N = 1.0  # of 125 kN; the last displacements are no means
 SPIN = 0.02  # of the rollers' spin in pure rolling: they slip a little
-
 GOOD = {
     "scene": paper_scene(),
     "rolling_elements": 38,
@@ -227,8 +225,6 @@ GOOD = {
     "deepest_m": 2e-5,
     "energy_imbalance": -0.04,
 }
-
-
 TOO_COARSE, DRIVE = told("band_rms", 0.2), "drive_power"
 # Without another path all of the load must be carried; in a speed ramp an open energy balance is a caution. Beside the
 # weight of the ring and its housing a load of 20 N is next to nothing, and what of it is missing too.
@@ -309,18 +305,6 @@ def test_an_inaccurate_run_names_what_is_off_and_what_would_do(solver, error, ad
     figures = {"scene": paper_scene(solver={"name": solver}), "step_s": 1 / 61440, "step_limit_s": 1e-3}
     reason = assess(RunSummary(**(GOOD | figures | {"step_error": error})))[1]
     assert f"band_rms +20 % (standard error 0 %, limit 5 %); {advice}" in reason
-
-
-def test_a_run_file_opens_in_xarray_with_units(run, tmp_path):
-    xarray = pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
-    path = tmp_path / "run.h5"
-    write_run(run, path)
-    with xarray.open_dataset(path, engine="h5netcdf") as data:
-        assert all(v.attrs["units"] and v.attrs["long_name"] for v in data.variables.values())
-        assert data["acceleration_x_m_s2"].dims == ("time_s",)
-        np.testing.assert_array_equal(data["acceleration_x_m_s2"], run.acceleration_m_s2[:, 0])
-        np.testing.assert_allclose(data["time_s"], (1 + np.arange(run.samples)) / 20480, rtol=ROUNDING)
 
 
 def test_load_share_follows_the_path(run):

@@ -9,8 +9,8 @@ import pytest
 
 import srbval.progress
 from srbval.progress import ProgressDisplay, stage
+from tests.marked import until
 
-LONGEST_S = 30.0  # on a busy machine a thread may wait long for its turn
 FAST_S = 0.06  # instead of seconds between two lines, so that the tests are short
 
 
@@ -52,9 +52,9 @@ def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch)
     stream = io.StringIO()
     with ProgressDisplay(stream) as progress:
         with stage(progress, "Compile"):
-            _wait_for(r"Compile: after \d+ s", 2, stream)
+            until(lambda: len(re.findall(r"Compile: after \d+ s", stream.getvalue())) >= 2)
         with stage(progress, "Draw"):
-            _wait_for(r"Draw: after \d+ s", 2, stream)
+            until(lambda: len(re.findall(r"Draw: after \d+ s", stream.getvalue())) >= 2)
     written = stream.getvalue().splitlines()
     assert written[0] == "Compile ..."
     assert not any(line.startswith("Compile") for line in written[written.index("Draw ...") :])
@@ -98,11 +98,3 @@ def test_many_threads_lose_no_line():
     written = stream.getvalue().splitlines()
     assert sum(line.endswith(" ...") for line in written) == count
     assert sum(": done in " in line for line in written) == count
-
-
-def _wait_for(line: str, times: int, stream: io.StringIO) -> None:
-    """Wait until `stream` holds what matches `line` so many times; fail where it does not come."""
-    end = time.monotonic() + LONGEST_S
-    while len(re.findall(line, stream.getvalue())) < times:
-        assert time.monotonic() < end, stream.getvalue()
-        time.sleep(0.01)

@@ -1,13 +1,16 @@
-"""The analysis of a record: lines where they are, the band that is chosen on it, a speed that is followed."""
+"""The analysis of a record, measured or simulated: its lines, the band chosen on it, a speed that is followed."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
-from srbval import ConfigurationError, DataError, analyse, load_bearing, simulate, write_run
+from srbval import Analysis, ConfigurationError, DataError, analyse, load_bearing, simulate, write_run
+from srbval.bearing import DEFECTS, Fault
+from srbval.comparison.counterpart import SimulationCase, analyse_run
+from srbval.diagnosis.fault_verdict import Finding, fault_verdict
 from srbval.reading.analyse import analysis_once
-from srbval.reading.pipeline import band_kurtogram, declared_band
+from srbval.reading.pipeline import SIMULATED_BAND_HZ, band_kurtogram, declared_band
 from srbval.recordings import (
     Origin,
     Recording,
@@ -24,7 +27,6 @@ from srbval.storage.content_store import content_sha256
 SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
 HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
 SAME_CHAIN_HZ = 1e-6  # the same samples but for rounding of the two axes
-
 FS_HZ = 20_480.0
 SECONDS = 4.0
 SHAFT_HZ = 14.3
@@ -156,7 +158,6 @@ def test_what_cannot_be_analysed_is_refused_with_a_remedy(changes, options, erro
 
 
 ROUNDING, ROUNDING_PROBABILITY = 1e-6, 1e-12  # of two ways to compute one probability
-
 OUTER = recording(impulses(BEARING.orders.bpfo * SHAFT_HZ))
 NOISE = recording(np.random.default_rng(5).standard_normal(OUTER.samples))
 
@@ -219,23 +220,15 @@ SLIP = 1.002
 RAMP_PCT = 0.03
 
 
-def ramped():
+def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_followed():
     """Impulses of a fault at even shaft angles while the shaft speeds up by 5 %."""
     time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
     turns = SHAFT_HZ * ((1 - RAMP / 2) * time_s + RAMP * time_s**2 / (2 * SECONDS))
     strikes = np.arange(1, turns[-1] * BEARING.orders.bpfo * SLIP - 2) / (BEARING.orders.bpfo * SLIP)
-    return rings(np.interp(strikes, turns, time_s), np.ones(strikes.size))
-
-
-def with_tachometer():
+    samples = rings(np.interp(strikes, turns, time_s), np.ones(strikes.size))
     speed = SHAFT_HZ * np.linspace(1 - RAMP / 2, 1 + RAMP / 2, 2560)
-    return recording(
-        ramped(), speed=tachometer_speed(speed), speed_signal=SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS)
-    )
-
-
-def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_followed():
-    record = with_tachometer()
+    course = SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS)
+    record = recording(samples, speed=tachometer_speed(speed), speed_signal=course)
     with_course = analyse(record, bearing=BEARING)
     assert with_course.processed.tracking.used
     assert with_course.to_dict()["order_tracking"]["drift_bins"] > 20
@@ -278,3 +271,54 @@ def test_a_stored_analysis_is_the_analysis(rpm_is_nominal, monkeypatch):
     assert content_sha256(again) == content_sha256(first)  # a figure of it is not drawn again
     with pytest.raises(TypeError):
         analysis_once(record, BEARING)  # another band
+
+
+TURNS = 30.0
+
+
+@pytest.mark.parametrize(
+    ("rpm", "fit"), [(710.0, "play"), pytest.param(997.0, "play", marks=pytest.mark.long_form), (858.0, "printed")]
+)
+def test_healthy_model_shows_no_fault(rpm, fit):
+    """Judged as if it had been measured and not labelled, alone and against another run of the same bearing."""
+    judged, before = (model(rpm, fit, settle) for settle in ("0.05 s", "0.17 s"))
+    assert all(judged.line_of(fault).found_hz is not None for fault in DEFECTS)
+    for baseline in (None, before):
+        verdict = fault_verdict(judged, baseline)
+        assert verdict.finding in (Finding.UNDECIDED, Finding.NOTHING_FOUND)
+        assert verdict.part is None
+
+
+def model(rpm: float, fit: str, settle: str) -> Analysis:
+    scene = paper_scene(
+        duration_s=TURNS * 60 / rpm,
+        shaft_speed_rad_s=rpm * np.pi / 30,
+        defect={"kind": "none"},
+        settle=settle,
+        contact={"roller_fit": fit},
+    )
+    recording = recording_from_run(simulate(scene))
+    as_measured = dataclasses.replace(recording, origin=Origin.MEASURED, state=None, band_hz=SIMULATED_BAND_HZ)
+    return analyse(as_measured, bearing=BEARING)
+
+
+def test_the_model_s_roller_and_cage_are_read_from_its_vibration():
+    """Both are known from the run: the damaged roller's own turning, seen from its slot, and the cage's speed."""
+    scene = paper_scene(
+        duration_s=4.0,
+        contact={"roller_fit": "printed"},
+        defect={"kind": "roller", "height": "-0.1 mm"},
+        detail_rate_hz=1024.0,
+    )
+    run = simulate(scene)
+    side = analyse_run(SimulationCase(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
+    line, shaft_hz = side.analysis.line("2xBSF"), scene.shaft_hz
+    assert line.detected
+    assert abs(line.found_hz - side.line_order * shaft_hz) <= line.ci95_hz
+    assert line.ci95_hz < 1e-3 * line.found_hz
+    assert abs(line.sideband_hz - run.cage_ratio * shaft_hz) <= line.sideband_ci95_hz
+    assert line.sideband_ci95_hz < 0.01 * line.sideband_hz
+    assert all(side.analysis.line(name).detected for name in ("2xBSF-FTF", "2xBSF+FTF"))
+    # Three contact circles of different radii: the roller turns faster than its middle circle alone would have it.
+    assert 1.01 < side.line_order / (2 * BEARING.orders.bsf) < 1.03
+    assert run.cage_ratio == pytest.approx(BEARING.orders.ftf, rel=0.005)

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal.windows import hann
 
 from srbval import ConfigurationError, Recording
 from srbval.bearing import Fault
 from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, locked_levels
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
+from tests.path import simulated_rig
 from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
 from tests.signal.test_envelope import bandpass
 
@@ -28,10 +28,7 @@ def gated(random: np.random.Generator, rms: float) -> np.ndarray:
 
 def pulses(random: np.random.Generator) -> np.ndarray:
     """Half a millisecond of force once per passage, with slip of 0.3 % of the spacing."""
-    train = np.zeros(TIME_S.size)
-    times = random.uniform(0, 1 / LINE_HZ) + np.cumsum(1 + 0.003 * random.standard_normal(400)) / LINE_HZ
-    train[(times[times < SECONDS] * FS_HZ).astype(int)] = 1.0
-    return np.convolve(train, 30 * np.diff(hann(9)))[: train.size]
+    return -simulated_rig.pulses(random, Fault.OUTER)[:, 1]
 
 
 def tone(amplitude: float) -> np.ndarray:

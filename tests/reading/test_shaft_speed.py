@@ -19,7 +19,6 @@ from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.storage.json_files import to_json
 
 SLIP_PCT = 0.15  # the estimated speed's own uncertainty, in per cent of the line
-
 FS_HZ, SECONDS = 12000.0, 3.0
 BEARING = load_bearing("skf-6205")
 # The loosest a right estimate may be here: the declared allowance and a little for the fit.
@@ -107,7 +106,6 @@ def test_left_out_records_are_covered(recordings_dir, monkeypatch):
 
 
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
-
 NOMINAL_HZ = 25.0
 SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "8"))
 

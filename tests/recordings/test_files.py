@@ -125,8 +125,6 @@ UNIT_ROUNDING = 1e-12  # two factors applied one after the other
 MEAN_ROUNDING = 1e-9  # a mean over the samples in another order, or of rad/s in place of rpm
 WITHIN_RPM = 1  # the made signal scatters by 0.3 rpm about 700
 FULL_NAME = "IR_727rpm_124.8kN_49kN.mat"
-
-
 KEYS = {  # of the tables that are read as mappings
     "bands": {"low_hz", "high_hz", "reason", "fs_hz"},
     "records": {"first", "last", "label", "fs_hz", "end", "note"},
@@ -152,11 +150,6 @@ def test_names_patterns_addresses_and_bands_are_usable(d):
         assert band["high_hz"] == pytest.approx(min(10000.0, 0.46 * fs_hz), rel=BAND_EDGE)
 
 
-def ims(path):
-    np.savetxt(path, np.stack([files.vibration(seed=i) for i in range(8)], axis=1), fmt="%.3f", delimiter="\t")
-    return path
-
-
 def upm_citef(path):
     savemat(path, {"Fs": 40000.0, **{f"Rod_{i}": 1.9 + 0.1 * files.vibration(seed=i)[:, None] for i in (3, 2, 1)}})
     return path
@@ -170,10 +163,6 @@ def rig(path, write=files.rig_v5):
 
 def cwru(number, rpm=1796):
     return partial(files.cwru, number=number, rpm=rpm)
-
-
-def renamed(path):
-    return files.excerpt(path, condition="Roller", rpm_nominal=353)
 
 
 STATED, NOMINAL, TACHOMETER = SpeedSource.STATED, SpeedSource.NOMINAL, SpeedSource.TACHOMETER
@@ -191,6 +180,7 @@ EXCERPT = {"dataset": "torino-excerpts", "channel": "sensor_4", "unit": "m/s2", 
 EXCERPT |= {"bearing": "skf-22240", "band_hz": (1400.0, 2800.0), "radial_n": 124800.0, "axial_n": 0.0}
 EXCERPT |= {"origin": Origin.MEASURED, "state": Fault.OUTER, "nominal_rpm": 877.0}
 ROLLER = {"state": Fault.ROLLER, "nominal_rpm": 353.0}
+OTHER_NAME = partial(files.excerpt, condition="Roller", rpm_nominal=353)
 FULL = EXCERPT | {"dataset": "torino-full", "axial_n": 49000.0, "state": Fault.INNER, "nominal_rpm": 727.0}
 # By name: how the file is written, what it states, its speed with half width [rpm], seed and factor of the samples.
 FILES = {
@@ -207,7 +197,7 @@ FILES = {
     "07_200_S1_RE_F0_R1.mat": (upm_citef, UPM | {"state": Fault.HEALTHY}, (NOMINAL, 200, 3), None),
     "101_200_S1_ORRE_F2_R1.mat": (upm_citef, UPM | {"state": None}, (NOMINAL, 200, 3), None),
     "OR_877rpm_sample.mat": (files.excerpt, EXCERPT, (TACHOMETER, EXCERPT_RPM, None), (0, 1)),
-    "unnamed.bin": (renamed, EXCERPT | ROLLER, (TACHOMETER, EXCERPT_RPM, None), (0, 1)),
+    "unnamed.bin": (OTHER_NAME, EXCERPT | ROLLER, (TACHOMETER, EXCERPT_RPM, None), (0, 1)),
     FULL_NAME: (rig, FULL, (TACHOMETER, FULL_RPM, None), (3, 4)),
     f"{FULL_NAME} v7.3": (partial(rig, write=files.rig_v73), FULL, (TACHOMETER, FULL_RPM, None), (3, 4)),
 }
@@ -232,7 +222,8 @@ def test_other_channels_are_not_of_the_tested_bearing(tmp_path):
 
 
 def test_ims_asks_for_one_of_its_channels(tmp_path):
-    path = ims(tmp_path / "2003.10.22.12.06.24")
+    path, channels = tmp_path / "2003.10.22.12.06.24", [files.vibration(seed=i) for i in range(8)]
+    np.savetxt(path, np.stack(channels, axis=1), fmt="%.3f", delimiter="\t")
     with pytest.raises(DataError, match=r"which of 8 channels: --channel ch1 \| ch2.*ch8"):
         load_recording(path)
     r = load_recording(path, channel="ch3")

@@ -208,12 +208,8 @@ def test_the_report_is_without_the_page_of_a_study_that_is_not_there_and_the_res
     assert shown == [page.name for page in pages() if page.name != study]
 
 
-def nothing(folder: Path, name: str) -> None:
-    """A picture that nobody draws."""
-
-
 def figure(**changes):
-    return blocks.Figure(**{"id": "fig11a", "caption": "c", "alt": "a", "draw": nothing} | changes)
+    return blocks.Figure(**{"id": "fig11a", "caption": "c", "alt": "a", "draw": lambda *_: None} | changes)
 
 
 @pytest.mark.parametrize("changes", [{"alt": " "}, {"caption": ""}, {"id": "../up"}])
@@ -288,10 +284,6 @@ COLUMNS = {
 }
 
 
-def _shown(table: blocks.ReportTable) -> list[list[str]]:
-    return [[cell.text(column) for cell, column in zip(row, table.columns, strict=True)] for row in table.rows]
-
-
 def test_a_frame_is_shown_with_its_companions_and_its_gaps(prose):
     frame = pd.DataFrame(
         {
@@ -306,7 +298,8 @@ def test_a_frame_is_shown_with_its_companions_and_its_gaps(prose):
         }
     )
     table = prose.table("limits", frame, COLUMNS, more_notes=["one", ""])
-    assert _shown(table) == [["paper", "+0.12 ± 0.05", "3"], ["rig", "–", "–"]]
+    texts = [[cell.text(column) for cell, column in zip(row, table.columns, strict=True)] for row in table.rows]
+    assert texts == [["paper", "+0.12 ± 0.05", "3"], ["rig", "–", "–"]]
     first, second = table.rows[0][1], table.rows[1][1]
     assert (first.badge, first.tone, first.note) == (blocks.Badge.MEASURED, blocks.Tone.GOOD, "of 3")
     assert (second.ci95, second.badge, second.tone, second.note) == (None, None, None, "")

@@ -15,7 +15,6 @@ import pytest
 import scipy.signal
 
 from srbval import DataError, Recording, write_plot
-from srbval.bearing import Fault
 from srbval.diagnosis.fault_verdict import Finding
 from srbval.diagnosis.records import FailedFile, RecordRequest
 from srbval.reading.lines import NotDetected, detected_fault_lines
@@ -27,6 +26,7 @@ from srbval.report.findings.user_records import OPEN_CAGE, UserRecord, gather_us
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import write_report
 from srbval.signal.envelope import MIN_END_S
+from tests.diagnosis.test_baseline import healthy
 from tests.reading.test_shaft_speed import BEARING, record
 from tests.report.test_report_files import unpacked
 
@@ -36,11 +36,6 @@ HOSTILE = "<script>alert(1)</script> \"q\" 's' ../../x {{ 7*7 }} {x} *a* **b** `
 
 def faulted(**changes):
     return dataclasses.replace(record(shaft_hz=25.0), **changes)
-
-
-def healthy(**changes):
-    plain = record(shaft_hz=25.0, fault=False, seed=9)
-    return dataclasses.replace(plain, state=Fault.HEALTHY, name="healthy one", **changes)
 
 
 def gathered(
@@ -137,7 +132,6 @@ def test_hostile_names_of_files_and_channels_are_shown_as_they_are(tmp_path):
 RATES_HZ, MORE_RATES_HZ = (2000.0, 12_000.0, 102_400.0), (8192.0, 48_000.0)
 SECONDS = (0.25, 1.5, 4.0)
 SPEEDS_RPM = (30.0, 120.0, 300.0, 600.0, 1200.0, 3000.0, 6000.0)
-
 MOSTLY = 0.8  # of the records that are long enough: at 2 kHz and 6,000 rpm the line is beyond reach
 
 

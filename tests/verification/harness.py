@@ -69,8 +69,7 @@ def advance(
     model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
 ) -> FloatArray:
     """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
-    out = take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
-    return out[:, :3]
+    return recorded(model, y, step_s=step_s, steps=steps, method=method, outputs=outputs)[:, :3]
 
 
 def recorded(

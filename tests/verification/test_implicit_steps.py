@@ -135,8 +135,6 @@ METHODS: dict[str, tuple[Stepper, float]] = {
     "imex2": (leapfrog(0.5, (1.5, 0.5), GAMMA_IMEX2, 0.5), LEAPFROG),
     "ros2": (w_method, ROSENBROCK),
 }
-
-
 EACH: list[Any] = list(product(METHODS, SCENES))
 EACH[-1] = pytest.param(*EACH[-1], marks=pytest.mark.long_form)  # whose kernel nothing else needs
 

@@ -17,11 +17,10 @@ from pathlib import Path
 
 import pytest
 
-import srbval
 from srbval.storage.installation import child_environment
+from tests.verification.planted import KERNELS
 
 HERE = Path(__file__).parent
-KERNELS = Path(srbval.__file__).parent / "models" / "full"
 CHECKS = (
     "test_equations_of_motion.py",
     "test_free_motion.py",

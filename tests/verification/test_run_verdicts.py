@@ -57,7 +57,6 @@ class Condition:
 
 
 def conditions(count: int, drawn: random.Random) -> Iterator[Condition]:
-    """`count` drawn conditions."""
     for _ in range(count):
         friction = drawn.uniform(*FRICTION)
         yield Condition(

@@ -52,19 +52,13 @@ RING, RING_M = 2e-3, 1e-8  # of the displacement: a tenth of `ROLLER`, of all lo
 NOTICED = 0.01  # of the largest load
 
 
-def load_on_ring(scene: Scene) -> FloatArray:
-    load = scene.load
-    radial = load.radial_n * np.array([np.cos(load.direction_rad), np.sin(load.direction_rad)])
-    return np.array([*radial, load.axial_n])
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_loads_and_displacement_are_those_of_the_integral(name):
-    scene, model, _ = subject(STATIC, CASES[name], make=slices_model)
+    scene, model, world = subject(STATIC, CASES[name], make=slices_model)
     state = equilibrium_state(model)
     found = rates(model, 0.0, state).load_n.sum(axis=2)
     bearing = SlicedBearing.like(model, scene)
-    ring, slide = bearing.balance(load_on_ring(scene))
+    ring, slide = bearing.balance(world.external_load(0.0))
     expected = bearing.contacts(slide, ring).force_n.sum(axis=2)
     least = NOTICED * float(expected.max())
     assert 5 <= (expected[0] > least).sum() < len(slide)

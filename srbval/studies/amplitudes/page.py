@@ -44,8 +44,7 @@ def draw_errors(rows: Rows) -> PanelData:
     ax.set_xticks(bands, labels=[f"{hz:.0f}" for hz in bands])
     ax.minorticks_off()
     legend_above(ax)
-    columns = ["record", "band_hz", "rig", "model", "error", "uncertainty"]
-    return figure, {name: table[name].tolist() for name in columns}
+    return figure, table[["record", "band_hz", "rig", "model", "error", "uncertainty"]].to_dict("list")
 
 
 def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:

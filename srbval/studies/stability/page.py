@@ -47,10 +47,9 @@ def chart(limits: pd.DataFrame) -> PanelData:
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     """Build the blocks of the page: criterion of stability, chart of the largest stable steps, the paper's claims."""
     limits, cells = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float)), content["cells"]
-    values = {"cells": len(cells), "stable": sum(cell["stable"] for cell in cells)}
-    values |= {"finest": max(content["steps_per_s"])}
-    yield prose.paragraph("intro", **values, **content["tolerances"])
-    yield prose.figure("stability-chart", panel(chart)(limits), badge=Badge.SIMULATED, **values)
+    stable, finest = sum(cell["stable"] for cell in cells), max(content["steps_per_s"])
+    yield prose.paragraph("intro", cells=len(cells), stable=stable, **content["tolerances"])
+    yield prose.figure("stability-chart", panel(chart)(limits), badge=Badge.SIMULATED, finest=finest)
     yield Listing(items=tuple(claim["answer"] for claim in content["claims"]))
 
 
