@@ -28,7 +28,6 @@ def _answer(request: Any) -> Any:
 
 
 def prepare_worker() -> Callable[[Any], Any]:
-    """Return what answers."""
     return _answer
 
 
