@@ -26,7 +26,7 @@ GRID_S = 1e-3  # step of the table from which times of angles are interpolated
 
 @dataclass(frozen=True, kw_only=True)
 class PrescribedMotion:
-    """Angles of shaft, cage and rollers, and load, at times counted from `Scene.settle_s` before the recording.
+    """Load, and angles of shaft, cage and rollers, over time; time 0 is `Scene.settle_s` before the recording starts.
 
     The angles follow from the bearing's fault orders (Randall 2011, sect. 2.2.3) and the scene's `cage_slip`.
     """

@@ -122,7 +122,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Raised piece of a race in parts of the length `part_m`; `offset_m`, [parts]: their distances from its middle."""
+    """Piece of a race raised by a defect, in parts of length `part_m`; `offset_m` [parts]: distances from the middle."""
 
     offset_m: FloatArray
     height_m: FloatArray

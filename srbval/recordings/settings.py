@@ -417,7 +417,7 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
                     stated[key] = int(text)
             settings = build(RecordingSettings, stated, "row")
             if file in found:
-                raise ConfigurationError(f"{file.name} is named twice")
+                raise ConfigurationError(f"{file.name} is named twice in the table; delete one row")
             found[file] = settings.over(common)
         except ConfigurationError as error:
             wrong.append(f"row {number}: {error}")

@@ -110,7 +110,11 @@ def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: Complex
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for each row of `steps`; `which` [b] is the index of its set of amplitudes."""
+    """Log likelihood [b] of the record for b trial walks of the phase.
+
+    `steps` [b, frequencies]: transform of each walk's change of phase from block to block; `which` [b]: number of the
+    set of line amplitudes that it uses.
+    """
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
     density = likelihood[0][which] / CIRCLE

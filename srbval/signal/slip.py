@@ -144,7 +144,7 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Block sums [c, blocks] in units of their noise, and mean power over noise [c], per allowed number of blocks."""
+    """Yield, for each number of blocks, sums over blocks [components, blocks] and mean power over noise [component]."""
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:

@@ -91,7 +91,7 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
 
 @cache
 def reference_fingerprint() -> Fingerprint:
-    """Load the reference numbers of the program's behaviour, shipped for `srbval check`; empty if there are none."""
+    """Load the shipped results of short test runs, which `srbval check` compares; empty if there are none."""
     try:
         content = read_json(shipped_folder(REPORTS) / REFERENCE_FILE, MAX_RESULT_BYTES)
         known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())

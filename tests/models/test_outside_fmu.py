@@ -108,7 +108,7 @@ def test_an_fmu_that_fails_is_a_status(load, status, reason):
     [
         ('"a_y"', '"a_z"', "acceleration_m_s2: the FMU has no variable 'a_z'; did you mean 'a_y'"),
         ('unit = "rad/s"', 'unit = "rpm"', "the unit 'rpm' differs from the FMU's 'rad/s'"),
-        ('unit = "kN"', 'unit = "bar"', "'radial_load' is in 'bar'. Known: N, kN, MN"),
+        ('unit = "kN"', 'unit = "bar"', "'radial_load' is in 'bar'. Known units: N, kN, MN"),
         (', unit = "m/s2"', "", "'a_y' has no unit in the FMU's description; state it here"),
         ("shaft_speed_rad_s", "shaft_speed", "'shaft_speed' is not known; did you mean 'shaft_speed_rad_s'"),
         ("acceleration_m_s2", "ring_displacement_m", "is in 'm/s2'"),
@@ -132,7 +132,7 @@ COMMANDS = {"bench": ("--quick",), "validate": ("--measured", RECORD, "--no-pdf"
     [
         ("", "", (0, 0), r"bearing\.fmu own +61440 .* ok|cage ratio +1 +0\.4304 +0\.43 "),
         ('"kN"', '"N"', (0, 4), r"its process ended \(exit code 9\)"),
-        ('"kN"', '"bar"', (2, 2), "'radial_load' is in 'bar'. Known: N, kN, MN"),
+        ('"kN"', '"bar"', (2, 2), "'radial_load' is in 'bar'. Known units: N, kN, MN"),
         ('"a_y"', '"a_z"', (2, 2), "the FMU has no variable 'a_z'; did you mean 'a_y'"),
     ],
 )

@@ -304,7 +304,7 @@ def test_objects_of_matlab(tmp_path, monkeypatch):
     import pandas as pd
 
     monkeypatch.setitem(sys.modules, "matio", None)
-    with pytest.raises(DataError, match=r"need the library mat-io \(.*install mat-io\)\. You can also export a table"):
+    with pytest.raises(DataError, match=r"need the library mat-io \(.*install mat-io\)\. Alternative: export"):
         add_objects(tmp_path, {})
     assert "left out" in add_objects(tmp_path, {"x": X})[0]
     info = types.SimpleNamespace(

@@ -95,7 +95,7 @@ class Statics:
         self.y[self.layout.cage] = 0.0, 0.0, cage_angle_rad
 
     def forces(self, slide: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-        """Compute the force on each roller along its slot, that on the ring [N], and the deepest penetration [m]."""
+        """Compute each roller's force along its slot, the force on the ring [N], and the largest penetration [m]."""
         model, layout = self.rest, self.layout
         self.y[layout.slide], self.y[layout.ring] = slide, ring
         found = rates(model, 0.0, self.y)

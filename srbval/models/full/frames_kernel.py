@@ -131,7 +131,10 @@ def face_defects(defects, radius, rotation, space):
 
 @kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
-    """Compute each roller's slot axes, race motion and number of points in reach; `count`: points on a circle."""
+    """Compute the axes of each roller's slot in the cage, the races' motion, and the number of race points near it.
+
+    `count`: points on a circle of a race.
+    """
     space = model.scratch.space
     turn = y[at.cage + 2]
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]

@@ -72,7 +72,8 @@ def resist_rolling(space, j, short, full):
 def add_oil_forces(oil, model, slots, cage, shaft, totals):
     """Add the oil's rolling resistance and the pockets' friction to the rollers' torques, and the powers to `totals`.
 
-    Also fills the couples on the cages, row `ON_CAGE`. Call it after all contact forces. No effect without `oil`.
+    Also writes the couples on the cages to row `ON_CAGE` of the workspace. Call it after all contact forces. No effect
+    without `oil`.
     """
     if oil is None:
         return

@@ -1,12 +1,13 @@
-"""Kernels: torque and powers of the forces that an implicit step applies.
+"""Kernels: torque of the drive and powers of the forces that an implicit time step applies.
 
-An implicit step evaluates forces F at speeds v, but friction and contact damping act at the speeds v + x: with masses
-M, damping matrix D and accelerations k, M k = F(v) - D x. The shaft's motion is prescribed, so no equation has its
-torque; this follows from d, the row of D for the shaft's speed W. With u = (v, W) the losses are u D u:
+An implicit step evaluates the forces F at known speeds v. Friction and contact damping act at the speeds v + x, with a
+change x that the method computes: M k = F(v) - D x, with masses M, damping matrix D and accelerations k.
+The shaft's motion is prescribed. Its torque therefore follows from d, the row of D that belongs to the shaft's speed W:
 
-    torque on the shaft = torque at v - d x,   losses = losses at v + (2 v + x) D x + 2 W d x,   D x = M (a - k)
+    torque on the shaft = (torque at v) - d x
+    losses = (losses at v) + (2 v + x) D x + 2 W d x,   with D x = M (a - k) and the accelerations a at v
 
-with the accelerations a at v. Without the terms in x, the drive's power is 26 % too large in Giraudo's scene.
+The losses are u D u with u = (v, W). Without the terms in x, the drive's power is 26 % too large in Giraudo's scene.
 """
 
 import numpy as np

@@ -117,5 +117,5 @@ def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowe
     unit = stated or described
     if unit not in units and (unit or len(units) > 1):
         said = f"is in {unit!r}" if unit else "has no unit in the FMU's description; state it here"
-        raise ConfigurationError(f"{place} {key}: {name!r} {said}. Known: {', '.join(units)}.")
+        raise ConfigurationError(f"{place} {key}: the variable {name!r} {said}. Known units: {', '.join(units)}.")
     return FmuVariable(key, name, units.get(unit, 1.0), codes)

@@ -91,7 +91,7 @@ def run_in_process(scene: Scene) -> OutsideResult:
 
 @contextlib.contextmanager
 def models_ended() -> Iterator[None]:
-    """Stop all running models from outside, with `CancelledError` for callers; none can start in the ``with`` block."""
+    """Stop all external models that are running; callers get `CancelledError`. None can start in the ``with`` block."""
     _ending.append(None)
     try:
         while _running:

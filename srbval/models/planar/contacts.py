@@ -160,7 +160,7 @@ class Race:
     radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Compute the normal force at a penetration `depth_m`, any shape."""
+        """Compute the normal force [N] at the penetrations `depth_m` [m], an array of any shape; same shape."""
         depth = np.maximum(depth_m, 0.0)
         if self.fall_1_m > 0:
             return self.stiffness * (4 / 3) * math.sqrt(2 / self.fall_1_m) * depth**1.5
@@ -197,7 +197,10 @@ class Opening(NamedTuple):
     middle_m: FloatArray
 
     def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """Height [m] that a strip of half length `half_m` adds to the race; `along_1_m`: curvature of the gap."""
+        """Compute by how much a strip lifts the ball or roller from the race [m]; negative in a pit.
+
+        `half_m`: half length of the strip [m]; `along_1_m`: curvature of the gap between both along the race [1/m].
+        """
         if self.height_m > 0:
             beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
             return np.maximum(0.0, self.height_m - along_1_m * beside**2 / 2)

@@ -90,8 +90,8 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
         return (f"left out: MATLAB objects, {why}",) if why else ()
     raise DataError(
         f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), "
-        f"{why or f'with fewer than {MIN_SIGNAL_SAMPLES} samples'}. You can also export a table, in MATLAB: "
-        "writetable(timeseries2timetable(x), 'x.csv')"
+        f"{why or f'with fewer than {MIN_SIGNAL_SAMPLES} samples'}. Alternative: export the signals as a table from "
+        "MATLAB, writetable(timeseries2timetable(x), 'x.csv')"
     )
 
 
