@@ -122,7 +122,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Piece of a race raised by a defect, in parts of length `part_m`; `offset_m` [parts]: distances from the middle."""
+    """Piece of a race raised by a defect, in parts of length `part_m`; `offset_m` [parts]: distances from middle."""
 
     offset_m: FloatArray
     height_m: FloatArray

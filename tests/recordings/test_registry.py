@@ -216,8 +216,9 @@ def test_what_srbval_wrote_itself_is_no_recording(folder):
     tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
-    with folder_lock(folder / "below" / "runs"):
-        write_campaign_table(folder / "below" / "runs", CampaignTable(campaign=small(), version="", cases=()))
+    table = CampaignTable(campaign=small(), version="", cases=(), folder=folder / "below" / "runs")
+    with folder_lock(table.folder):
+        write_campaign_table(table)
     for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "s.h5", folder / name)

@@ -69,7 +69,7 @@ def plan_contacts(slots, races, space, plan, count):
 
 @kernel_part
 def plan_group(plan, row, race, window, first):
-    """Write to `plan` a group of `LANES` contacts, workspace columns from `first` on, with its list `window` of points."""
+    """Write to `plan` a group of `LANES` contacts, the columns from `first` on, with its list `window` of points."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
