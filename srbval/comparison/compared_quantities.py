@@ -147,7 +147,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Index the effects in the `stored` result of the study ``inputs`` by defect and quantity."""
+    """Index the effects of inputs in the `stored` result of the study ``inputs`` by defect and affected quantity."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 

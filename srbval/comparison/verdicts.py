@@ -55,7 +55,7 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
-    """Verdicts on the model's cage ratio by scene and `Endpoint`; `stored` is the result of the study ``inputs``."""
+    """Verdicts on the cage ratio by scene and question (`Endpoint`); `stored` is the result of the study ``inputs``."""
     if not readings or not stored:
         return []
     means = cage_means(readings)

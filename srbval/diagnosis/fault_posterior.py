@@ -168,7 +168,7 @@ def log_likelihood(
 
     `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
     visible in only one of them. `lines` is, by part, 0 without a peak at its line, 1 for a peak that neither noise nor
-    a healthy record explains, 2 for `BaselineComparison.line`, which has risen. `stands` is true if any line or comb of
+    a healthy record explains, 2 if the line has risen over the healthy record. `stands` is true if any line or comb of
     the record is unexplained (see `Diagnosis.standing`). `elsewhere` are the comb scores at another shaft speed, if the
     record fits a speed outside the tolerance of the stated speed: if they indicate another cause than `views`, a fault
     of an unknown part is more likely.

@@ -196,7 +196,7 @@ class SlicedContact:
         """Points on a race: radius about the shaft, distance from mid-plane [m]; normal's radial and axial component.
 
         `axial_m`: distances from the roller's middle along the roller, away from the mid-plane. The profiles are arcs
-        (eq. (17) of Giraudo et al. 2025); an inner race of another profile radius keeps its point at `axial_m` = 0.
+        (eq. (17) of Giraudo et al. 2025); an inner race's profile radius does not move its point at `axial_m` = 0.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m

@@ -178,7 +178,7 @@ def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> flo
     """Longest step at which the stiffest roller's bouncing between the races decays [s]; None if all steps are stable.
 
     The model is linearised about static balance with all bodies at rest; `state`: state of this balance. Only the
-    roller moves, and deeper contacts on a defect are not included; `linearise` includes the whole model.
+    roller moves, and larger penetrations at a defect are not included; `linearise` includes the whole model.
     """
     at_rest = state.copy()
     at_rest[layout_of(state).half :] = 0.0

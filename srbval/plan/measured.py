@@ -87,7 +87,7 @@ class MeasuredErrors:
         return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
     def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
-        """Settings, except varied ones, in which `scene` differs from `values`; `own`: its `scene_values`, if known."""
+        """List settings in which `scene` differs from the scenes measured, except varied ones; `own`: its values."""
         own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."

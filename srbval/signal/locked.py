@@ -59,8 +59,8 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Fit A exp(2 pi i (`tone` + s k / n)) to samples k of an analytic signal [n]; returns amplitude A and slip s.
 
-    `tone` [n] is the expected phase of the tone, in periods; s is at most `slip` periods. If `periods` counts passages,
-    only the quarter of the passage period with the least residual is fitted.
+    `tone` [n] is the expected phase of the tone, in periods; s is at most `slip` periods. With `periods` [n], the
+    number of passages up to each sample, only the quarter of the passage period with the least residual is fitted.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

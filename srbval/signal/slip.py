@@ -50,7 +50,7 @@ def slip_interval() -> dict[str, Any]:
 
 
 def walk_share(log_spread: float) -> float:
-    """Confidence, from 0 to 1, in a random walk of the phase besides noise, by the log spread (`slip_interval`)."""
+    """Confidence, from 0 to 1, in a random walk of the phase; `log_spread`: see `slip_interval`."""
     return -math.expm1(-(max(log_spread - slip_interval()["start"], 0.0) ** 2))
 
 

@@ -51,8 +51,8 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
 
     A column is the contact of one roller with one race, and the inner loop runs over columns. For each point:
     penetration into the barrel in closed form, normal force by Giraudo's eq. (18), never a pull, friction by eq. (19).
-    Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With `patch`, constants of
-    continuous contacts, one point stands for all points of its circle that a roller touches, see `srbval.models.line`.
+    Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With `patch`, the
+    constants of the line model, a point represents the patch in which the roller touches a circle of the race.
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)

@@ -50,7 +50,7 @@ def shaft_row(model, factors):
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
     """Correct torque and powers in `totals` for the change x of the speeds v by an implicit step; see `power_kernel`.
 
-    `speeds`: v; `beyond`: x; `braked`: a - k, the acceleration lost by this change; all in the shape of the state.
+    `speeds`: v; `beyond`: x; `braked`: a - k, the accelerations without and with this change subtracted; state's shape.
     `shaft`: speed [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction keeps its
     value at v: the change of its losses is counted as contact damping. The housing's losses are changed separately.
     """

@@ -88,7 +88,7 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Turn the force of contact `j` to slot axes; returns the contact's torque [N m] about the tilted roller's x."""
+    """Turn the force of contact `j` to axes of the slot in the cage; return its torque about the roller's x axis."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y

@@ -41,7 +41,7 @@ TABLE6_SOURCES = (  # rows of Table 6: source of the rig's value, source of the 
 
 
 def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
-    """Make the first screen of the main report; `data` is the content of ``report.json`` with the keys of `pages`."""
+    """Make the first screen of the main report; `data`: content of ``report.json``, with the results on `pages`."""
     stated, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
     tiles += filter(None, (page.tile(findings.results) for page in pages))
     origin = {
