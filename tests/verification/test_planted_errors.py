@@ -53,7 +53,6 @@ Outcome = tuple[int, str]  # exit status of pytest, and what it printed
 
 @pytest.fixture(scope="module")
 def outcomes(request):
-    """The tests' outcome for each planted error that was asked for and for none, some at once."""
     asked = {item.name for item in request.session.items}
     wanted = [error for error in ERRORS if f"{test_planted_error_is_caught.__name__}[{error.what}]" in asked]
     command = [sys.executable, "-m", "tests.verification.planted"]
@@ -83,7 +82,6 @@ def outcomes(request):
 
 
 def test_anchors_are_found_once():
-    """So that the table follows the code."""
     sources = {path.name: path.read_text() for path in KERNELS.glob("*_kernel.py")}
     assert [error.what for error in ERRORS if sources[error.file].count(error.old) != 1] == []
 
