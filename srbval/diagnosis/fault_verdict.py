@@ -1,9 +1,8 @@
 """Verdict on a record: a fault is named, nothing is found, or the state is undecided.
 
 `diagnose` computes the probability of each state from combs (lines with their harmonics), single lines and the
-comparison with a healthy record. A fault is named if its probability is at least two thirds. Nothing is found if
-the probability of healthy is at least one half, and a fault of either race would have been detected. A state that the
-user or the file declares is not used.
+comparison with a healthy record. A fault is named if it has at least two thirds. Nothing is found if healthy has at
+least one half, and a fault of either race would have been detected. A declared state is not used.
 """
 
 import enum
@@ -55,6 +54,7 @@ STRUCK_DEPTH = 1.0  # modulation of the squared envelope by a defect that is str
 # A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude scatters by the part
 # of the noise in phase with it, half of the noise's power (Rice 1945).
 DETECTABLE_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
+DECIDABLE = 2 * SECOND_CAUSE_SHARE / (1 + 2 * SECOND_CAUSE_SHARE)  # a line that has risen raises this to two thirds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,7 +294,6 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
                 order = f"a comb at {comb.found_hz / diagnosis.scores.shaft_hz:.3f} times the shaft speed"
                 strong.append(order if name == OTHER_CAUSE else f"the {LABELS[name]}'s comb in the whole band")
         headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:3])}"
-        # Why no part is named although a deep line is detected, and what would decide.
         advice = " ".join(
             f"The comb at {Fault(name).line}, {comb.found_hz:.2f} Hz, is {comb.explained_by}: "
             "it does not identify a fault."
@@ -304,11 +303,12 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         deep = (x for x in detected_fault_lines(analysis.lines) if (x.depth or 0.0) >= SHALLOW_DEPTH)
         part = next((Fault.of_line(x.name) for x in deep), None)
         if not advice and part is not None:
+            decidable = share_of(part, shares) > DECIDABLE and not comparison.ratios
             advice = (
                 f"Not named: without tones and exact repetitions, {part.label} has "
                 f"{100 * share_of(part, shares):.0f} %; {100 * MIN_NAMED_PROBABILITY:.0f} % is needed. The spacing of "
-                "impacts of rolling elements scatters by slip; impacts of a gear or a synthetic signal repeat exactly. "
-                "A healthy record of the machine can decide: --healthy FILE."
+                "impacts of rolling elements scatters by slip; impacts of a gear or a synthetic signal repeat exactly."
+                f"{' A healthy record can decide: --healthy FILE.' * decidable}"
             )
     elif unseen:
         finding = Finding.UNDECIDED

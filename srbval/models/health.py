@@ -1,6 +1,6 @@
 """Status of a run: the behaviour of the bearing, or the failure of the integration with advice.
 
-Explicit integration fails silently, see "Health of a run" on the page "Equations of motion" of the theory. A run fails
+Explicit integration fails silently, see "Explicit methods" on the page "Time integration" of the theory. A run fails
 if it violates a law that every motion of the model obeys. A bearing may skid or its rollers may be unloaded: if no law
 is violated, the status names this behaviour, which is not a failure.
 

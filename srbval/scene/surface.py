@@ -1,6 +1,6 @@
 """Waviness of races and rollers around their circumference; wave heights depend on wavelength by a power law.
 
-The equations and sources are on the page "Surfaces: what excites a healthy bearing" of the theory.
+The equations and sources are on the page "Surfaces" of the theory.
 """
 
 from __future__ import annotations
