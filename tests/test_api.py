@@ -161,25 +161,27 @@ done = srbval.run_campaign(Path("speeds.toml"), "speeds", engine="local")
 srbval.trend("speeds").time_from == "the campaign's cases" and len(srbval.features("speeds")) == 2
 srbval.load_campaign("speeds").to_xarray(signals=True).acceleration_y_m_s2.std("time_s")
 """
+WRONG = {
+    r"give it with rpm=\.\.\.": "srbval.analyse(table, bearing='skf-6205')",
+    r'cluster_class="dask_jobqueue\.SLURMCluster", or': "srbval.choose_engine('slurm')",
+    'use model="full"': "srbval.simulate(srbval.paper_scene(model='line', defect='roller'))",
+    "none.csv: no such file": "srbval.trend('speeds', times='none.csv')",
+    "'none' is not known": "srbval.validate(changes={'bearing': 'none'}, simulated=run, measured=mine, state='outer')",
+}
 
 
 def test_a_session_in_a_notebook(tmp_path, monkeypatch):
     """Run a session of a user who guesses every name, in an empty folder; every line is a value or shows one."""
     monkeypatch.chdir(tmp_path)
-    speeds = (
-        'name = "speeds"\noutputs = ["acceleration"]\nscene = { model = "planar", duration = "1 s", settle = "0 s" }\n'
-    )
+    speeds = 'name = "speeds"\noutputs = ["acceleration"]\n'
+    speeds += 'scene = { model = "planar", duration = "1 s", settle = "0 s" }\n'
     axes = '[[axes]]\nkind = "grid"\nvalues = { shaft_speed = ["400 rpm", "700 rpm"] }\n'
     (tmp_path / "speeds.toml").write_text(speeds + axes)
     (tmp_path / "outer.toml").write_text('model = "impulse"\nduration = "1 s"\n[defect]\nkind = "outer"\n')
     names = {"Path": Path}
-    for line in SESSION.strip().splitlines():
-        exec(line, names)
+    exec(SESSION, names)
     plt.close("all")
     assert not names["validation"].headline.startswith("No verdict")
-    with pytest.raises(srbval.ConfigurationError, match=r"give it with rpm=\.\.\."):
-        srbval.analyse(names["table"], bearing="skf-6205")
-    with pytest.raises(srbval.ConfigurationError, match=r'cluster_class="dask_jobqueue\.SLURMCluster", or'):
-        srbval.choose_engine("slurm")
-    with pytest.raises(srbval.ConfigurationError, match='use model="full"'):
-        srbval.simulate(srbval.paper_scene(model="line", defect="roller"))
+    for said, wrong in WRONG.items():
+        with pytest.raises(srbval.SrbvalError, match=said):
+            eval(wrong, names)

@@ -76,7 +76,8 @@ def _run(given: list[str]) -> int:
         code: int = command(options)
         if read_utc:
             dates = min(read_utc) if len(read_utc) == 1 else f"{min(read_utc)} to {max(read_utc)}"
-            print(f"srbval: results from the cache, computed {dates}; --fresh computes again", file=sys.stderr)
+            again = "--fresh" if hasattr(options, "fresh") else "SRBVAL_FRESH=1"
+            print(f"srbval: results from the cache, computed {dates}; {again} computes again", file=sys.stderr)
     sys.stdout.flush()
     return code
 

@@ -275,7 +275,7 @@ def run_trend_command(options: argparse.Namespace) -> int:
     if options.plot:
         check_suffix(Path(options.plot), "HTML", (".html",))
     zone_boundaries(options.machine_class)  # reports an unknown class before files are read
-    times: Mapping[str, datetime | float] = case_numbers(options.files)
+    times: Mapping[str, datetime | float] = {} if options.times else case_numbers(options.files)
     options.files, time_from = list(times) or options.files, "the campaign's cases"
     options.one_band = True  # because levels are compared
     documents, failed, other = read_many(options)

@@ -2,7 +2,7 @@
 
 import tempfile
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -152,11 +152,11 @@ def trend(
 ) -> Trend:
     """Compute the trend of the records of one machine: files, folders, recordings or runs, sorted by time.
 
-    The results in a campaign's folder are sorted by case. `times` is explained in `record_times`, `baseline`,
-    `machine_class` and `zones_mm_s` in `trend_of`. `options` are fields of `RecordRequest` and `RecordingSettings`.
-    Files that cannot be read cause a warning.
+    Without `times`, which `record_times` explains, the results in a campaign's folder are sorted by case. For
+    `baseline`, `machine_class` and `zones_mm_s` see `trend_of`. `options` are fields of `RecordRequest` and
+    `RecordingSettings`. Files that cannot be read cause a warning.
     """
-    cases = case_numbers(sources)
+    cases = {} if times else case_numbers(sources)
     requests = requests_for(list(cases) or sources, replace(build_request(options), one_band=True))  # compares levels
     answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
     for number, answer in enumerate((answers[one] for one in requests), start=1):
@@ -164,8 +164,7 @@ def trend(
             warnings.warn(with_keywords(f"not read: {answer.file}: {answer.error}"), stacklevel=2)
         else:
             documents += [one | {"file": one["file"] or f"{one['name']} {number}"} for one in answer]
-    known: Mapping[str, datetime | float] = cases
-    time_from = "the campaign's cases"
+    known, time_from = dict[str, datetime | float](cases), "the campaign's cases"
     if not cases:
         names = list(dict.fromkeys(one["file"] for one in documents))
         known, time_from = record_times(names, None if times is None else Path(times))

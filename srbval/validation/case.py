@@ -161,18 +161,18 @@ def case_of_signals(
 ) -> ValidationCase:
     """Build a case of one comparison from files, recordings or runs; default: bearing and state of the recordings."""
     stated = build(ValidationCase, _changed({}, changes), "changes")
+    named = bearing or stated.bearing or stated.elements or stated.orders
     pair: dict[str, Any] = {"state": settings_of({"state": state}).state}
     for side, given in (("simulated", simulated), ("measured", measured)):
         listed = [given] if isinstance(given, RecordSource) else given
         held = [recording_from_run(one) if isinstance(one, Run) else one for one in listed]
         known = [one for one in held if isinstance(one, Recording)]
-        bearing = bearing or next((own for one in known if (own := one.own_bearing or one.bearing)), None)
+        named = named or next((own for one in known if (own := one.own_bearing or one.bearing)), None)
         files: Any = tuple(one if isinstance(one, Recording) else str(find_shipped(one)) for one in held)
         pair[side] = Source(file=files) if files else None
-    if isinstance(bearing, Bearing):
-        orders = {"rolling_elements": bearing.rolling_elements} | vars(bearing.orders)
-        return dataclasses.replace(stated, pair=(CasePair(**pair),), orders=orders)
-    return dataclasses.replace(stated, pair=(CasePair(**pair),), bearing=str(bearing) if bearing else None)
+    name, own = str(named) if isinstance(named, str | Path) else None, named if isinstance(named, Bearing) else None
+    orders = {"rolling_elements": own.rolling_elements} | vars(own.orders) if own else stated.orders
+    return dataclasses.replace(stated, pair=(CasePair(**pair),), bearing=name, orders=orders)
 
 
 def _changed(document: dict[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:
