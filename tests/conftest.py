@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import signal
 from pathlib import Path
 from typing import Any
@@ -117,9 +118,9 @@ def _bugs_are_seen(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def _records_are_read_in_this_process(monkeypatch):
-    """Save the start of processes, which takes longer than to read a few records; `test_analyse_command` tests them."""
-    here = "srbval.diagnosis.records.in_processes"
-    monkeypatch.setattr(here, lambda function, items, **_: ((one, function(one)) for one in items))
+    """Read without starting processes, which takes longer; pickle as they do. `test_analyse_command` starts them."""
+    here, sent = "srbval.diagnosis.records.in_processes", lambda value: pickle.loads(pickle.dumps(value))
+    monkeypatch.setattr(here, lambda function, items, **_: ((one, sent(function(sent(one)))) for one in items))
 
 
 @pytest.fixture(autouse=True)

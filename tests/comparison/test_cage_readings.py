@@ -101,7 +101,7 @@ def test_the_tachometer_s_scale_moves_outer_and_inner_readings_apart():
     assert np.linalg.matrix_rank(own, tol=1e-14) == 1  # nothing else is open here
 
 
-TRIALS, LEAST, MOST = 150, 0.9, 1.0  # 0.95 shows less than 0.9 once in 200 times
+TRIALS, LEAST = 150, 0.9  # 0.95 shows less than 0.9 once in 200 times
 
 
 @pytest.mark.parametrize("between", [0.01, 0.05, 0.2])
@@ -115,7 +115,7 @@ def test_intervals_of_few_records_hold_the_truth(between):
         low, high = np.quantile(effects[:, 1] - effects[:, 0], (0.025, 0.975))
         held.append(low <= 0.3 <= high)
         found.append(np.median(scatter))
-    assert LEAST <= np.mean(held) <= MOST
+    assert np.mean(held) >= LEAST
     assert np.median(found) == pytest.approx(between, rel=0.5)
 
 

@@ -242,7 +242,7 @@ def test_forms_of_signals():
 FOLDER = Path(__file__).parents[2] / "notebooks" / "models"
 BALANCE = 0.03  # of the ring's displacement, which moves by 2 %; a contact twice as stiff would be 6 % away
 SLIP = 0.001  # of the cage ratio in 20 ms, in which the outer race is passed once and a half
-LINE_HZ = 0.2  # of a line in a record of 0.45 s
+LINE_HZ = 0.02  # of a line in a record of 0.45 s
 
 
 def test_two_degrees_of_freedom_show_the_kinematic_line():

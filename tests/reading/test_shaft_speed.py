@@ -214,16 +214,15 @@ def test_a_slip_beyond_the_window_is_read_only_where_it_is_allowed():
 
 def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_noise():
     rng, bearing = np.random.default_rng(1), BEARING.with_slip(3.0)
-    covered, seen = 0, 0
+    covered = 0
     named = Counter[str]()
     for seed, slip in enumerate(rng.uniform(0.0, 0.03, COUNT)):
         found = read(bearing, cage_slip=slip, seed=seed)
         line = found.line("BPFI")
-        seen += line.detected
+        assert line.detected
         true_hz = BEARING.orders.bpfi * RPM / 60 * (1 + BPFI_SHARE * slip)
-        covered += line.detected and abs(line.found_hz - true_hz) <= line.ci95_hz
+        covered += abs(line.found_hz - true_hz) <= line.ci95_hz
         named[diagnose(found).state] += 1
-    assert seen == COUNT
     assert named["inner"] >= COUNT - 2  # the weakest, at a third to two thirds, remain undecided
     assert set(named) <= {"inner", "undecided"}
     assert covered >= COUNT - 2  # 95 % intervals: fewer with a probability of 2 %

@@ -208,7 +208,7 @@ def test_nothing_simulated_passes_as_measured(tmp_path):
     [
         ({"simulated.fs_hz": 1000.0}, SrbvalError, "band"),
         ({"simulated.fs_hz": None}, DataError, "--set simulated.channel=NAME"),
-        ({"simulated.state": "inner"}, ConfigurationError, "inner, but its pair has the state"),
+        ({"simulated.state": "inner"}, ConfigurationError, "inner, but its pair has the state outer"),
         ({"bearing": "orders 0,0,0,0"}, ConfigurationError, "orders"),
         ({"simulated.scene": "rig"}, ConfigurationError, "needs either files or a scene"),
     ],
