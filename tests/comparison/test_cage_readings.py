@@ -17,8 +17,8 @@ from srbval.scene import paper_scene
 
 BEARING = load_bearing("skf-22240")
 FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 14.3
-RECORDS = 12  # a coverage of 0.95 shows fewer than 10 hits once in 51 times
-LEAST_HELD = 10
+RECORDS = 12
+LEAST_HELD = 11  # they are wide: of intervals 0.4 times as wide 10 hold the truth
 STANDARD_ERRORS = 3.5
 
 
