@@ -21,7 +21,7 @@ from srbval.bearing import DEFAULT_BEARING
 from srbval.bearing.catalogue import FOLDER
 from srbval.comparison.comparison import Row
 from srbval.errors import ConfigurationError, NumericsError
-from srbval.processes.machine import load_average, this_machine
+from srbval.processes.machine import load_average, this_machine, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.installation import child_environment, git_revision
@@ -43,7 +43,9 @@ FILES = {  # input files of the commands
     "points.toml": "contact.points_per_circle = SIZE\n",
     "cases.toml": CAMPAIGN,
     "thousand.toml": CAMPAIGN.replace("SIZE", "1000"),
+    "full.toml": CAMPAIGN.replace("kinematic", "full").replace("SIZE", "64"),
 }
+JOBS = tuple(2**k for k in range(usable_cores().bit_length() + 1))  # 1, 2, 4, ... until more processes than cores
 RUN_CASES = "campaign run cases.toml -o cases-{0}"
 COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes; with `quick` only the first
     "a run of the full model, by simulated seconds": (RUN.format("") + "{}", (1, 2, 4, 8)),
@@ -51,7 +53,8 @@ COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes; 
     "a run of 4 s, by points of a circle": (RUN.format("points.toml") + "4", (500, 2000, 8000)),
     "a campaign, by kinematic cases": (RUN_CASES, (100, 1000, 10_000)),
     "the same campaign again, all its cases done": (RUN_CASES, (100, 1000, 10_000)),
-    "1000 kinematic cases, by processes": ("campaign run thousand.toml -o by-{0} --jobs {0}", (1, 2, 4)),
+    "1000 kinematic cases, by processes": ("campaign run thousand.toml -o by-{0} --jobs {0}", JOBS),
+    "64 full cases, by processes": ("campaign run full.toml -o full-by-{0} --jobs {0}", JOBS),
     "a record, by minutes": ("analyse record-{}.npy " + RECORD, (1 / 30, 1, 10, 60)),
     "a folder of records of 2 s, by files": ("analyse files-{} " + RECORD, (10, 100, 1000)),
 }
