@@ -43,7 +43,7 @@ FILES = {  # input files of the commands
     "points.toml": "contact.points_per_circle = SIZE\n",
     "cases.toml": CAMPAIGN,
     "thousand.toml": CAMPAIGN.replace("SIZE", "1000"),
-    "full.toml": CAMPAIGN.replace("kinematic", "full").replace("SIZE", "64"),
+    "planar.toml": CAMPAIGN.replace("kinematic", "planar").replace("0.2 s", "4 s").replace("SIZE", "64"),
 }
 JOBS = tuple(2**k for k in range(usable_cores().bit_length() + 1))  # 1, 2, 4, ... until more processes than cores
 RUN_CASES = "campaign run cases.toml -o cases-{0}"
@@ -54,7 +54,7 @@ COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes; 
     "a campaign, by kinematic cases": (RUN_CASES, (100, 1000, 10_000)),
     "the same campaign again, all its cases done": (RUN_CASES, (100, 1000, 10_000)),
     "1000 kinematic cases, by processes": ("campaign run thousand.toml -o by-{0} --jobs {0}", JOBS),
-    "64 full cases, by processes": ("campaign run full.toml -o full-by-{0} --jobs {0}", JOBS),
+    "64 planar cases of 4 s, by processes": ("campaign run planar.toml -o planar-by-{0} --jobs {0}", JOBS),
     "a record, by minutes": ("analyse record-{}.npy " + RECORD, (1 / 30, 1, 10, 60)),
     "a folder of records of 2 s, by files": ("analyse files-{} " + RECORD, (10, 100, 1000)),
 }
