@@ -88,7 +88,7 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
 def questions_error(
     kind: type[SrbvalError], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
 ) -> SrbvalError:
-    """Create an error: facts that `subject` lacks (`questions`), the options that state these facts, the `remedy`."""
+    """Create an error of class `kind`: `subject`, a file or record, leaves `questions` open; `remedy` ends the text."""
     error = kind(f"{subject} lacks information: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)
     return error
@@ -119,9 +119,7 @@ def recording_from_run(run: Run) -> Recording:
         fs_hz=scene.output_rate_hz,
         unit="m/s2",
         speed=prescribed_speed(scene.shaft_hz),
-        speed_signal=None
-        if profile is None
-        else profile_signal(np.array(profile.time_s), np.array(profile.speed_rad_s), run.seconds),
+        speed_signal=profile_signal(profile.time_s, profile.speed_rad_s, run.seconds) if profile else None,
         bearing=scene.bearing,
         state=scene.defect.kind,
         radial_n=scene.load.radial_n,
@@ -183,8 +181,8 @@ def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, 
 
     `rows` are rows of the set's `metadata()`, by default all vibration signals. The shaft speed is taken from the speed
     signal recorded with the vibration; without one it is the set point, with a tolerance of `SET_POINT_PCT` [%].
-    `stated` are fields of `RecordingSettings`, which take precedence over the data set. Only `unit` does not: it is
-    required for signals without a unit in the set, and ignored for others. Bearing and speed may remain unknown, but
+    `stated` are fields of `RecordingSettings`, which take precedence over the data set, except for `unit`: if the set
+    states the unit of a signal, `unit` is ignored, otherwise it is required. Bearing and speed may remain unknown, but
     some analyses need them.
     """
     whole = public_set.metadata()
@@ -232,7 +230,7 @@ def _recording_of_row(
 
 
 def _bearing_of_set(facts: Mapping[str, Any], dataset: str) -> Bearing | None:
-    """Bearing with the fault orders in a metadata row (`facts`), else with its designation; None without either."""
+    """Bearing with the fault orders that a metadata row (`facts`) states, else with its designation, else None."""
     model, orders = facts.get("bearing_model"), [str(facts.get(key)) for key in ("bpfo", "bpfi", "bsf", "ftf")]
     if "None" in orders:
         return load_bearing(model) if model else None

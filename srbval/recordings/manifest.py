@@ -90,20 +90,19 @@ EntriesByFile = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
-    """Remove duplicates: keep the first recording with the same SHA-256 and settings, and all without SHA-256."""
+    """Keep only the first of recordings with the same SHA-256 and settings; keep all recordings without SHA-256."""
     found: dict[object, RegisteredRecording] = {}
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
     return list(found.values())
 
 
-def inspect_file(
-    path: Path, settings: RecordingSettings | None = None, old: RegisteredRecording | None = None
-) -> RegisteredRecording:
-    """Create the register's entry for a file; `status` states a failure, `reason` explains it or lists missing facts.
+def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecording | None) -> RegisteredRecording:
+    """Create the register's entry for a file, or update its `old` entry.
 
-    If the content has changed since the `old` entry, the old entry is returned with the new status. An unchanged file
-    is read again only if the settings differ.
+    If the file cannot be used, `status` is not ok and `reason` explains it; otherwise `reason` lists missing facts. If
+    the content has changed since the old entry, only status and reason of the old entry change. An unchanged file is
+    read again only if the settings differ.
     """
     entry = old or RegisteredRecording(file=str(path), registered=False)
     try:
@@ -127,7 +126,7 @@ def inspect_file(
         if entry.sha256 and entry.status is FileStatus.OK and entry.settings == (settings or None):
             return replace(entry, mtime_ns=mtime_ns)
         entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
-        entry = _describe_contents(entry, path, settings or RecordingSettings())
+        entry = _describe_contents(entry, path, settings)
     except OSError as error:
         return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
@@ -181,7 +180,7 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
 
 
 def _own_output(path: Path) -> str | None:
-    """Name the report or campaign, written by srbval, to which the file belongs; None for any other file."""
+    """Description of the report or campaign of srbval of which the file is a part; None for any other file."""
     for folder in path.parents[:2]:
         for what, shown_by, mark, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():

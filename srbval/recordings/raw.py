@@ -26,14 +26,15 @@ FREE_BYTES = 128 * 2**20  # to which the contents of even a small file may expan
 class RawFile:
     """Numeric arrays and texts of a file by name; the names of nested structs are joined by dots.
 
-    `attributes` belong to the whole file, `units` and `rates_hz` to single variables. `notes` and `cautions` come from
-    the loader. With `full_scale` the samples are fractions of a full scale that the file does not state. `unusable`
-    maps a variable without readable samples to the reason; its values are NaN, and using them raises `DataError`.
+    `format` is the name of the `FileFormat`, unless the loader sets another. `attributes` belong to the whole file,
+    `units` and `rates_hz` to single variables. `notes` and `cautions` come from the loader. With `full_scale` the
+    samples are fractions of a full scale that the file does not state. `unusable` maps a variable without readable
+    samples to the reason; its values are NaN, and using them raises `DataError`.
     """
 
     path: Path
-    format: str
     variables: Mapping[str, ArrayOrText]
+    format: str = ""
     attributes: Mapping[str, float | str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     rates_hz: Mapping[str, float] = field(default_factory=dict)

@@ -26,9 +26,10 @@ def scaled(value: float | str | None, factor: float) -> float | None:
 class Channel:
     """Channel with samples [n] as stored (float64, or float32 if long); samples times `factor` are in `unit`.
 
-    `unit` is ``unknown`` if the data set is known to state none. `unit` is None if the file should have stated a unit,
-    or stated one that is not known (`unknown_unit`). With `whole_numbers` the samples are counts of a converter with an
-    unknown scale. A channel with a `problem` must not be analysed.
+    If `unit` is None, the user must state it; `unknown_unit` is then the text in the file that is not a known unit. If
+    `unit` is ``unknown``, the description of the data set or the user states that the unit is not known. With
+    `whole_numbers` the samples are counts of an A/D converter of unknown scale. A channel with a `problem` must not be
+    analysed.
     """
 
     samples: FloatArray
@@ -56,7 +57,7 @@ class Channel:
 
     @functools.cached_property
     def vibrates(self) -> bool:
-        """True if the samples may be a vibration: they rise and fall, and their unit is not of another quantity."""
+        """True if the samples may be a vibration: they rise and fall, and have no unit of, say, a temperature."""
         first, last = self.samples[:-1], self.samples[1:]
         is_other = self.rotates or self.unit in OTHER_QUANTITIES
         return not is_other and bool((last > first).any()) and bool((last < first).any())
@@ -68,7 +69,7 @@ class Channel:
         return UNITS.get(unit, (unit, 1.0))[0]
 
     def converted(self) -> FloatArray:
-        """Samples in `recording_unit`; short ones are copied, as a view would keep the whole file in memory."""
+        """Samples in `recording_unit`; a short signal is copied, as a view would keep the whole file in memory."""
         factor = 1.0 if self.scale_missing else self.factor * UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
         if factor != 1.0:
             return self.samples * factor
@@ -94,7 +95,7 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of channels that may be analysed: vibrations without a `problem`, else all except rotations."""
+        """Names of channels that may be analysed: vibrations without a `problem`, or all but rotations if none is."""
         sound = tuple(name for name, channel in self.channels.items() if channel.vibrates and not channel.problem)
         return sound or tuple(name for name, channel in self.channels.items() if not channel.rotates)
 

@@ -72,9 +72,9 @@ class SourceFacts:
     """Facts that a file, run or data set states about a record; a fact that is not stated is None.
 
     `own_bearing` is the bearing stored with a simulated run, `cage_hz` the mean cage speed of a simulation. With
-    `interval_means` the samples are means over output intervals, as in this program's runs. `resampling_error` is the
-    estimated error of resampling divided by the signal's RMS, both in the demodulation band. `notes` name the source of
-    each fact; `cautions` list reasons why results may be wrong.
+    `interval_means` each sample is the mean over one sampling interval, as in this program's runs. `resampling_error`
+    is the estimated error of resampling divided by the signal's RMS, both in the demodulation band. `notes` name the
+    source of each fact; `cautions` list reasons why results may be wrong.
     """
 
     origin: Origin

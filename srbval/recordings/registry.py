@@ -96,8 +96,10 @@ def add(
                 known[file] = replace(moved, file=file)
     found = RegisterListing(replace(entry, registered=True) for entry in _inspect(files, known, "Register", progress))
     if found.left_out and (table is not None or not found.recordings):
-        first = f"{found.left_out[0].file}: {found.left_out[0].reason}"
-        raise DataError(f"{folder}: {len(found.left_out)} of {len(files)} files to register are no recordings; {first}")
+        raise DataError(
+            f"{folder}: {len(found.left_out)} of {len(files)} files to register are no recordings, the first: "
+            f"{found.left_out[0].file}: {found.left_out[0].reason}"
+        )
     hashes = {entry.sha256 for entry in found.recordings if entry.sha256}
     update_manifest(
         lambda entries: (
@@ -109,7 +111,7 @@ def add(
 
 
 def remove(name: str | Path) -> RegisterListing:
-    """Remove entries from the register by file, folder, data set or file name; `DataError` if none matches."""
+    """Remove the entries of a file, a folder or a data set from the register; `DataError` if there are none."""
     path, wanted = Path(os.path.abspath(name)), str(name)
     registered = [entry for entry in read_manifest().values() if entry.registered]
     named = [entry for entry in registered if Path(entry.file).name == wanted]
@@ -120,8 +122,9 @@ def remove(name: str | Path) -> RegisterListing:
     )
     if not removed:
         raise DataError(
-            f"{wanted}: no registered file, folder or data set, or the name of several files; nothing was removed. "
-            f"Give a path of `srbval data list`. Files listed only because of {RECORDINGS_VARIABLE} are not registered."
+            f"{wanted}: nothing was removed, because no registered file, folder or data set has this name, or several "
+            f"files have it. Give a path of `srbval data list`. Files listed only because of {RECORDINGS_VARIABLE} are "
+            "not registered."
         )
     update_manifest(lambda entries: {file: entry for file, entry in entries.items() if entry not in removed})
     return RegisterListing(removed)
@@ -223,7 +226,7 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect_and_store(
     files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
-    """Entries of `files`; unchanged files are read only if `again`. Entries of unregistered files are stored, too."""
+    """Entries of `files`; unchanged files with an entry in `known` are read only if `again`. New entries are stored."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
     new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
     if new:
@@ -235,7 +238,10 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Entries of `files`, which maps to settings; unchanged files without settings are read only if `again` is true."""
+    """Entries of files, given with the settings stated for each; `known` contains earlier entries.
+
+    An unchanged file without settings is read only if `again` is true.
+    """
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]

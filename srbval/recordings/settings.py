@@ -47,16 +47,17 @@ SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --p
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings:
-    """Statements of the user about a record; None if not stated, `ConfigurationError` if a value is impossible.
+    """Statements of the user about a record; None if not stated. Raises `ConfigurationError` for an impossible value.
 
-    `unit` is the unit of the samples times `scale`; `sensitivity_mv_per_g` converts V or mV to g. `tacho` is the
-    tachometer's channel. With `rpm_tolerance_pct`, `rpm` is a set point that the shaft keeps within this tolerance (95
-    %), otherwise a measured speed. `bearing` is a name or a TOML file. With `auto_band` the demodulation band is
-    selected from the record.
+    The samples times `scale` have the unit `unit`; `sensitivity_mv_per_g` converts V or mV to g. `tacho` is the
+    tachometer's channel. `rpm` is a measured speed or, if `rpm_tolerance_pct` is stated, a set point with this
+    tolerance (95 %). `bearing` is a name or a TOML file. With `auto_band` the demodulation band is selected from the
+    record.
 
-    For simulated signals: `origin` is simulated, if the file does not state so; `resample_hz` is the new rate for the
-    uneven times of a variable-step solver; the first `skip_s` are cut; `derivative` is 1 if the samples are velocities,
-    2 if they are positions; `cage_channel` and `shaft_channel` are channels of an angle or a speed.
+    For simulated signals: `origin` states that they are simulated, if the file does not; `resample_hz` is the even
+    sampling rate to which the uneven times of a variable-step solver are resampled; the first `skip_s` seconds are cut;
+    `derivative` is 1 if the samples are velocities, 2 if they are positions; `cage_channel` and `shaft_channel` name
+    the channels with the angle or speed of cage and shaft.
     """
 
     channel: str | None = None
@@ -88,8 +89,8 @@ class RecordingSettings:
                 raise ConfigurationError(f"{name} = {value:g} must be a positive number.")
         if self.rpm_tolerance_pct is not None and (self.rpm is None or self.rpm_tolerance_pct > MOST_TOLERANCE_PCT):
             raise ConfigurationError(
-                f"a tolerance of {self.rpm_tolerance_pct:g} % needs a speed, --rpm, and must be at most "
-                f"{MOST_TOLERANCE_PCT:g} %; --rpm is {'not given' if self.rpm is None else f'{self.rpm:g}'}."
+                f"a speed tolerance needs the speed, --rpm ({'not given' if self.rpm is None else f'{self.rpm:g}'}), "
+                f"and must be at most {MOST_TOLERANCE_PCT:g} %; it is {self.rpm_tolerance_pct:g} %."
             )
         if self.skip_s is not None and not (0 <= self.skip_s < math.inf):
             raise ConfigurationError(f"skip_s = {self.skip_s:g} must be a time of 0 s or more.")
@@ -197,8 +198,9 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
     changed = _prepare_signals(path, changed, settings, rotations)
     if "tacho" in rotations:
-        pulses = changed.channels[rotations["tacho"]]
-        changed = with_tachometer(changed, pulses, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
+        tacho = changed.channels[rotations["tacho"]]
+        tacho = as_rotation(path, tacho) if tacho.rotates else tacho
+        changed = with_tachometer(changed, tacho, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
     return changed
 
 
@@ -217,7 +219,7 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
     time, fs_hz = reading.time, reading.fs_hz
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
-            raise DataError(f"{path}: {time.problem}; --fs would ignore this. Give --resample without --fs.")
+            raise DataError(f"{path}: {time.problem}, but --fs reads them as even. Give --resample without --fs.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))

@@ -99,7 +99,10 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Raise `DataError` if `fs_hz` or a time step does not fit the band; without a band, caution against long steps."""
+    """Raise `DataError` if `fs_hz` is too low or a time step too long for the band, or `fs_hz` too high for the file.
+
+    Without a band, return a caution if steps are too long for some of the frequencies that remain.
+    """
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:
@@ -145,10 +148,10 @@ def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int
 
 
 def _average_groups(
-    begins: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray
+    separate: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean time and mean sample of each group; `begins` [n - 1] is true between two values of different groups."""
-    group = np.concatenate(([0], np.cumsum(begins)))
+    """Mean time and mean sample of each group; `separate` [n - 1] is true if a value and the next are in two groups."""
+    group = np.concatenate(([0], np.cumsum(separate)))
     count = np.bincount(group)
     return np.bincount(group, times_s) / count, np.bincount(group, samples) / count
 

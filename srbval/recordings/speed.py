@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,7 +10,6 @@ from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
-from srbval.recordings.units import REVOLUTIONS, SPEED_HZ
 
 RPM_PER_HZ = 60.0
 Z95 = 1.96
@@ -72,8 +72,8 @@ def _white_error(times_s: FloatArray) -> float:
     return math.sqrt(float(np.mean(np.diff(times_s, 2) ** 2)) / 6)
 
 
-def profile_signal(time_s: FloatArray, speed_rad_s: FloatArray, seconds: float) -> SpeedSignal:
-    """Sample a prescribed speed, linear between the instants `time_s`, every `PROFILE_STEP_S` or so for `seconds`."""
+def profile_signal(time_s: Sequence[float], speed_rad_s: Sequence[float], seconds: float) -> SpeedSignal:
+    """Sample a prescribed speed, linear between the times `time_s`, at about every `PROFILE_STEP_S` of `seconds`."""
     count = math.ceil(seconds / PROFILE_STEP_S) + 1
     values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
     return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)
@@ -116,11 +116,11 @@ def speed_from_user(rpm: float, tolerance_pct: float | None, reading: Reading) -
 def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float | None, rpm: float | None) -> Reading:
     """Set the speed of `reading` from the tachometer's `channel`; if this fails, set `speed_problem` to the reason.
 
-    A channel in rpm, Hz or rad/s contains a speed, a channel in rad, deg or rev an angle, any other channel pulses. The
-    channel has the record's sampling rate if both have the same number of samples, unless the file states another rate.
-    If `rpm`, the mean stated by the user, disagrees, this is a `speed_problem` as well.
+    A channel in Hz contains a speed, a channel in rev an angle without jumps, any other channel pulses. It has the
+    record's sampling rate if both have the same number of samples, unless the file states another rate. If `rpm`, the
+    mean speed stated by the user, disagrees, this is a `speed_problem` as well.
     """
-    name, factor, problem = channel.variable or "", SPEED_HZ.get(channel.unit or ""), None
+    name, problem = channel.variable or "", None
     main = reading.channels[reading.channel] if reading.channel is not None else channel
     if channel.fs_hz and main.fs_hz and reading.fs_hz:
         fs_hz: float | None = channel.fs_hz * reading.fs_hz / main.fs_hz
@@ -130,11 +130,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
         if fs_hz is None:
             raise DataError("the sampling rate of this channel is not known.")
         if channel.rotates:
-            if factor is not None:
-                values_hz = channel.samples * factor
-            else:
-                turns = np.unwrap(channel.samples * REVOLUTIONS[channel.unit or ""], period=1.0)
-                values_hz = np.gradient(turns) * fs_hz
+            values_hz = channel.samples if channel.unit == "Hz" else np.gradient(channel.samples) * fs_hz
             signal, said = SpeedSignal(values_hz=values_hz, rate_hz=fs_hz), "a speed signal"
             speed = tachometer_speed(signal.values_hz, signal.rate_hz)
         elif pulses_per_rev is None:

@@ -284,40 +284,31 @@ def test_what_the_full_layout_has_besides(tmp_path):
     assert "left out: Signal_7 (°C)" in r.notes
 
 
-def test_sensors_across_instead_of_down(full):
-    signals = files.rig_signals()
-    struct = signals["Signal_3"]
-    struct["y_values"]["values"] = files.nested(struct["y_values"]["values"][0, 0].T.copy())
-    np.testing.assert_allclose(full(signals).channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
-
-
-def test_unit_factor(full):
-    """Values stored in g are converted."""
-    signals = files.rig_signals()
-    transformation = signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]
-    transformation["factor"] = 1.0
-    in_si = 4 * 9.80665 * files.vibration(seed=3)
-    np.testing.assert_allclose(full(signals).channels["sensor_4"], in_si, rtol=UNIT_ROUNDING)
+ACROSS = files.nested(files.rig_signals()["Signal_3"]["y_values"]["values"][0, 0].T.copy())
+FACTOR = "y_values quantity unit_transformation factor"
 
 
 @pytest.mark.parametrize(
     ("place", "value", "said"),
     [
+        ("y_values values", ACROSS, 1.0),  # sensors in rows instead of columns
+        (FACTOR, 1.0, G),  # values stored in g
+        (FACTOR, 0.5, r"converts to 'g' by the factor 0\.5; it must be 0\.1020 or 1\.0000"),
         ("x_values number_of_values", 9999.0, "states 9999 values and contains 4096: truncated"),
         ("x_values increment", 0.0, "increment must be a positive time step"),
-        (
-            "y_values quantity unit_transformation factor",
-            0.5,
-            r"converts to 'g' by the factor 0\.5; it must be 0\.1020 or 1\.0000",
-        ),
     ],
 )
-def test_signals_of_the_full_layout_that_are_refused(full, place, value, said):
+def test_signals_of_the_full_layout_in_other_forms(full, place, value, said):
+    """A form is read, with samples multiplied by a factor, or refused."""
     signals = files.rig_signals()
     *parents, key = place.split()
     reduce(dict.__getitem__, parents, signals["Signal_3"])[key] = value
-    with pytest.raises(DataError, match=said):
-        full(signals)
+    if isinstance(said, str):
+        with pytest.raises(DataError, match=said):
+            full(signals)
+    else:
+        samples = full(signals).channels["sensor_4"]
+        np.testing.assert_allclose(samples, said * 4 * files.vibration(seed=3), rtol=UNIT_ROUNDING)
 
 
 def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(full):

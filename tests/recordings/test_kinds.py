@@ -69,7 +69,6 @@ TEXTS = {
     "step above": ["TraceName: pump", "SampleTime: 0.078125 ms", "Unit: g", "", *rows("{x}")],
     "remarks below": ["t,acc_g", *rows("{t:.7f},{x}"), "", "End of data", "Mean;0.02"],
     "overload in another column": ["t [s],acc [g],aux", *rows("{t:.7f},{x},{n}")],
-    "carriage returns": ["t,acc_g\r", *rows("{t:.7f},{x}\r")],
     "long row": ["Sample rate: 12800", "Unit: g", "", "DE;" + ";".join(map(str, X)).replace(".", ",")],
     "LabVIEW": [LVM, *rows("{t:.8f}\t{x}")],
     "JSON blocks": [json.dumps(block) for block in BLOCKS],
@@ -97,7 +96,6 @@ def test_texts(tmp_path, kind):
         ('{"a": 1}\n{"a":\n', "a JSON text that cannot be read"),
         ("\n".join(["t [s],env [gE]", *rows("{t:.7f},{x}")]), "an acceleration envelope"),
         ("\n".join(["t [s],acc [g]", *rows("{t:.7f},{x}")[:999], "9.0,Err"]), "not finite.*'Err'.*line 1001"),
-        ("\n".join(["Time,acc [g]", *rows("12:00:0{t:.3f},{x}")]), "too coarse.*on average 127.*--fs HZ"),
     ],
 )
 def test_what_a_file_is_instead(tmp_path, text, said):

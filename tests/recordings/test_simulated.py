@@ -64,7 +64,7 @@ def test_uneven_times_become_even(tmp_path):
     path = table(tmp_path / "a.csv", {"time": times, "acc [m/s2]": tones(times)})
     with pytest.raises(DataError, match=r"no even times \(the times of time are uneven.*\): --resample HZ"):
         load(path)
-    with pytest.raises(DataError, match=r"uneven.*--fs would ignore this. Give --resample without --fs"):
+    with pytest.raises(DataError, match=r"uneven.*--fs reads them as even. Give --resample without --fs"):
         load(path, fs_hz=20_000.0, resample_hz=FS_HZ)
     found = load(path, resample_hz=FS_HZ, band_hz=BAND_HZ)
     assert (found.fs_hz, found.cautions) == (FS_HZ, ())
@@ -163,13 +163,24 @@ def test_noise_above_every_band_is_not_amplified():
     assert power[-100:].mean() < 1e-3 * power[7900:8000].mean()
 
 
+CAGE_IN_M = "b must be an angle or a speed; its unit is m instead of one of rad, deg, rev, rpm, Hz, rad/s"
+
+
 @pytest.mark.parametrize(
-    ("unit", "derivative", "said"),
-    [("m/s2", 1, "in m/s2; use 1 for mm/s or 2 for um"), ("mm", 1, "fit samples in um;"), ("m/s", 2, "in mm/s;")],
+    ("settings", "said"),
+    [
+        ({"channel": "x [m/s2]", "derivative": 1}, "in m/s2; use 1 for mm/s or 2 for um"),
+        ({"channel": "x [mm]", "derivative": 1}, "fit samples in um;"),
+        ({"channel": "x [m/s]"}, "in mm/s;"),
+        ({"channel": "x [mm]", "cage_channel": "b"}, CAGE_IN_M),
+        ({"channel": "a", "cage_channel": "a"}, "no vibration to analyse, only a"),
+        ({"cage_channel": "kage"}, "no channel 'kage'; it has a"),
+    ],
 )
-def test_a_derivative_that_contradicts_the_unit(tmp_path, unit, derivative, said):
+def test_settings_that_contradict_a_unit(tmp_path, settings, said):
+    names = ("time [s]", "a [rad]", "b", "x [m/s2]", "x [mm]", "x [m/s]")
     with pytest.raises(DataError, match=said):
-        load(table(tmp_path / "a.csv", {"time [s]": EVEN, f"x [{unit}]": EVEN}), derivative=derivative)
+        load(table(tmp_path / "a.csv", dict.fromkeys(names, EVEN)), **{"derivative": 2} | settings)
 
 
 SHAFT_HZ, CAGE = 12.0, 0.4315
@@ -201,20 +212,6 @@ def test_cage_and_shaft(tmp_path, name, of_turns, resample_hz):
     assert found.seconds == pytest.approx(times[-1] - 0.1, abs=2 / FS_HZ)
     assert "cage" not in " ".join(found.channels)
     assert load(path, channel="a", **given).cage_ratio is None
-
-
-@pytest.mark.parametrize(
-    ("cage", "said"),
-    [
-        ("b", "b must be an angle or a speed; its unit is m instead of one of rad, deg, rev, rpm, Hz, rad/s"),
-        ("a", "no vibration to analyse, only a"),
-        ("kage", "no channel 'kage'; it has a"),
-    ],
-)
-def test_a_rotation_needs_its_unit(tmp_path, cage, said):
-    path = table(tmp_path / "a.csv", {"time [s]": EVEN, "a [rad]": EVEN, "b": EVEN})
-    with pytest.raises(DataError, match=said):
-        load(path, channel="a", cage_channel=cage, derivative=2)
 
 
 def test_nothing_simulated_is_declared_measured(tmp_path):

@@ -1,4 +1,4 @@
-"""Interpretation of a file's variables as a `Reading` (channels and facts); `READERS` are for known data sets."""
+"""Interpretation of a file's variables as a `Reading` (channels and facts); `READERS` read known data sets."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -17,14 +17,14 @@ from srbval.storage.tables import build, read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class MatchRule:
-    """Conditions by which a file of a data set is recognised, and facts that the name of the file states.
+    """Rule by which a file of a data set is recognised, and by which its name states facts.
 
-    If `file_required`, the regular expression `file` must match the file's name. Each pattern of `variables` must match
-    the name of a variable. With `columns` the file must be a text table with one of these numbers of columns. With
-    `vectors` it must have this number of arrays. Named groups of `file` are facts: ``label`` (of the fault), ``rpm``,
-    ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end`` (motor end with the faulty bearing), ``record`` (number), ``hp``
-    (motor load). Label and speed from the variables `label_variable` and `nominal_rpm_variable`, if present, replace
-    those in the name.
+    The regular expression `file` is searched in the file's name; with `file_required`, a file without a match is not of
+    the data set. The named groups of `file` are facts: ``label`` (of the fault), ``rpm``, ``radial_kn``, ``axial_kn``,
+    ``rate_khz``, ``end`` (motor end with the faulty bearing), ``record`` (number), ``hp`` (motor load). The file must
+    have a variable for each regular expression in `variables`, `vectors` arrays, and as a text table one of the numbers
+    of columns in `columns`, if these are stated. The variables `label_variable` and `nominal_rpm_variable`, if the file
+    has them, replace the label and the speed in its name.
     """
 
     file: str | None = None
@@ -55,7 +55,7 @@ class MatchRule:
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelRule:
-    """Channel of a data set; `variable` is a pattern of the variable's name, `analyse` marks the default channel."""
+    """Channel of a data set: the variable whose name matches `variable`; `analyse` marks the default channel."""
 
     name: str
     variable: str
@@ -85,21 +85,22 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """Description of a data set, by which its files are recognised and interpreted.
+    """Description of a data set: how its files are recognised and interpreted.
 
-    `reader` is ``variables`` for files of named arrays, ``signal-structs`` for files with a struct per signal. The
-    sampling rate is in the variable `rate_variable` of a file, or it is `rate_hz`. The variables `tachometer_rpm` and
-    `stated_rpm` contain the measured shaft speed; ``{record}`` in a name stands for the record's number. Without them
-    the speed is a set point: the variable `nominal_hz_variable`, `nominal_rpm_by_load` (by motor load), ``rpm`` in the
-    file's name or `nominal_rpm`; `nominal_ci95_pct` is half its 95 % interval in per cent. `labels` maps patterns of
-    the fault label in a file to states of the bearing. If `one_rig_a_folder` is true, each folder of the data set
-    contains the records of another machine. These tables are read as mappings:
-
-    * `bands`: demodulation bands with their `reason`; with `fs_hz` only for this sampling rate.
+    * `reader`: ``variables`` for files of named arrays, ``signal-structs`` for files with one struct per signal.
+    * Sampling rate: the value of the variable `rate_variable`, or else `rate_hz`.
+    * Measured shaft speed: a signal in the variable `tachometer_rpm`, or a mean in the variable `stated_rpm`, in whose
+      name ``{record}`` stands for the number of the record.
+    * Set point of the speed, if none was measured: the variable `nominal_hz_variable`, `nominal_rpm_by_load` (by motor
+      load), ``rpm`` in the file's name, or `nominal_rpm`. The true speed is within `nominal_ci95_pct` per cent of the
+      set point in 95 % of the records.
+    * `labels`: state of the bearing for each pattern of a fault label.
+    * `bands`: demodulation bands with their `reason`; a band with `fs_hz` is valid only for this sampling rate.
     * `records`: facts about the records number `first` to `last`; `end` is the motor end with the faulty bearing.
-    * `files`: each file can be downloaded if it has `url` and `sha256`; `used_for` is ``fit`` if a parameter of the
-      model was fitted to the file, ``withheld`` if the file was seen but not used for a fit.
+    * `files`: a file with `url` and `sha256` can be downloaded; `used_for` is ``fit`` if a parameter of the model was
+      fitted to the file, ``withheld`` if the file was seen but not used for a fit.
     * `grid`: operating points, which are all `states` at every pair of loads and every nominal speed.
+    * `one_rig_a_folder`: true if each folder of the data set contains the records of another machine.
     """
 
     name: str

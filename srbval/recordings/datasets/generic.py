@@ -27,7 +27,10 @@ _SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with 
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Create a channel from each numeric vector or column of `MIN_SAMPLES` or more; unknown facts remain None."""
+    """Create a channel from each vector, or column of a matrix, of at least `MIN_SAMPLES` numbers.
+
+    Facts that the file does not state remain None.
+    """
     channels: dict[str, Channel] = {}
     for name, channel in _find_channels(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
@@ -106,7 +109,7 @@ def with_named_signals(raw: RawFile) -> RawFile:
 
 
 def _split_off_times(value: ArrayOrText) -> NDArray[np.generic] | None:
-    """Columns of a matrix, shape [columns, samples], if the first one contains times; None for any other value."""
+    """Columns of a matrix as an array [columns, samples] if the first column contains times; otherwise None."""
     if isinstance(value, str) or value.ndim != 2 or value.dtype.kind not in "fiu":
         return None
     columns = orient_samples(value).T
@@ -148,7 +151,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """Unit of a variable, as a text from the file or from the variable's name; a known unit is preferred."""
+    """Text that states a variable's unit in the file or in the variable's name, preferably a known unit."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
@@ -171,7 +174,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Shaft speed [rpm], with False as its unit is never certain (see `stated_rate`); None for any other quantity."""
+    """Shaft speed [rpm] if `name` means one, otherwise None; and False, because its unit counts as not stated."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -185,15 +188,20 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 
 
 def _named_number(
-    raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
+    raw: RawFile, interpret: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Number that `meaning` recognises by its name, or None; a problem if numbers conflict or are outside `likely`."""
+    """Find a number (a rate or a speed) by the name of its variable or attribute; return it and any problem with it.
+
+    `interpret` converts the value to the number and a flag (true if the unit is stated), or returns None if the name
+    means another quantity. Numbers that contradict each other, or that are outside the range `likely` without a stated
+    unit, are a problem; the number returned is then None.
+    """
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):
-        if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:
+        if interpret(name, 1.0) is None and interpret(name, 1e-4) is None:
             continue
         value = raw.number(name) if raw.number(name) is not None else raw.text(name)
-        if value is not None and (stated := meaning(name, value)) is not None:
+        if value is not None and (stated := interpret(name, value)) is not None:
             found[printable(name)] = stated
     numbers = [number for number, _ in found.values()]
     said = " and ".join(f"{name} = {number:g}" for name, number in zip(found, numbers, strict=True))

@@ -4,8 +4,6 @@ import dataclasses
 import re
 from typing import Any
 
-import numpy as np
-
 from srbval.bearing import Bearing, Fault, FaultOrders
 from srbval.errors import ConfigurationError, DataError, NoRecordingError
 from srbval.models.run import USABLE
@@ -62,7 +60,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
         profile = parse_json(raw.text("scene") or "{}").get("speed_profile")
         if profile is not None and fs_hz:
             seconds = next(iter(channels.values())).samples.size / fs_hz
-            speed_signal = profile_signal(np.array(profile["time_s"]), np.array(profile["speed_rad_s"]), seconds)
+            speed_signal = profile_signal(profile["time_s"], profile["speed_rad_s"], seconds)
     except (ValueError, TypeError, KeyError, AttributeError):
         raise DataError(f"{raw.path}: the scene stored with the run cannot be read; simulate it again.") from None
     missing = printable(raw.text("not_validated") or "", LONGEST_NOTE)
@@ -140,7 +138,7 @@ def _own_bearing(raw: RawFile) -> Bearing | None:
 
 
 def status_note(status: str, reason: str) -> tuple[str, ...]:
-    """Note with status and reason of a run that is usable although its status is not ``ok``; empty for ``ok``."""
+    """Note with the status and its reason for a usable run whose status is not ``ok``; no note for ``ok``."""
     return () if status == "ok" else (f"the run ended {status}: {printable(reason, LONGEST_NOTE)}",)
 
 

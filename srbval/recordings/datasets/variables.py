@@ -77,7 +77,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
 
 
 def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
-    """Number of the record to read, empty if no variable name has one, and numbers of other records in the file."""
+    """Number of the record to read (empty if no variable's name contains one), and of other records in the file."""
     rules = description.channels if description.records else ()
     found = (re.fullmatch(rule.variable, name) for rule in rules for name in raw.variables)
     numbers = sorted({match["record"] for match in found if match})
@@ -132,7 +132,7 @@ def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str,
 def _speed(
     raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Shaft speed (by tachometer, else stated, else nominal) and tachometer signal; `seconds`: the record's length."""
+    """Shaft speed (by tachometer, else stated, else nominal) and tachometer signal of a record of `seconds` [s]."""
     tachometer, stated = description.tachometer_rpm, description.stated_rpm
     if tachometer and raw.array(tachometer) is not None:
         values_hz, signal = raw.signal(tachometer) / RPM_PER_HZ, None

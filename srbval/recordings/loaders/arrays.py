@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import LONGEST_NAME, ArrayOrText, RawFile, check_claim, first_line
 from srbval.recordings.times import is_time, parse_time_stamps
 from srbval.recordings.units import is_unit_key
@@ -31,7 +30,7 @@ def load_npy(path: Path) -> RawFile:
         size = " x ".join(map(str, values.shape))[:LONGEST_NAME]
         claimed = f"{size} values ({values.dtype}) in {held} bytes"
         raise DataError(f"{path}: truncated or damaged: its header claims {claimed}. Copy it again.")
-    return RawFile(path=path, format=NPY.name, variables={"data": values})
+    return RawFile(path=path, variables={"data": values})
 
 
 def load_npz(path: Path) -> RawFile:
@@ -53,7 +52,7 @@ def load_npz(path: Path) -> RawFile:
                     raise
                 left.append(name)
     notes = (f"left out, no plain numbers: {', '.join(left)[:LONGEST_NAME]}",) if left else ()
-    return RawFile(path=path, format=NPZ.name, variables=variables, notes=notes)
+    return RawFile(path=path, variables=variables, notes=notes)
 
 
 def load_table(path: Path) -> RawFile:
@@ -65,8 +64,9 @@ def load_table(path: Path) -> RawFile:
         fits = (types.is_integer, types.is_floating, types.is_decimal, types.is_temporal, types.is_list)
         names = [f.name for f in schema if any(fit(f.type) for fit in fits) or is_time(f.name)]
         if len(names) > MAX_TABLE_COLUMNS or len(set(names)) < len(names):
-            most = f"{MAX_TABLE_COLUMNS} are read at most, each with a name of its own"
-            raise DataError(f"{path}: {len(names)} columns; {most}.")
+            raise DataError(
+                f"{path}: {len(names)} columns; at most {MAX_TABLE_COLUMNS} are read, and each needs another name."
+            )
         return names
 
     with path.open("rb") as stream:
@@ -85,12 +85,16 @@ def load_table(path: Path) -> RawFile:
     stated = ((f.name, key.decode(), value.decode()) for f in table.schema for key, value in (f.metadata or {}).items())
     units = {name: value for name, key, value in stated if is_unit_key(key)}
     facts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-    raw = _of_frame(path, "Parquet" if is_parquet else "Feather", table.to_pandas(ignore_metadata=True))
-    return replace(raw, attributes={**raw.attributes, **facts}, units={**units, **raw.units})
+    raw, form = _of_frame(path, table.to_pandas(ignore_metadata=True)), "Parquet" if is_parquet else "Feather"
+    return replace(raw, format=form, attributes={**raw.attributes, **facts}, units={**units, **raw.units})
 
 
 def load_json(path: Path) -> RawFile:
-    """Read samples from one JSON document, or one per line: lists, single samples, or blocks with one time each."""
+    """Read the samples of a JSON document, or of several documents, one per line.
+
+    A document is a list of numbers, or an object (or list of objects) whose members are numbers or lists of numbers.
+    The time in an object with a list of samples is the time of its first sample.
+    """
     import pandas as pd
 
     text = path.read_text("utf-8-sig", "replace")
@@ -109,13 +113,13 @@ def load_json(path: Path) -> RawFile:
         ]:
             inner = pd.json_normalize(frame[name].iloc[0])  # a list of records
             frame = frame.drop(columns=name).join(pd.DataFrame({f"{name}.{key}": [list(inner[key])] for key in inner}))
-        return _of_frame(path, JSON.name, frame)
+        return _of_frame(path, frame)
     except Exception as error:  # such as a document of settings
         raise NoRecordingError(f"{path}: a JSON text that cannot be read as samples ({first_line(error)}).") from None
 
 
-def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
-    """Create a `RawFile` of format `form` from a pandas table; a row may contain a list of samples with one time."""
+def _of_frame(path: Path, frame: Any) -> RawFile:
+    """Convert a pandas table; a row contains single samples, or lists of samples and the time of the first sample."""
     variables: dict[str, ArrayOrText] = {}
     attributes: dict[str, float | str] = {}
     units: dict[str, str] = {}
@@ -147,15 +151,4 @@ def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
                 attributes[name] = float(values[0])
                 continue
         variables[name] = values
-    return RawFile(path=path, format=form, variables=variables, attributes=attributes, units=units)
-
-
-_JSON = rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[-\d\[{])"
-_PANDAS = ("pandas", "pandas")
-JSON = FileFormat("JSON", "JSON", _JSON, load_json, "JSON text", _PANDAS, 64)
-_PYARROW = ("pyarrow.parquet", "pyarrow")
-NPY = FileFormat("NumPy", "NumPy .npy", rb"\x93NUMPY", load_npy, trusted=True)
-NPZ = FileFormat("NumPy archive", "NumPy .npz", rb"PK\x03\x04", load_npz, ".npz file")
-COLUMN_TABLE = FileFormat(
-    "table in columns", "Parquet, Feather", rb"PAR1|ARROW1\0\0", load_table, "table", _PYARROW, TABLE_EXPANSION
-)
+    return RawFile(path=path, variables=variables, attributes=attributes, units=units)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.loaders.matlab import add_objects
 from srbval.recordings.raw import ArrayOrText, RawFile, check_claim
 from srbval.recordings.times import stated_rate
@@ -21,7 +20,6 @@ MAX_FILTERS = 6  # of a dataset; each may expand the output of the previous filt
 MAX_TEXT = 65536  # characters; longer texts of codes are cut
 OBJECT_MARK = "MATLAB_object_decode"  # attribute of the references of an object
 SKIPPED = ("#refs#", "#subsystem#")
-SIGNATURE = rb"(?:.{512}|.{1024}|.{2048})?\x89HDF\r\n\x1a\n"  # may follow a user block
 
 
 def load_hdf5(path: Path) -> RawFile:
@@ -38,7 +36,7 @@ def load_hdf5(path: Path) -> RawFile:
     if CHECKSUM in reader.found["attributes"] and not checked:
         raise DataError(f"{path}: damaged, or changed by another program: it has no checksum. Copy or make it again.")
     notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
-    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else HDF5_FORMAT.name, notes=notes, **reader.found)
+    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else "", notes=notes, **reader.found)
 
 
 class _Hdf5Reader:
@@ -58,8 +56,10 @@ class _Hdf5Reader:
     def _count(self, items: int) -> None:
         self.items += items
         if self.items > MAX_ITEMS:
-            held = f"{self.items} or more links, references and attributes"
-            raise DataError(f"{self.path}: contains {held}; {MAX_ITEMS} are read at most. Not a recording.")
+            raise DataError(
+                f"{self.path}: contains {self.items} or more links, references and attributes; {MAX_ITEMS} are read at "
+                "most. The file is not a recording."
+            )
 
     def _attributes(self, item: Any) -> list[tuple[str, float | str]]:
         self._count(len(item.attrs))
@@ -81,7 +81,9 @@ class _Hdf5Reader:
         import h5py
 
         if depth > MAX_GROUP_DEPTH:
-            raise DataError(f"{self.path}: nested deeper than {MAX_GROUP_DEPTH} groups or references. Not a recording.")
+            raise DataError(
+                f"{self.path}: nested deeper than {MAX_GROUP_DEPTH} groups or references. The file is not a recording."
+            )
         if isinstance(item, h5py.Group):
             self.found["attributes"] |= {f"{name}.{key}": value for key, value in self._attributes(item)}
             for key, member in self._members(item):
@@ -119,7 +121,7 @@ class _Hdf5Reader:
                 self._visit(name if len(held) == 1 else f"{name}({i})", self.file[reference], depth + 1)
             return
         elif text:
-            values = str(_plain(dataset.asstr()[()]))
+            values = str(np.asarray(dataset.asstr()[()], object).item())
             self._claim(len(values), f"text {name!r}")
         elif "MATLAB_class" in dataset.attrs and self._attribute(dataset, "MATLAB_class") == "char":
             values = "".join(map(chr, dataset[()].ravel()[:MAX_TEXT]))
@@ -136,13 +138,16 @@ class _Hdf5Reader:
         if math.prod(stored.shape) != 1 or not (text or stored.dtype.kind in "fiu"):
             return None
         self._claim(stored.dtype.itemsize, f"attribute {name!r}")
-        value = _plain(item.attrs[name])
-        self._claim(len(value) if isinstance(value, str) else 0, f"attribute {name!r}")
-        return value
+        value = np.asarray(item.attrs[name], object).item()
+        if isinstance(value, bytes | str):
+            value = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+            self._claim(len(value), f"attribute {name!r}")
+            return value
+        return None if isinstance(value, h5py.Empty) else float(value)
 
 
 def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
-    """Reason why a dataset of `size` samples cannot be read (unknown compression, missing chunks); None if it can."""
+    """Reason why a dataset of `size` samples cannot be read, such as an unknown compression; None if it can be."""
     import h5py
 
     settings = dataset.id.get_create_plist()
@@ -157,15 +162,3 @@ def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
     lost = needed - (dataset.id.get_num_chunks() if dataset.chunks else min(1, dataset.id.get_storage_size()))
     share = f"{lost} of {needed} chunks of {name!r} were never written ({100 * lost / needed:.3g} % of its samples)"
     return f"{share}; copy the file again, or record it again." if lost > 0 else None
-
-
-def _plain(value: Any) -> float | str | None:
-    """Convert a number, a text or an array of one element to a Python float or text; None for anything else."""
-    if isinstance(value, np.ndarray) and value.size == 1:
-        value = value.flat[0]
-    if isinstance(value, bytes | str):
-        return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
-    return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
-
-
-HDF5_FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file", ("h5py", "h5py"))

@@ -9,7 +9,7 @@ import atexit
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from srbval.errors import DataError
@@ -48,12 +48,14 @@ class FileFormat:
 
     def load(self, path: Path) -> RawFile:
         """Load a file, in a child process unless `trusted`; `DataError` if the loader fails or exceeds a limit."""
-        if self.trusted:
-            return self.read(path)
+        raw = self.read(path) if self.trusted else self._read_in_child(path)
+        return raw if raw.format else replace(raw, format=self.name)
+
+    def _read_in_child(self, path: Path) -> RawFile:
         computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
         folder = None if path.is_absolute() else os.getcwd()
         memory = memory_limit_bytes(path, self.expansion) + WORKSPACE_BYTES
-        request = (self.read, path, folder, computing_s, memory, self.library, self.kind)
+        request = (self, path, folder, computing_s, memory)
         for fresh in (False, True):  # a new process tries again if one dies that has read other files
             try:
                 reader = WorkerProcess(READER, may_fork=True) if fresh else _idle.pop()

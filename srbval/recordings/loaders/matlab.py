@@ -11,19 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import ArrayOrText, RawFile, check_claim, first_line
 from srbval.recordings.times import is_time
 from srbval.storage.installation import pip_command
 
-MATLAB_MARK = rb"MATLAB 5\.0|.{124}(?:\x00\x01IM|\x01\x00MI)"  # text, or version and order of bytes
-MATLAB_EXPANSION = 4  # compressed once, and in memory twice during the transfer
 MAX_STRUCT_DEPTH = 32
 MAX_VARIABLES = 25_000
 MIN_SIGNAL_SAMPLES = 256  # samples of a signal
 OBJECTS = "__function_workspace__"  # scipy's name for the contents of MATLAB's objects
 TIMESERIES_SUFFIX = ".Data_"  # property of a `timeseries` with its samples
-MODELICA_MARK = rb".{20}Aclass\0"  # name of the first matrix, behind its header
 TRANSPOSED = "binTrans"  # layout of a Modelica result file; the other one is binNormal
 _MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at the end of a description
 
@@ -41,7 +37,7 @@ def load_matlab(path: Path) -> RawFile:
         if not name.startswith("__"):  # fields by scipy, and unnamed contents by MATLAB
             collect(variables, name, value)
     notes = add_objects(path, variables) if OBJECTS in contents else ()
-    return RawFile(path=path, format=MATLAB.name, variables=variables, notes=notes)
+    return RawFile(path=path, variables=variables, notes=notes)
 
 
 def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
@@ -49,8 +45,10 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
-        most = f"{MAX_STRUCT_DEPTH} nested levels or {MAX_VARIABLES} variables"
-        raise DataError(f"{name[:99]!r} exceeds the limit of {most}. The file is not a recording.")
+        raise DataError(
+            f"{name[:99]!r} exceeds the limit of {MAX_STRUCT_DEPTH} nested levels or {MAX_VARIABLES} variables. "
+            "The file is not a recording."
+        )
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
     value = getattr(value, "properties", value)  # of an object
@@ -74,7 +72,10 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add contents of MATLAB objects to `variables`; return notes on objects left out; `DataError` without a signal."""
+    """Add the contents of a file's MATLAB objects to `variables`, and return notes on objects that cannot be read.
+
+    Raises `DataError` if `variables` then contains no signal.
+    """
     why = ""
     try:
         from matio import load_from_mat
@@ -96,7 +97,10 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each MATLAB `timeseries` by samples and times (stored, or by start and step)."""
+    """Replace the properties of each MATLAB `timeseries` by its samples and their times.
+
+    The times are stored, or computed from their start and step.
+    """
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"
@@ -139,7 +143,6 @@ def load_modelica(path: Path) -> RawFile:
     units = map(_MODELICA_UNIT.fullmatch, described)
     return RawFile(
         path=path,
-        format=MODELICA.name,
         variables=variables,
         attributes={"origin": "simulated"},
         units={name: unit[1] for name, unit in zip(names, units, strict=False) if unit},
@@ -149,8 +152,3 @@ def load_modelica(path: Path) -> RawFile:
 def _decode_rows(letters: NDArray[Any]) -> list[str]:
     """Decode a matrix of characters in UTF-8, one text per row."""
     return ["".join(row).encode("latin-1").decode("utf-8", "replace").strip("\0 ") for row in letters]
-
-
-_SCIPY = (("scipy.io.matlab", "scipy"), MATLAB_EXPANSION)
-MATLAB = FileFormat("MATLAB v5", "MATLAB v5", MATLAB_MARK, load_matlab, "MATLAB v5 file", *_SCIPY)
-MODELICA = FileFormat("Modelica", "Modelica result", MODELICA_MARK, load_modelica, "Modelica result", *_SCIPY)

@@ -9,10 +9,11 @@ from pathlib import Path
 from srbval.errors import DataError
 from srbval.processes.machine import limit_memory, limit_resource
 from srbval.processes.worker import serve_calls
+from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import RawFile, first_line
 from srbval.storage.installation import pip_command
 
-Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str, str] | None, str]
+Request = tuple[FileFormat, Path, str | None, int, int]  # folder, computing time [s] and memory [bytes]
 
 
 def prepare_worker() -> Callable[[Request], RawFile | DataError]:
@@ -25,10 +26,10 @@ def prepare_worker() -> Callable[[Request], RawFile | DataError]:
 
 
 def _load_within_limits(request: Request) -> RawFile | DataError:
-    """Load a file with limited computing time [s] and memory [bytes]; return a `DataError` if this fails."""
-    read, path, folder, computing_s, memory, library, kind = request
-    if library is not None:
-        module, name = library
+    """Load a file with limited computing time and memory; return a `DataError` if this fails."""
+    form, path, folder, computing_s, memory = request
+    if form.library is not None:
+        module, name = form.library
         try:
             importlib.import_module(module)
         except (ImportError, OSError) as error:
@@ -41,7 +42,7 @@ def _load_within_limits(request: Request) -> RawFile | DataError:
     try:
         if folder is not None:
             os.chdir(folder)
-        return read(path)
+        return form.read(path)
     except DataError as error:
         return error
     except MemoryError:
@@ -49,7 +50,7 @@ def _load_within_limits(request: Request) -> RawFile | DataError:
     except (FileNotFoundError, PermissionError) as error:
         return DataError(f"{path}: cannot be read ({error.strerror or error}).")
     except Exception as error:  # a damaged file may raise anything in a library
-        return DataError(f"{path}: truncated or damaged {kind} ({first_line(error)}). Copy it again.")
+        return DataError(f"{path}: truncated or damaged {form.kind} ({first_line(error)}). Copy it again.")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import ArrayOrText, RawFile, check_claim
 from srbval.recordings.times import stated_rate
 from srbval.recordings.units import is_unit_key
@@ -18,7 +17,6 @@ PACKED = 8  # expansion: losslessly compressed, or 8 and 16-bit samples become 3
 BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 NEVER_WRITTEN = 0xFFFF_FF00  # least size in a header that was never completed, as in a stream
 MAX_CHANNELS = 256
-UFF_EXPANSION = 16  # the library converts a text's numbers to Python objects before it creates an array
 UFF_FUNCTION, UFF_UNITS = 58, 164  # data sets
 UFF_TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
 UFF_ACCELERATION = 12  # specific data type of its ordinate
@@ -31,7 +29,6 @@ _UFF_END = re.compile(rb"[\r\n]* {4}-1[ \t]*(?:\r?\n|\r|\Z)")  # directly after 
 # Type, mark of a binary set, number of following lines of text, number of bytes after them.
 _UFF_TYPE = re.compile(rb" {0,5}(\d{1,5})(?:(b)\s+\d+\s+\d+\s+(\d+)\s+(\d+)[ \d]*)?")
 UFF_HEAD = 4096  # bytes that contain the lines of text of a binary set
-AUDIO_MARK, UFF_MARK = rb"fLaC|(?:RIFF|RIFX|RF64).{4}WAVE", rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s"
 
 
 def load_audio(path: Path) -> RawFile:
@@ -59,7 +56,6 @@ def load_audio(path: Path) -> RawFile:
     note = f"{bits}-bit samples read as shares of full scale; --scale states what that is"
     return RawFile(
         path=path,
-        format=AUDIO.name,
         variables={"data": samples[:, 0] if samples.shape[1] == 1 else samples},
         attributes={"fs_hz": rate},
         notes=(note,) if bits else (),
@@ -102,7 +98,6 @@ def load_tdms(path: Path) -> RawFile:
         rates = {name: [r[0] for k, v in p.items() if (r := stated_rate(k, v))] for name, p in stated.items()}
         return RawFile(
             path=path,
-            format=TDMS.name,
             variables={name: c[:] for name, c in channels.items()},
             attributes=facts,
             units={name: str(v) for name, p in stated.items() for k, v in p.items() if is_unit_key(k) and v},
@@ -117,7 +112,7 @@ def _plain_properties(properties: Mapping[str, Any]) -> dict[str, float | str]:
 
 
 def load_uff(path: Path) -> RawFile:
-    """Read the time signals of a universal file (data sets 58), named by the first identification line, if unique."""
+    """Read the time signals of a universal file (data sets 58), named by their first identification line if unique."""
     import pyuff
 
     file, blocks = pyuff.UFF(str(path)), list(_uff_blocks(path))
@@ -150,7 +145,7 @@ def load_uff(path: Path) -> RawFile:
             variables[f"{name}.time"] = np.asarray(function["x"])
         elif function["abscissa_inc"] > 0:
             rates[name] = 1 / float(function["abscissa_inc"])
-    return RawFile(path=path, format=UFF.name, variables=variables, units=units, rates_hz=rates)
+    return RawFile(path=path, variables=variables, units=units, rates_hz=rates)
 
 
 def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
@@ -200,12 +195,4 @@ def load_lvm(path: Path) -> RawFile:
             units |= {key: facts[LVM_FACTS[0]]} if facts.get(LVM_FACTS[0]) else {}
             rates |= {key: stated[0]} if (stated := stated_rate("dt", facts.get(LVM_FACTS[1], 0.0))) else {}
             channel += 1
-    return RawFile(path=path, format=LVM.name, variables=variables, units=units, rates_hz=rates)
-
-
-_UFF = "universal file (UFF, data set 58)"
-AUDIO = FileFormat("sound", "WAV, FLAC", AUDIO_MARK, load_audio, "sound file", ("soundfile", "soundfile"), PACKED)
-TDMS = FileFormat("TDMS", "TDMS", b"TDSm", load_tdms, "TDMS file", ("nptdms", "npTDMS"), PACKED)
-UFF = FileFormat("UFF58", _UFF, UFF_MARK, load_uff, "universal file", ("pyuff", "pyuff"), UFF_EXPANSION)
-_LVM, _LVM_READ = b"LabVIEW Measurement", ("lvm_read", "lvm-read")
-LVM = FileFormat("LabVIEW", "LabVIEW .lvm", _LVM, load_lvm, "LabVIEW file", _LVM_READ, UFF_EXPANSION)
+    return RawFile(path=path, variables=variables, units=units, rates_hz=rates)

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.loaders.limited import FileFormat
-from srbval.recordings.raw import LONGEST_NAME, TEXT, ArrayOrText, RawFile, first_line, printable
+from srbval.recordings.raw import LONGEST_NAME, ArrayOrText, RawFile, first_line, printable
 from srbval.recordings.times import is_rising, is_time, parse_time_stamps, read_counter, stated_rate
 from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
@@ -46,9 +45,10 @@ OTHER_TEXTS = {
 
 @dataclass(frozen=True, kw_only=True)
 class TableLayout:
-    """Text table: fields of its `rows`, index in the file of each row (`lines`), and `separator` (None for blanks).
+    """Table found in a text: the fields of its `rows`, and for each row the index of its line in the text (`lines`).
 
-    `kinds` contains a letter per column: ``n`` numbers, ``t`` clock times, ``d`` dates, ``x`` other texts, ``e`` empty.
+    `separator` is the character between fields, None for blanks. `kinds` contains a letter for each column: ``n``
+    numbers, ``t`` clock times, ``d`` dates, ``x`` other texts, ``e`` empty.
     """
 
     separator: str | None
@@ -109,9 +109,7 @@ def load_text(path: Path) -> RawFile:
     below = sum(bool(line.strip("# ")) for line in lines[table.lines[-1] + 1 :])
     notes += (f"left out: {below} line(s) below the table",) if below else ()
     facts = _read_statements(path, [line for i, line in enumerate(above) if i not in used])
-    return RawFile(
-        path=path, format=TEXT, variables=variables, attributes=facts, notes=notes, units=said, unusable=unusable
-    )
+    return RawFile(path=path, variables=variables, attributes=facts, notes=notes, units=said, unusable=unusable)
 
 
 def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
@@ -229,7 +227,10 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Add or drop empty fields at row ends; `DataError` for blank lines, unequal rows, or numbers in other lines."""
+    """Add or drop empty fields at the ends of rows, so that all rows have the same number of fields.
+
+    Raises `DataError` for blank lines, rows of another length, and numbers above the table or in its comments.
+    """
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -269,8 +270,10 @@ def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str]
         comment, line = above[i].startswith("#"), above[i].lstrip("# ")
         fields = _names_of(line, separator, columns)
         if fields is None and i == len(above) - 1 and not comment and not _COLON.match(line):
-            said = f"line {i + 1} has {len(_fields(line, separator))} names for {columns} columns"
-            raise DataError(f"{path}: {said}. Give each column a name{_hint(separator)}.")
+            raise DataError(
+                f"{path}: line {i + 1} has {len(_fields(line, separator))} names for {columns} columns. "
+                f"Give each column a name{_hint(separator)}."
+            )
         if fields is None or (columns == 1 and _COLON.match(line)) or _is_statement(fields):
             break
         if comment and not any(is_time(field) or known_unit(split_unit(field)[1] or "") for field in fields):
@@ -356,8 +359,3 @@ def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table:
         text = printable((table.separator or " ").join(table.rows[min(wrong[0][0], len(table.rows) - 1)]))
         raise DataError(f"{path}: line {line + 1}, {text!r}, {what}. Export it with decimal points.")
     return bool(found)
-
-
-# No control characters but white space, in any 8-bit encoding, or UTF-16 with its mark.
-_TEXT = rb"\xff\xfe|\xfe\xff|[^\0-\x08\x0b\x0e-\x1f]*\Z"
-TEXT_TABLE = FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True)
