@@ -96,10 +96,8 @@ def add(
                 known[file] = replace(moved, file=file)
     found = RegisterListing(replace(entry, registered=True) for entry in _inspect(files, known, "Register", progress))
     if found.left_out and (table is not None or not found.recordings):
-        raise DataError(
-            f"{folder}: {len(found.left_out)} of {len(files)} files to register are no recordings, the first: "
-            f"{found.left_out[0].file}: {found.left_out[0].reason}"
-        )
+        wrong, first = f"{len(found.left_out)} of {len(files)} files to register", found.left_out[0]
+        raise DataError(f"{folder}: {wrong} are no recordings, the first: {first.file}: {first.reason}")
     hashes = {entry.sha256 for entry in found.recordings if entry.sha256}
     update_manifest(
         lambda entries: (
@@ -238,10 +236,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Entries of files, given with the settings stated for each; `known` contains earlier entries.
-
-    An unchanged file without settings is read only if `again` is true.
-    """
+    """Entries of files, which map to stated settings; those `known` are reused for unchanged files, unless `again`."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]

@@ -66,10 +66,7 @@ def _share(count: int, samples: FloatArray) -> str:
 
 
 def _shortest_unlikely_run(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
-    """Least length of a run of equal samples that is no coincidence in a signal of `total` samples.
-
-    `lengths` and `values` describe all runs of a block; a run may be a single sample.
-    """
+    """Least length of a run of equal samples that is no coincidence; `lengths` and `values` describe all runs."""
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf

@@ -99,10 +99,7 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Raise `DataError` if `fs_hz` is too low or a time step too long for the band, or `fs_hz` too high for the file.
-
-    Without a band, return a caution if steps are too long for some of the frequencies that remain.
-    """
+    """Raise `DataError` if `fs_hz` or a time step is too coarse for the band; without a band, caution against steps."""
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:

@@ -299,7 +299,7 @@ def half_written(file):
     file.attrs.update({"fs_hz": 1000.0, "unit": "m/s2"})
 
 
-MANY = "[0-9]{4} or more links, references and attributes; 4096 are read at most"
+MANY = "more than 4096 links, references and attributes: no recording"
 UNWRITTEN = r"{} chunks of '{}' were never written \({} % of its samples\)"
 CASES = {
     "folder": (Path.mkdir, "folder"),
@@ -311,9 +311,9 @@ CASES = {
     "pipe": (os.mkfifo, "not a regular file"),
     "nan": (nan, r"acc_m_s2: sample 1234 of 4096 is nan"),
     "no vector": (lambda path: savemat(path, {"x": 3.0, "z": files.vibration() * 1j}), "without a numeric vector"),
-    "nested cells": (nested_cells, "limit of .* nested levels|MATLAB v5"),
-    "numbers that do not fit": (matlab_numbers_that_do_not_fit, "truncated or damaged MATLAB v5 file"),
-    "checksum": (matlab_checksum, "truncated or damaged MATLAB v5 file .*incorrect data check"),
+    "nested cells": (nested_cells, "limits of .* nested levels|MATLAB v5"),
+    "numbers that do not fit": (matlab_numbers_that_do_not_fit, r"truncated or damaged \(MATLAB v5: "),
+    "checksum": (matlab_checksum, r"truncated or damaged \(MATLAB v5: .*incorrect data check"),
     "hidden samples": (npy_with_hidden_samples, r"header claims 4032 values \(float64\) in 32768 bytes"),
     "circle": (hdf5(circle), "nested deeper"),
     "links": (hdf5(links_out_of_the_file_and_in_circles), "without a numeric vector"),

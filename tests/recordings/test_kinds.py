@@ -57,10 +57,6 @@ TEXTS = {
         "Time,acc (g)",
         *(f"{59 * (t < 0.1):02d}:{(59.9 + t) % 60:09.6f},{x}" for t, x in zip(T, X, strict=True)),
     ],
-    "midnight": [
-        "Time,acc (g)",
-        *(f"{23 * (t < 0.1):02d}:{59 * (t < 0.1):02d}:{(59.9 + t) % 60:09.6f},{x}" for t, x in zip(T, X, strict=True)),
-    ],
     "pandas index": [",acc_g", *(f"2024-05-06 12:00:00.{int(t * 1e9):09d},{x}" for t, x in zip(T, X, strict=True))],
     "quoted commas": [
         '"Time [s]","acc [g]"',

@@ -27,10 +27,7 @@ _SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with 
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Create a channel from each vector, or column of a matrix, of at least `MIN_SAMPLES` numbers.
-
-    Facts that the file does not state remain None.
-    """
+    """Create a channel from each vector or matrix column of `MIN_SAMPLES` or more; facts not stated remain None."""
     channels: dict[str, Channel] = {}
     for name, channel in _find_channels(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
@@ -190,11 +187,10 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, interpret: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Find a number (a rate or a speed) by the name of its variable or attribute; return it and any problem with it.
+    """Find a number by the name of its variable or attribute; return it, or None, and the problem if there is one.
 
-    `interpret` converts the value to the number and a flag (true if the unit is stated), or returns None if the name
-    means another quantity. Numbers that contradict each other, or that are outside the range `likely` without a stated
-    unit, are a problem; the number returned is then None.
+    `interpret` converts name and value to the number and True if its unit is stated; None means another quantity.
+    Numbers that differ, or are outside the range `likely` without a stated unit, are a problem.
     """
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):

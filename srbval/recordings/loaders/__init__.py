@@ -20,34 +20,23 @@ _SOUND = rb"fLaC|(?:RIFF|RIFX|RF64).{4}WAVE"
 _UFF = rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s"
 _JSON = rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[-\d\[{])"
 _TEXT = rb"\xff\xfe|\xfe\xff|[^\0-\x08\x0b\x0e-\x1f]*\Z"  # UTF-16, or no control characters but white space
-_SCIPY = ("scipy.io.matlab", "scipy")
+_COLUMNS = rb"PAR1|ARROW1\0\0"
+_SCIPY, _PYARROW = ("scipy.io.matlab", "scipy"), ("pyarrow.parquet", "pyarrow")
 _COPIED, _OBJECTS = 4, 16  # expansion: in memory twice during the transfer; texts converted to Python objects first
 
 # The first format whose mark matches is used.
 FILE_FORMATS = (
     FileFormat("NumPy", "NumPy .npy", rb"\x93NUMPY", load_npy, trusted=True),
-    FileFormat("NumPy archive", "NumPy .npz", rb"PK\x03\x04", load_npz, ".npz file"),
-    FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", _HDF5, load_hdf5, "HDF5 file", ("h5py", "h5py")),
-    FileFormat("MATLAB v5", "MATLAB v5", _MATLAB, load_matlab, "MATLAB v5 file", _SCIPY, _COPIED),
-    FileFormat("Modelica", "Modelica result", _MODELICA, load_modelica, "Modelica result", _SCIPY, _COPIED),
-    FileFormat("sound", "WAV, FLAC", _SOUND, load_audio, "sound file", ("soundfile", "soundfile"), PACKED),
-    FileFormat("TDMS", "TDMS", rb"TDSm", load_tdms, "TDMS file", ("nptdms", "npTDMS"), PACKED),
-    FileFormat(
-        "UFF58", "universal file (UFF, data set 58)", _UFF, load_uff, "universal file", ("pyuff", "pyuff"), _OBJECTS
-    ),
-    FileFormat(
-        "LabVIEW", "LabVIEW .lvm", rb"LabVIEW Measurement", load_lvm, "LabVIEW file", ("lvm_read", "lvm-read"), _OBJECTS
-    ),
-    FileFormat(
-        "table in columns",
-        "Parquet, Feather",
-        rb"PAR1|ARROW1\0\0",
-        load_table,
-        "table",
-        ("pyarrow.parquet", "pyarrow"),
-        TABLE_EXPANSION,
-    ),
-    FileFormat("JSON", "JSON", _JSON, load_json, "JSON text", ("pandas", "pandas"), 64),
+    FileFormat("NumPy archive", "NumPy .npz", rb"PK\x03\x04", load_npz),
+    FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", _HDF5, load_hdf5, ("h5py", "h5py")),
+    FileFormat("MATLAB v5", "MATLAB v5", _MATLAB, load_matlab, _SCIPY, _COPIED),
+    FileFormat("Modelica", "Modelica result", _MODELICA, load_modelica, _SCIPY, _COPIED),
+    FileFormat("sound", "WAV, FLAC", _SOUND, load_audio, ("soundfile", "soundfile"), PACKED),
+    FileFormat("TDMS", "TDMS", rb"TDSm", load_tdms, ("nptdms", "npTDMS"), PACKED),
+    FileFormat("UFF58", "universal file (UFF, data set 58)", _UFF, load_uff, ("pyuff", "pyuff"), _OBJECTS),
+    FileFormat("LabVIEW", "LabVIEW .lvm", rb"LabVIEW Measurement", load_lvm, ("lvm_read", "lvm-read"), _OBJECTS),
+    FileFormat("table in columns", "Parquet, Feather", _COLUMNS, load_table, _PYARROW, TABLE_EXPANSION),
+    FileFormat("JSON", "JSON", _JSON, load_json, ("pandas", "pandas"), 64),
     FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True),
 )
 

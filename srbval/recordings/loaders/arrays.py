@@ -90,11 +90,7 @@ def load_table(path: Path) -> RawFile:
 
 
 def load_json(path: Path) -> RawFile:
-    """Read the samples of a JSON document, or of several documents, one per line.
-
-    A document is a list of numbers, or an object (or list of objects) whose members are numbers or lists of numbers.
-    The time in an object with a list of samples is the time of its first sample.
-    """
+    """Read a JSON document, or one per line: lists of samples, or objects with samples and the time of the first."""
     import pandas as pd
 
     text = path.read_text("utf-8-sig", "replace")

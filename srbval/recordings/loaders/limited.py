@@ -33,15 +33,14 @@ class FileFormat:
     """File format: pattern `mark` of a file's first bytes (``.`` is any byte), and the loader `read`.
 
     Unless `trusted`, `read` may raise anything, hang or crash: it runs in a process with limits. `library` contains the
-    module to import before the limits apply, and the name of its package. `kind` is what messages call such a file. The
-    contents may need `expansion` times the size of the file in memory.
+    module to import before the limits apply, and the name of its package. The contents may need `expansion` times the
+    size of the file in memory.
     """
 
     name: str
     description: str
     mark: bytes
     read: Callable[[Path], RawFile]
-    kind: str = "file"
     library: tuple[str, str] | None = None
     expansion: int = EXPANSION
     trusted: bool = False

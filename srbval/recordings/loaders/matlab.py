@@ -45,10 +45,8 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
-        raise DataError(
-            f"{name[:99]!r} exceeds the limit of {MAX_STRUCT_DEPTH} nested levels or {MAX_VARIABLES} variables. "
-            "The file is not a recording."
-        )
+        most = f"{MAX_STRUCT_DEPTH} nested levels and {MAX_VARIABLES} variables"
+        raise DataError(f"{name[:99]!r} is beyond the limits of {most}. The file is not a recording.")
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
     value = getattr(value, "properties", value)  # of an object
@@ -72,10 +70,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add the contents of a file's MATLAB objects to `variables`, and return notes on objects that cannot be read.
-
-    Raises `DataError` if `variables` then contains no signal.
-    """
+    """Add MATLAB objects' contents to `variables`; return notes on unread objects; `DataError` if none is a signal."""
     why = ""
     try:
         from matio import load_from_mat
@@ -97,10 +92,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each MATLAB `timeseries` by its samples and their times.
-
-    The times are stored, or computed from their start and step.
-    """
+    """Replace the properties of each MATLAB `timeseries` by its samples and times (stored, or of a constant step)."""
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"

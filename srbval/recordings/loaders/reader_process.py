@@ -50,7 +50,7 @@ def _load_within_limits(request: Request) -> RawFile | DataError:
     except (FileNotFoundError, PermissionError) as error:
         return DataError(f"{path}: cannot be read ({error.strerror or error}).")
     except Exception as error:  # a damaged file may raise anything in a library
-        return DataError(f"{path}: truncated or damaged {form.kind} ({first_line(error)}). Copy it again.")
+        return DataError(f"{path}: truncated or damaged ({form.name}: {first_line(error)}). Copy it again.")
 
 
 if __name__ == "__main__":

@@ -227,10 +227,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Add or drop empty fields at the ends of rows, so that all rows have the same number of fields.
-
-    Raises `DataError` for blank lines, rows of another length, and numbers above the table or in its comments.
-    """
+    """Add or drop empty fields at row ends; `DataError` for blank lines, unequal rows, numbers above or in comments."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -270,10 +267,8 @@ def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str]
         comment, line = above[i].startswith("#"), above[i].lstrip("# ")
         fields = _names_of(line, separator, columns)
         if fields is None and i == len(above) - 1 and not comment and not _COLON.match(line):
-            raise DataError(
-                f"{path}: line {i + 1} has {len(_fields(line, separator))} names for {columns} columns. "
-                f"Give each column a name{_hint(separator)}."
-            )
+            wrong = f"line {i + 1} has {len(_fields(line, separator))} names for {columns} columns"
+            raise DataError(f"{path}: {wrong}. Give each column a name{_hint(separator)}.")
         if fields is None or (columns == 1 and _COLON.match(line)) or _is_statement(fields):
             break
         if comment and not any(is_time(field) or known_unit(split_unit(field)[1] or "") for field in fields):
