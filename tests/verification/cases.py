@@ -1,8 +1,7 @@
 """States at which the equations of motion are checked: near rolling, with everything moving."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +10,6 @@ from tests.verification.harness import (
     FloatArray,
     Parameters,
     Rates,
-    Scene,
-    geometry,
     layout_of,
     merged,
     paper_scene,
@@ -62,18 +59,10 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the sta
 }
 
 
-class Subject(NamedTuple):
-    """A scene, the model of it that is tested, and the same in world axes."""
-
-    scene: Scene
-    model: Parameters
-    world: World
-
-
-def subject(*changes: dict[str, Any], make: Callable[[Scene], Parameters] = parameters) -> Subject:
-    """The paper's scene with changes laid over each other."""
+def subject(*changes: dict[str, Any]) -> tuple[Parameters, World]:
+    """The model of the paper's scene with changes laid over each other, and the same in world axes."""
     scene = paper_scene(**merged(*changes))
-    return Subject(scene, make(scene), World(scene, geometry()))
+    return parameters(scene), World(scene)
 
 
 @dataclass(frozen=True)
@@ -91,22 +80,22 @@ class Case:
 def make_case(name: str) -> Case:
     """Model and world formulation of one of `CASES`."""
     changes, t = CASES[name]
-    scene, model, world = subject(changes)
+    model, world = subject(changes)
     if name == BACKWARDS:
-        model, world = shaft_reversed(model), World(scene, geometry(), turning=-1)
-    y = disturbed(model, seed=len(name), cage_angle=scene.load.zone_rad)
+        model, world = shaft_reversed(model), World(world.scene, turning=-1)
+    y = disturbed(rolling_state(model), seed=len(name), cage_angle=world.scene.load.zone_rad)
     return Case(model, world, t, y, rates(model, t, y), world.contacts(t, y))
 
 
-def disturbed(model: Parameters, seed: int, cage_angle: float) -> FloatArray:
-    """A state near rolling: slides, tilts, ring, spins off their places, one roller of each row at `cage_angle`."""
-    rng = np.random.default_rng(seed)
-    y = rolling_state(model)
-    where = layout_of(y)
-    y[where.slide] += rng.normal(0, 5e-6, where.rollers)
+def disturbed(
+    start: FloatArray, seed: int, *, cage_angle: float = 0.0, tilt_rad: float = 2e-4, off_m: float = 1e-5
+) -> FloatArray:
+    """A state with everything moved a little, the ring by about `off_m`, and all velocities; cage at `cage_angle`."""
+    rng, y, where = np.random.default_rng(seed), start.copy(), layout_of(start)
+    y[where.slide] += rng.normal(0, off_m / 2, where.rollers)
     y[where.rotation] += rng.uniform(0.02, 0.1, where.rollers)
-    y[where.cage] += [*rng.normal(0, 2e-4, 2), cage_angle]
-    y[where.ring] += rng.normal(0, 1e-5, 3)
+    y[where.cage] += [*rng.normal(0, tilt_rad, 2), cage_angle]
+    y[where.ring] += rng.normal(0, off_m, 3)
     y[where.slide_rate] += rng.normal(0, 0.02, where.rollers)
     y[where.spin] += rng.normal(0, 1.0, where.rollers)
     y[where.cage_rate] += rng.normal(0, [0.5, 0.5, 0.05])

@@ -17,17 +17,18 @@ from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.equilibrium import rolling_speeds
 from srbval.models.full.motion_kernel import WITH_DAMPING, external_load, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
-from srbval.models.full.parameters import make_parameters, state_layout
+from srbval.models.full.parameters import state_layout
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps
+from srbval.models.hierarchy import level_of
 from srbval.models.solvers import METHODS
 from srbval.scene import Scene as Scene
 from srbval.scene import merge
 from srbval.scene import paper_scene as paper_scene
 
 FloatArray = NDArray[np.float64]
-DRIVE_AND_LOAD = [out_col.MEAN_DRIVE_POWER, out_col.MEAN_LOAD_POWER]
+SUPPLIED = [out_col.MEAN_DRIVE_POWER, out_col.MEAN_LOAD_POWER]
 LOST = [out_col.MEAN_FRICTION_POWER, out_col.MEAN_DAMPING_POWER, out_col.MEAN_HOUSING_POWER]
 PAPER_STEP_S = 1 / 61440
 PRINTED_FIT = {"roller_fit": "printed"}  # every roller is pressed by both races: nothing rattles
@@ -45,8 +46,8 @@ def merged(*tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def parameters(scene: Scene) -> Parameters:
-    """Kernel parameters of a scene."""
-    return make_parameters(scene, geometry())
+    """Kernel parameters of a scene, for its model."""
+    return level_of(scene.model).make_parameters(scene, geometry())
 
 
 def rolling_state(model: Parameters) -> FloatArray:
@@ -68,15 +69,13 @@ def rolling_state(model: Parameters) -> FloatArray:
 def advance(
     model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
 ) -> FloatArray:
-    """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
-    return recorded(model, y, step_s=step_s, steps=steps, method=method, outputs=outputs)[:, :3]
-
-
-def recorded(
-    model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
-) -> FloatArray:
-    """Columns that a run records of its first `outputs` intervals of `steps` steps; `y` is advanced."""
+    """Advance `y` in place from time zero by `outputs` intervals of `steps` steps; what a run records, row by row."""
     return take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
+
+
+def rate_of_change(function: Callable[[float, FloatArray], Any], y: FloatArray, rate: FloatArray, span_s: float) -> Any:
+    """Difference quotient of a function of time and state over `span_s` to either side of `y`, along its rates."""
+    return (function(span_s, y + span_s * rate) - function(-span_s, y - span_s * rate)) / (2 * span_s)
 
 
 def shaft_reversed(model: Parameters) -> Parameters:
@@ -94,16 +93,14 @@ def only_circle(model: Parameters, circle: int) -> Parameters:
     return model._replace(races=model.races._replace(points=points))
 
 
-def runge_kutta_stages(model: Parameters, y: FloatArray, t: float, step_s: float) -> list[tuple[float, FloatArray]]:
-    """One classical Runge-Kutta step of `y`, in place; weight [s] and contact values of each stage."""
-    k1 = rates(model, t, y)
-    k2 = rates(model, t + step_s / 2, y + step_s / 2 * k1.rate)
-    k3 = rates(model, t + step_s / 2, y + step_s / 2 * k2.rate)
-    k4 = rates(model, t + step_s, y + step_s * k3.rate)
-    weights = [step_s / 6, step_s / 3, step_s / 3, step_s / 6]
-    stages = [k1, k2, k3, k4]
-    y += sum(weight * k.rate for weight, k in zip(weights, stages, strict=True))
-    return [(weight, k.totals) for weight, k in zip(weights, stages, strict=True)]
+def runge_kutta_step(model: Parameters, y: FloatArray, t: float, step_s: float) -> FloatArray:
+    """One classical Runge-Kutta step of `y`, in place; mean contact values of its stages."""
+    stages = [rates(model, t, y)]
+    for share in (0.5, 0.5, 1.0):
+        stages.append(rates(model, t + share * step_s, y + share * step_s * stages[-1].rate))
+    rate, totals = (np.average(part, axis=0, weights=(1, 2, 2, 1)) for part in list(zip(*stages, strict=True))[:2])
+    y += step_s * rate
+    return totals
 
 
 def implicit_response(

@@ -4,7 +4,7 @@ Dense, [S, S] for S speeds in the order of the state: slides, spins, cage, ring,
 block, no elimination: every body and every touching point adds its own square form.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from tests.verification.harness import FloatArray, layout_of
 from tests.verification.world import World
 
 
-@dataclass(frozen=True)
-class Partial:
+class Partial(NamedTuple):
     """Velocity of each roller's centre and its angular velocity per unit of each speed, [S, 2 M, 3]; `ring`, [S, 3]."""
 
     centre: FloatArray
@@ -53,16 +52,12 @@ def mass_matrix(world: World, y: FloatArray) -> FloatArray:
     return mass
 
 
-def damping_matrix(world: World, t: float, y: FloatArray, *, about_slot: bool = False) -> FloatArray:
-    """Sum over touching points of G' C G, C = drag (1 - n n) + damper n n, and the housing's damper.
-
-    `about_slot`: count in that the cage turns rollers about their slots, which the model leaves out.
-    """
-    return damping_with_shaft(world, t, y, about_slot=about_slot)[:-1, :-1]
-
-
 def damping_with_shaft(world: World, t: float, y: FloatArray, *, about_slot: bool = False) -> FloatArray:
-    """The same, [S + 1, S + 1], with the speed of the shaft as one more."""
+    """Sum over touching points of G' C G, C = drag (1 - n n) + damper n n, and the housing's damper, [S + 1, S + 1].
+
+    The last speed is the shaft's. `about_slot`: count in that the cage turns rollers about their slots, which the model
+    leaves out.
+    """
     where, p = layout_of(y), partial_velocities(world, y)
     slot, centres, along = world.slots(y)[:, :, 0], world.centres(y), np.array([0.0, 0.0, 1.0])
     # the shaft's material at the rollers

@@ -1,30 +1,34 @@
-"""A process that runs checks on kernels with an error planted in them, one error after the other.
+"""Runs tests on kernels with an error planted in them, each error in a process of its own.
 
-``python -m tests.verification.planted`` reads planted errors from its input, one JSON object a line with the tests to
-run, and answers each with a line: pytest's exit status and what it printed. Each is planted in a child that is forked
-off before any kernel is imported, so that what everything needs is imported only once and no copy of the package is
-made.
+Processes are forked by a server that has imported what all of them need, but none of the package's models: no copy of
+the package is made, and the kernels run uncompiled.
 """
 
-import importlib
-import json
+import contextlib
+import io
 import os
-import signal
-import sys
-import tempfile
 from importlib.machinery import SourceFileLoader
+from multiprocessing import get_context
+from multiprocessing.pool import Pool
 from pathlib import Path
 from typing import Any
 
+import numba
 import pytest
 
 import srbval
 
 KERNELS = Path(srbval.__file__).parent / "models" / "full"
-LONGEST_S = 600
-NEEDED = ("numba", "numpy.testing", "scipy.optimize", "scipy.signal", "scipy.fft", "scipy.spatial.transform")
+NEEDED = ["numba", "pytest", "scipy.optimize", "scipy.signal", "scipy.fft", "scipy.spatial.transform"]
 # Nothing of the project's own settings: checks are run as they stand, and warnings are no matter here.
 OPTIONS = "-x -q --tb=no -rf -p no:cacheprovider -p no:xdist -o addopts= -o filterwarnings= --timeout=0"
+
+
+def processes(count: int) -> Pool:
+    """Processes that run one task each."""
+    context = get_context("forkserver")
+    context.set_forkserver_preload(NEEDED)
+    return context.Pool(count, maxtasksperchild=1)
 
 
 def plant(error: dict[str, str]) -> None:
@@ -42,30 +46,13 @@ def plant(error: dict[str, str]) -> None:
         return found.replace(error["old"].encode(), error["new"].encode()) if path == planted else found
 
     SourceFileLoader.path_stats, SourceFileLoader.get_data = stats, data
+    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    numba.config.reload_config()
 
 
-def main() -> None:
-    """Answer until the input ends."""
-    for name in NEEDED:
-        importlib.import_module(name)
-    assert not any(name.startswith("srbval.models") for name in sys.modules)
-    for line in sys.stdin:
-        error = json.loads(line)
-        with tempfile.TemporaryFile() as printed:
-            child = os.fork()
-            if child == 0:
-                signal.alarm(LONGEST_S)
-                os.dup2(printed.fileno(), 1)
-                os.dup2(printed.fileno(), 2)
-                plant(error)
-                code = int(pytest.main([*OPTIONS.split(), *error["tests"]]))
-                sys.stdout.flush()
-                os._exit(code)
-            _, status = os.waitpid(child, 0)
-            printed.seek(0)
-            text = printed.read().decode(errors="replace")
-        print(json.dumps([os.waitstatus_to_exitcode(status), text]), flush=True)
-
-
-if __name__ == "__main__":
-    main()
+def run_tests(error: dict[str, str], tests: list[str]) -> tuple[int, str]:
+    """Exit status of pytest with the error planted, and what it printed."""
+    plant(error)
+    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(printed):
+        code = int(pytest.main([*OPTIONS.split(), *tests]))
+    return code, printed.getvalue()

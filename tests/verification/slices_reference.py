@@ -6,16 +6,17 @@ s along its slot, outwards, and x along its axis, away from the mid-plane; its c
 moves, rollers slide along their slots, the inner ring stays: all that held rollers do; free ones: `test_free_rollers`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 from scipy.optimize import brentq, root
 
-from srbval.models.slices import slice_parameters
+from srbval.models.full import columns as col
 from tests.verification.harness import FloatArray, Parameters, Scene, geometry, rates
 
 STATIC: dict[str, Any] = {  # at rest, the load through the rollers alone
+    "model": "slices",
     "contact": {"static_friction": 0.0, "dynamic_friction": 0.0},
     "shaft_speed": "1e-6 rpm",
     "load": {"path": "bearing"},
@@ -30,21 +31,13 @@ LEAST_RING_N = 1e-2  # where the ring counts as balanced
 DIFFERENCE = 1e-6  # square of the share of a displacement by which it is varied: rounding leaves 1e-5 N
 
 
-def slices_model(scene: Scene) -> Parameters:
-    """Kernel parameters of a scene of the slices model."""
-    return slice_parameters(scene, geometry())
-
-
 def loads_of_slices(model: Parameters, y: FloatArray) -> FloatArray:
     """Normal force of each slice of a sound race on each roller, [2 races, 2 M rollers, slices]: each one alone."""
-    rows = model.slices.rows
     found = []
-    for i in range(rows.shape[-1]):
-        alone = np.zeros_like(rows)
-        alone[..., i] = rows[..., i]
-        alone[:, :, :4] = rows[:, :, :4]  # all stay where they are, without stiffness
-        alone[:, :, 5:] = rows[:, :, 5:]
-        found.append(rates(model._replace(slices=model.slices._replace(rows=alone)), 0.0, y).load_n.sum(axis=2))
+    for only in np.eye(model.slices.rows.shape[-1]):
+        rows = model.slices.rows.copy()
+        rows[:, :, col.SLICE_STIFFNESS] *= only
+        found.append(rates(model._replace(slices=model.slices._replace(rows=rows)), 0.0, y).load_n.sum(axis=2))
     return np.stack(found, axis=-1)
 
 
@@ -91,14 +84,14 @@ class SlicedBearing:
     swing_n: float = 0.0
 
     @classmethod
-    def like(cls, model: Parameters, scene: Scene, cage_rad: float = 0.0) -> Self:
+    def like(cls, model: Parameters, scene: Scene) -> Self:
         """That of a scene, with the model's roller diameter and slots."""
         line, g, rollers = scene.line_contact, geometry(), len(model.slot_angle)
         return cls(
             roller_m=model.law.roller_radius,
             outer_osculation=line.outer_osculation or g.outer_osculation,
             inner_osculation=line.inner_osculation or g.inner_osculation,
-            angle_rad=model.slot_angle + cage_rad,
+            angle_rad=model.slot_angle,
             side=np.repeat([1.0, -1.0], rollers // 2),
         )
 
@@ -122,13 +115,13 @@ class SlicedBearing:
         centre_s = np.array([ring_s - distance, np.full_like(ring_s, inner_s + inner - outer - distance)])
         return np.array([[outer], [inner]]), centre_s, np.array([ring_x, np.full_like(ring_x, inner_x)])
 
-    def contacts(self, slide: FloatArray, ring: FloatArray, places: int = PLACES) -> Contacts:
+    def contacts(self, slide: FloatArray, ring: FloatArray) -> Contacts:
         """Both contacts of all rollers for these displacements [m]."""
         length = geometry().roller_width_m
         arc, centre_s, centre_x = self.arcs(ring)
         profile = self.outer_osculation * geometry().raceway_radius_m
         out = np.array([1.0, -1.0])[:, None, None]  # a race's arc lies outwards of its centre, or inwards
-        lean = ((np.arange(places) + 0.5) / places * length - length / 2) / arc[:, :, None]
+        lean = ((np.arange(PLACES) + 0.5) / PLACES * length - length / 2) / arc[:, :, None]
         s_m = (centre_s - slide)[:, :, None] + out * arc[:, :, None] * np.cos(lean)
         x_m = centre_x[:, :, None] + arc[:, :, None] * np.sin(lean)
         barrel_s = -out * (profile - self.roller_m)  # centre of the barrel's arc on that side
@@ -137,7 +130,7 @@ class SlicedBearing:
         powers = np.power(2e3 * depth, 10 / 9, out=np.zeros_like(depth), where=depth > 0)
         per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * powers
         return Contacts(
-            force_n=per_m * length / places, s_m=s_m, x_m=x_m, normal_s=(s_m - barrel_s) / off, normal_x=x_m / off
+            force_n=per_m * length / PLACES, s_m=s_m, x_m=x_m, normal_s=(s_m - barrel_s) / off, normal_x=x_m / off
         )
 
     def slides(self, ring: FloatArray) -> FloatArray:
@@ -174,15 +167,6 @@ class SlicedBearing:
         assert np.abs(solved.fun).max() < LEAST_RING_N, solved.message
         ring: FloatArray = 1e-6 * solved.x
         return ring, self.slides(ring)
-
-    def at_cage_angles(self, load: FloatArray, turns: FloatArray) -> list[tuple[Contacts, FloatArray]]:
-        """Contacts and slides in balance with a force on the ring [N], at each of these cage angles [rad]."""
-        cases = []
-        for turn in turns:
-            turned = replace(self, angle_rad=self.angle_rad + turn)
-            ring, slide = turned.balance(load)
-            cases.append((turned.contacts(slide, ring), slide))
-        return cases
 
 
 def balanced_ratio(cases: list[tuple[Contacts, FloatArray]], shaft_rad_s: float, friction: Friction) -> float:

@@ -20,9 +20,19 @@ from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.scene import load_scene
 from tests.verification.cases import subject
-from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, merged, rates
-from tests.verification.slices_reference import C_L_N_MM, SlicedBearing, slices_model
-from tests.verification.test_energy_balance import lost, supplied
+from tests.verification.harness import (
+    FloatArray,
+    Parameters,
+    geometry,
+    layout_of,
+    merged,
+    parameters,
+    rate_of_change,
+    rates,
+    rolling_state,
+)
+from tests.verification.slices_reference import C_L_N_MM, SlicedBearing
+from tests.verification.test_energy_balance import lost, stored_energy, supplied
 from tests.verification.test_slices_law import RIG, SPAN_S
 
 SCENE: dict[str, Any] = merged(
@@ -39,6 +49,7 @@ RINGS_M = {1: np.array([20e-6, -95e-6, 1.2e-3]), 2: np.array([20e-6, -95e-6, -1.
 ROWS = [1, 0, pytest.param(2, marks=pytest.mark.long_form)]
 CAGE_TILT_RAD, ALIGNED = 1e-3, 0.01  # of the largest load: rollers beside the tilt's plane are skewed by it
 LAMINAE = 60
+SCALE = np.array([1e-6, 1e-6, 1e-5])  # of slide, shift and tilt, for the root finding
 LOAD = 3e-3  # of the largest load: a roller at the end of the load zone is pressed over two or three slices
 POSE = 1e-6  # of the largest tilt and shift: what the root finding leaves
 POWER = 1e-4  # of the losses: the polynomials for a slice's force and energy
@@ -54,54 +65,46 @@ class Pose(NamedTuple):
     on_roller_n: FloatArray
 
 
-class StaticRoller:
-    """One roller of a bearing, between races whose outer one is displaced by `ring_m` [3]."""
+def balanced_pose(bearing: SlicedBearing, number: int, ring_m: FloatArray) -> Pose:
+    """Of one roller, between races whose outer one is displaced by `ring_m` [3]."""
+    length, profile = geometry().roller_width_m, bearing.outer_osculation * geometry().raceway_radius_m
+    radii, *both = bearing.arcs(ring_m)
+    centres = np.stack(both, axis=2)[:, number]
+    x = ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5) * length
+    half = bearing.roller_m - profile + np.sqrt(profile**2 - x**2)
 
-    def __init__(self, bearing: SlicedBearing, number: int, ring_m: FloatArray) -> None:
-        self.middle, self.length = bearing.roller_m, geometry().roller_width_m
-        self.profile = bearing.outer_osculation * geometry().raceway_radius_m
-        radii, *centres = bearing.arcs(ring_m)
-        self.radii, self.centres = radii[:, 0], np.stack(centres, axis=2)[:, number]
-
-    def forces(self, pose: FloatArray) -> tuple[FloatArray, float]:
+    def forces(pose: FloatArray) -> tuple[FloatArray, float]:
         """Of both races on the roller, [outer and inner, 2] along slot and axis [N], and their moment [N m]."""
         turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
-        x = ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5) * self.length
-        half = self.middle - self.profile + np.sqrt(self.profile**2 - x**2)
         found, moment = np.zeros((2, 2)), 0.0
         for race, sign in enumerate((1.0, -1.0)):
             arm = turn @ np.array([sign * half, x])
-            off = arm + pose[:2, None] - self.centres[race][:, None]
+            off = arm + pose[:2, None] - centres[race][:, None]
             far = np.hypot(*off)
-            mm = 2e3 * np.maximum(far - self.radii[race], 0.0)
-            per_m = C_L_N_MM * (1e3 * self.length) ** (8 / 9) / self.length * mm ** (10 / 9)
-            force = -per_m * self.length / LAMINAE * off / far
+            mm = 2e3 * np.maximum(far - radii[race], 0.0)
+            per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * mm ** (10 / 9)
+            force = -per_m * length / LAMINAE * off / far
             found[race] = force.sum(axis=1)
             moment += float((arm[1] * force[0] - arm[0] * force[1]).sum())
         return found, moment
 
-    def balance(self) -> Pose:
-        """From an upright roller, pressed a little against both races."""
-        scale = np.array([1e-6, 1e-6, 1e-5])
+    def left(scaled: FloatArray) -> FloatArray:
+        both, moment = forces(scaled * SCALE)
+        return np.array([*both.sum(axis=0), moment / 0.0185])
 
-        def left(scaled: FloatArray) -> FloatArray:
-            forces, moment = self.forces(scaled * scale)
-            return np.array([*forces.sum(axis=0), moment / 0.0185])
-
-        pressed = np.mean([c[0] + s * r for c, s, r in zip(self.centres, (1, -1), self.radii, strict=True)])
-        solved = root(left, np.array([pressed, 0.0, 0.0]) / scale, tol=1e-11)
-        pose = solved.x * scale
-        return Pose(*pose, self.forces(pose)[0][0])
+    pressed = float(np.mean(centres[:, 0] + [1, -1] * radii[:, 0]))  # an upright roller, a little against both races
+    pose = root(left, np.array([pressed, 0.0, 0.0]) / SCALE, tol=1e-11).x * SCALE
+    return Pose(*pose, forces(pose)[0][0])
 
 
 @cache
 def posed(row: int) -> tuple[Parameters, list[Pose], FloatArray]:
     """The model, every roller's pose under the ring that loads a row (0: both), the model's state there, at rest."""
-    scene, model, _ = subject(SCENE, make=slices_model)
-    bearing = SlicedBearing.like(model, scene)
-    poses = [StaticRoller(bearing, number, RINGS_M[row]).balance() for number in range(len(model.slot_angle))]
-    where = layout_of(np.zeros(4 * len(poses) + 12))
-    y = np.zeros(2 * where.half)
+    model, world = subject(SCENE)
+    bearing = SlicedBearing.like(model, world.scene)
+    poses = [balanced_pose(bearing, number, RINGS_M[row]) for number in range(len(model.slot_angle))]
+    y = np.zeros_like(rolling_state(model))
+    where = layout_of(y)
     y[where.ring] = RINGS_M[row]
     y[where.slide] = [p.slide_m + p.axial_m * np.tan(p.tilt_rad) for p in poses]
     return model, poses, y
@@ -163,7 +166,7 @@ def test_power_at_an_instant(row):
     ring's own axes: nothing in a run, where rollers are in balance; here their slides are not.
     """
     model, _, y = posed(row)
-    world, rng, where = subject(SCENE).world, np.random.default_rng(row), layout_of(y)
+    (_, world), rng, where = subject(SCENE), np.random.default_rng(row), layout_of(y)
     y = rolling(model, y)
     y[where.slide_rate] = rng.normal(0, 1e-4, where.rollers)
     y[where.slide] += rng.normal(0, 3e-6, where.rollers)
@@ -172,18 +175,16 @@ def test_power_at_an_instant(row):
     found = rates(model, 0.0, y)
     shift = in_order(model, col.SHIFT_ALONG)
 
-    def stored(ahead_s: float) -> tuple[float, FloatArray]:
-        ahead = y + ahead_s * found.rate
-        contact = float(rates(model, ahead_s, ahead).totals[col.CONTACT_ENERGY])
-        return world.mechanical_energy(ahead) + contact, in_order(model, col.TILT_SINE)
+    def energy_and_tilts(t: float, y: FloatArray) -> FloatArray:
+        return np.append(stored_energy(model, world, t, y), in_order(model, col.TILT_SINE))
 
-    (after, tilt), (before, tilt_before) = stored(SPAN_S), stored(-SPAN_S)
+    change, *tilting = rate_of_change(energy_and_tilts, y, found.rate, SPAN_S)
     w_y, w_z = (in_order(model, row) for row in (col.CAGE_Y, col.CAGE_Z))
     reach = model.centre_distance + y[where.slide]
     along_n = model.roller_mass * (found.rate[where.slide_rate] - reach * (w_y**2 + w_z**2))
-    left_out = float((along_n * shift * ((tilt - tilt_before) / (2 * SPAN_S) - w_y)).sum())
+    left_out = float((along_n * shift * (np.array(tilting) - w_y)).sum())
     expected = supplied(found.totals) - lost(found.totals) + left_out
-    assert (after - before) / (2 * SPAN_S) == pytest.approx(expected, abs=POWER * lost(found.totals))
+    assert change == pytest.approx(expected, abs=POWER * lost(found.totals))
 
 
 RADIAL_N, OSCULATION, PLAY_MM = 124.8e3, 0.97, 0.04555
@@ -201,7 +202,7 @@ LOADS = 2e-3  # of the largest: what the theory states of held rollers without a
 def in_balance(axial_n: float, free: bool = True) -> tuple[Parameters, FloatArray]:
     """The model, and the loads of its outer contacts in balance, [2 rows, M] [N]."""
     load = {"radial_n": RADIAL_N, "axial_n": axial_n, "gravity": False}
-    model = slices_model(load_scene("rig", AT_REST | {"bodies": {"free_rollers": free, "cages": 1}, "load": load}))
+    model = parameters(load_scene("rig", AT_REST | {"bodies": {"free_rollers": free, "cages": 1}, "load": load}))
     return model, rates(model, 0.0, equilibrium_state(model)).load_n[0].sum(axis=1).reshape(2, -1)
 
 

@@ -9,7 +9,6 @@ it relaxes them: with the shaft as one more speed in u and D, drive and losses c
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -20,8 +19,8 @@ from scipy.spatial.transform import Rotation
 from srbval.bearing import Fault
 from srbval.models.full import columns as col
 from tests.verification.cases import CASES, disturbed, subject
-from tests.verification.harness import PAPER_STEP_S, FloatArray, Parameters, layout_of, rates, stepped
-from tests.verification.matrices import damping_matrix, damping_with_shaft, mass_matrix
+from tests.verification.harness import PAPER_STEP_S, FloatArray, Parameters, layout_of, rates, rolling_state, stepped
+from tests.verification.matrices import damping_with_shaft, mass_matrix
 from tests.verification.world import World
 
 FIRST_STEP, STEPS = 1333, 2  # some 22 ms into the run: speed and load are changing; the second step has a memory
@@ -39,37 +38,29 @@ SCENES = (
     "every force at once, two cages",
 )
 LOSSES = [col.FRICTION_POWER, col.DAMPING_POWER, col.HOUSING_POWER]
-Stepper = Callable[[Parameters, World, FloatArray, float, float, FloatArray, "list[Applied]"], FloatArray]
+# A step's end, and the powers of the force that it applies.
+Stepper = Callable[[Parameters, World, FloatArray, float, float, FloatArray], tuple[FloatArray, FloatArray]]
 
 
-@dataclass(frozen=True)
-class Applied:
-    """A `share` of the mean force of a step: that at time `t` and state `y`, friction and damping `beyond` its speeds.
+def powers_of(
+    model: Parameters, world: World, t: float, y: FloatArray, beyond: FloatArray, damping: FloatArray
+) -> FloatArray:
+    """Of drive and all losses [W], and their part from `beyond`, [2 parts, 2]: force at `y`, linearised for speeds.
 
-    `linear`: time and state of its damping matrix.
+    `beyond`: what the speeds are changed by, for friction and damping; `damping`: their matrix, with the shaft.
     """
-
-    share: float
-    t: float
-    y: FloatArray
-    beyond: FloatArray
-    linear: tuple[float, FloatArray]
-
-    def powers(self, model: Parameters, world: World) -> FloatArray:
-        """Of drive and of all losses [W], and their part from `beyond`, [2 parts, 2]."""
-        totals = rates(model, self.t, self.y).totals
-        damping = damping_with_shaft(world, *self.linear)
-        speeds = np.append(self.y[len(self.beyond) :], world.shaft(self.t)[0])
-        more = damping @ np.append(self.beyond, 0.0)
-        change = np.array([speeds[-1] * more[-1], (2 * speeds + np.append(self.beyond, 0.0)) @ more])
-        at_speeds = np.array([totals[col.DRIVE_POWER], totals[LOSSES].sum()])
-        return self.share * np.array([at_speeds + change, change])
+    totals, more = rates(model, t, y).totals, np.append(beyond, 0.0)
+    speeds, change_n = np.append(y[len(beyond) :], world.shaft(t)[0]), damping @ more
+    change = np.array([speeds[-1] * change_n[-1], (2 * speeds + more) @ change_n])
+    at_speeds = np.array([totals[col.DRIVE_POWER], totals[LOSSES].sum()])
+    return np.array([at_speeds + change, change])
 
 
-def implicit_part(world: World, t: float, y: FloatArray, weight_s: float) -> tuple[FloatArray, FloatArray]:
-    """J = - M^-1 D at a state, and S = (1 - `weight_s` J)^-1."""
-    jacobian = -np.linalg.solve(mass_matrix(world, y), damping_matrix(world, t, y))
-    return jacobian, np.linalg.inv(np.eye(len(jacobian)) - weight_s * jacobian)
+def implicit_part(world: World, t: float, y: FloatArray, weight_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """D with the shaft, J = - M^-1 D at a state, and S = (1 - `weight_s` J)^-1."""
+    damping = damping_with_shaft(world, t, y)
+    jacobian = -np.linalg.solve(mass_matrix(world, y), damping[:-1, :-1])
+    return damping, jacobian, np.linalg.inv(np.eye(len(jacobian)) - weight_s * jacobian)
 
 
 def flown(y: FloatArray, seconds: float) -> FloatArray:
@@ -92,42 +83,44 @@ def rolled(world: World, y: FloatArray, seconds: float) -> FloatArray:
 
 def leapfrog(before: float, weights: tuple[float, ...], gamma: float, share: float) -> Stepper:
     def step(
-        model: Parameters, world: World, y: FloatArray, t: float, h: float, ahead: FloatArray, applied: list[Applied]
-    ) -> FloatArray:
+        model: Parameters, world: World, y: FloatArray, t: float, h: float, ahead: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         half, mid = layout_of(y).half, flown(y, before * h)
         damaged = any(d.kind is Fault.ROLLER for d in world.scene.defects)
         mid = rolled(world, mid, h / 2) if damaged else mid
         mid[half:] += ahead
         mid = mid if damaged else rolled(world, mid, h)  # nothing asks where they stand
         start = rates(model, t + before * h, mid).rate[half:]
-        jacobian, s = implicit_part(world, t + before * h, mid, gamma * h)
+        damping, jacobian, s = implicit_part(world, t + before * h, mid, gamma * h)
         k1 = s @ (start - jacobian @ ahead)
         k2 = s @ (start + jacobian @ (h * k1 - ahead) - 2 * k1)
         change = h * sum(b * k for b, k in zip(weights, (k1, k2), strict=False))
         # where the linear force is that which the change takes: M change / h = F - D x
         beyond = np.linalg.solve(jacobian, change / h - start)
-        applied.append(Applied(1.0, t + before * h, mid.copy(), beyond, (t + before * h, mid.copy())))
+        powers = powers_of(model, world, t + before * h, mid, beyond, damping)
         mid[half:] += change - ahead
         ahead[:] = share * change
-        return flown(rolled(world, mid, h / 2) if damaged else mid, (1 - before) * h)
+        return flown(rolled(world, mid, h / 2) if damaged else mid, (1 - before) * h), powers
 
     return step
 
 
 def w_method(
-    model: Parameters, world: World, y: FloatArray, t: float, h: float, _: FloatArray, applied: list[Applied]
-) -> FloatArray:
+    model: Parameters, world: World, y: FloatArray, t: float, h: float, _: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     half = layout_of(y).half
-    _, s = implicit_part(world, t, y, GAMMA_ROS2 * h)
+    damping, _, s = implicit_part(world, t, y, GAMMA_ROS2 * h)
 
     def filtered(rate: FloatArray) -> FloatArray:
         return np.concatenate([rate[:half], s @ rate[half:]])
 
     k1 = filtered(rates(model, t, y).rate)
     k2 = filtered(rates(model, t + h, y + h * k1).rate - 2 * k1)
-    for at, state, k in ((t, y, k1), (t + h, y + h * k1, k2)):
-        applied.append(Applied(0.5, at, state, GAMMA_ROS2 * h * k[half:], (t, y)))
-    return y + h * (1.5 * k1 + 0.5 * k2)
+    powers = [
+        powers_of(model, world, at, state, GAMMA_ROS2 * h * k[half:], damping)
+        for at, state, k in ((t, y, k1), (t + h, y + h * k1, k2))
+    ]
+    return y + h * (1.5 * k1 + 0.5 * k2), np.mean(powers, axis=0)
 
 
 METHODS: dict[str, tuple[Stepper, float]] = {
@@ -141,16 +134,15 @@ EACH[-1] = pytest.param(*EACH[-1], marks=pytest.mark.long_form)  # whose kernel 
 
 @pytest.mark.parametrize(("method", "name"), EACH)
 def test_steps_by_dense_matrices(method, name):
-    scene, model, world = subject(CASES[name][0])
-    start = disturbed(model, seed=2, cage_angle=scene.load.zone_rad)
+    model, world = subject(CASES[name][0])
+    start = disturbed(rolling_state(model), seed=2, cage_angle=world.scene.load.zone_rad)
     step, tolerance = METHODS[method]
     found, powers = stepped(model, start, method, step_s=PAPER_STEP_S, first=FIRST_STEP, steps=STEPS)
     expected, ahead = [start], np.zeros(len(start) // 2)
     for i in range(STEPS):
         t = (FIRST_STEP + i) * PAPER_STEP_S
-        applied: list[Applied] = []
-        expected.append(step(model, world, expected[-1], t, PAPER_STEP_S, ahead, applied))
-        whole, change = sum(one.powers(model, world) for one in applied)
+        after, (whole, change) = step(model, world, expected[-1], t, PAPER_STEP_S, ahead)
+        expected.append(after)
         assert powers[i] == pytest.approx(whole, abs=POWERS[method] * np.abs(change).max())
     where = layout_of(start)
     for before, after, same in zip(expected, expected[1:], found, strict=False):

@@ -42,7 +42,7 @@ CASES: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("cage_angle", CAGE_ANGLES)
 @pytest.mark.parametrize("name", CASES)
 def test_the_start_is_balanced_by_the_second_formulation(name, cage_angle):
-    _, model, world = subject(STATIC, CASES[name])
+    model, world = subject(STATIC, CASES[name])
     y = equilibrium_state(model, cage_angle_rad=cage_angle)
     found = world.contacts(0.0, y)
     assert (found.force * world.slots(y)[:, :, 0]).sum(axis=1) == pytest.approx(0.0, abs=BALANCED_N)

@@ -1,23 +1,33 @@
 """Rolling resistance, drag and pockets of a bearing in oil against a second formulation: virtual work of free bodies.
 
-Each force is what one law of the oil adds to the equations of motion. Generalised forces Q = M (a - a without oil) are
-read with the kinetic energy, a quadratic form of the speeds: x M a = T(x + a) - T(x) - T(a) + T(0). They are compared
-with what the same forces do on each body's own velocity, from closed forms of `srbval.models.oil`, in every speed.
+Each force is what one law of the oil adds to the equations of motion. Generalised forces Q = M (a - a without oil) with
+the mass matrix of `matrices.py` are compared with what the same forces do on each body's own velocity, from closed
+forms of `srbval.models.oil`, in every speed.
 """
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from srbval.models.film import thermal_factor
 from srbval.models.full import columns as col
-from srbval.models.full.advance_kernel import mechanical_energy
-from srbval.models.slices import slice_parameters, sliced_contacts
-from srbval.scene import load_scene
-from tests.verification.harness import FloatArray, Parameters, Rates, geometry, rates, rolling_state, state_layout
+from srbval.models.slices import sliced_contacts
+from srbval.scene import Scene, load_scene
+from tests.verification.harness import (
+    FloatArray,
+    Parameters,
+    Rates,
+    geometry,
+    layout_of,
+    parameters,
+    rates,
+    rolling_state,
+)
+from tests.verification.matrices import mass_matrix
+from tests.verification.world import World
 
 ONLY = {
     "rolling": {"fill": 0, "pocket_friction": 0},
@@ -38,16 +48,17 @@ class Case(NamedTuple):
     state: FloatArray
     wet: Rates
     dry: Rates
-    force: FloatArray  # generalised, of the rollers' spins and the cages' turning
-    scene: Any
+    force: FloatArray  # generalised, of the oil in every speed
+    scene: Scene
 
 
 @functools.cache
 def case(name: str, still: bool = False) -> Case:
     """The scene `rig-oil` with one force of the oil, or all, at 859 rpm or at rest."""
     scene = load_scene("rig-oil", {"oil": ONLY[name], "line_contact": {"slices": 5}})
-    model = slice_parameters(scene, geometry())
-    layout, state, rng = state_layout(model), rolling_state(model), np.random.default_rng(38)
+    model = parameters(scene)
+    state, rng = rolling_state(model), np.random.default_rng(38)
+    layout = layout_of(state)
     state[layout.ring] = 0.0, -RING_M, 0.0
     state[layout.slide] = -0.5 * RING_M * np.sin(model.slot_angle)
     if still:
@@ -58,21 +69,8 @@ def case(name: str, still: bool = False) -> Case:
         state[layout.shaft_cage_rate] *= 0.97
     wet = rates(model, 0.0, state)
     dry = rates(model._replace(oil=None), 0.0, state)
-    return Case(model, state, wet, dry, generalised(model, state, wet.rate - dry.rate), scene)
-
-
-def generalised(model: Parameters, state: FloatArray, change: FloatArray) -> FloatArray:
-    """M times a change of the accelerations, row by row."""
-    half, still = len(state) // 2, state.copy()
-    still[half:] = 0.0
-
-    def energy(speeds: FloatArray) -> float:
-        at = still.copy()
-        at[half:] = speeds
-        return float(mechanical_energy(at, model))
-
-    rest, own, rows = energy(np.zeros(half)), energy(change[half:]), np.eye(half)
-    return np.array([energy(row + change[half:]) - energy(row) - own + rest for row in rows])
+    force = mass_matrix(World(scene), state) @ (wet.rate - dry.rate)[layout.half :]
+    return Case(model, state, wet, dry, force, scene)
 
 
 def expected(one: Case) -> tuple[FloatArray, float, float, float]:
@@ -81,35 +79,30 @@ def expected(one: Case) -> tuple[FloatArray, float, float, float]:
     Row 1 is the state's first half. Bodies: rollers turn at their spin about axes that stand at the tilt to the shaft,
     the outer ring is at rest, the shaft turns.
     """
-    model, oil, layout = one.model, one.scene.oil, state_layout(one.model)
+    model, oil, layout = one.model, one.scene.oil, layout_of(one.state)
     n, cosine, shaft = len(model.slot_angle), math.cos(geometry().tilt_rad), one.scene.mean_shaft_rad_s
     spin, cage = one.state[layout.spin], float(one.state[layout.shaft_cage_rate][0])
     shapes = sliced_contacts(one.scene, geometry())
     rolling = 0.5 * (shapes[0].radius_m * cage + shapes[1].radius_m * (shaft - cage))
     heat, load = thermal_factor(oil, rolling), one.dry.load_n.sum(axis=2)
-    couples, cages, on_shaft, power = np.zeros(n), 0.0, 0.0, 0.0
     area = 2 * model.law.roller_radius * geometry().roller_width_m
-    for j in range(n):
-        if oil.rolling_resistance:
-            for race, speed in enumerate((0.0, shaft * cosine)):
-                if load[race, j] > 0:
-                    rate, shape = speed - spin[j], shapes[race].shape
-                    size = shape.rolling_couple_nm(oil, abs(rate), load[race, j], shape.length_m(load[race, j])) * heat
-                    couples[j] += math.copysign(size, rate)
-                    on_shaft -= race * cosine * math.copysign(size, rate)
-                    power += size * abs(rate)
-        reach = model.centre_distance + one.state[layout.slide][j]
-        speed = reach * cage * cosine
-        drag = 0.5 * oil.fill * oil.density_kg_m3 * oil.drag_coefficient * area * speed**2
-        cages -= drag * reach * cosine
-        power += drag * speed
-    return couples, cages, on_shaft, power
+    reach = model.centre_distance + one.state[layout.slide]
+    speed = reach * cage * cosine
+    drag = 0.5 * oil.fill * oil.density_kg_m3 * oil.drag_coefficient * area * speed**2
+    couples, on_shaft, power = np.zeros(n), 0.0, float(drag @ speed)
+    for race, j in np.argwhere(load > 0) if oil.rolling_resistance else ():
+        rate, shape, load_n = race * shaft * cosine - spin[j], shapes[race].shape, load[race, j]
+        size = shape.rolling_couple_nm(oil, abs(rate), load_n, shape.length_m(load_n)) * heat
+        couples[j] += math.copysign(size, rate)
+        on_shaft -= race * cosine * math.copysign(size, rate)
+        power += size * abs(rate)
+    return couples, -cosine * float(drag @ reach), on_shaft, power
 
 
 @pytest.mark.parametrize("name", ["rolling", "drag"])
 def test_forces_are_those_of_free_bodies(name):
     one = case(name)
-    parts, (couples, cages, on_shaft, power) = state_layout(one.model), expected(one)
+    parts, (couples, cages, on_shaft, power) = layout_of(one.state), expected(one)
     spins, turning = parts.spin.start - parts.half, parts.shaft_cage_rate.start - parts.half
     np.testing.assert_allclose(one.force[spins : spins + len(couples)], couples, rtol=FORM, atol=FORM * 1e-3)
     assert one.force[turning] == pytest.approx(cages, rel=FORM, abs=1e-6 * max(1.0, float(abs(couples).max())))
@@ -123,7 +116,7 @@ def test_forces_are_those_of_free_bodies(name):
 def test_pockets_rub_between_rollers_and_their_cage():
     """Equal and opposite on roller and cage, against the relative turning, no more than friction times the push."""
     one = case("pockets")
-    parts, cosine = state_layout(one.model), math.cos(geometry().tilt_rad)
+    parts, cosine = layout_of(one.state), math.cos(geometry().tilt_rad)
     couples = one.force[parts.spin.start - parts.half :][: len(one.model.slot_angle)]
     turning = one.state[parts.spin] - float(one.state[parts.shaft_cage_rate][0]) * cosine
     assert np.all(couples * turning <= 0)
@@ -140,7 +133,7 @@ def test_pockets_rub_between_rollers_and_their_cage():
 def test_power_balance(name):
     """What the shaft brings and the bodies do not take goes into the oil; nothing else changes."""
     one = case(name)
-    bodies = float(one.force @ one.state[state_layout(one.model).half :])
+    bodies = float(one.force @ one.state[layout_of(one.state).half :])
     drive = float(one.wet.totals[col.DRIVE_POWER] - one.dry.totals[col.DRIVE_POWER])
     lost = [float(one.wet.totals[column]) for column in POWERS.values()]
     assert drive - bodies == pytest.approx(sum(lost), rel=CLOSED)
@@ -151,7 +144,7 @@ def test_limits():
     """Nothing at rest; no rolling resistance of a roller that carries nothing, nor of one that turns with its race."""
     np.testing.assert_allclose(case("all", still=True).force, 0.0, atol=1e-6)
     one = case("rolling")
-    start = state_layout(one.model).spin.start - state_layout(one.model).half
+    start = layout_of(one.state).spin.start - layout_of(one.state).half
     idle = one.dry.load_n.sum(axis=(0, 2)) == 0
     assert 0 < np.count_nonzero(idle) < len(idle)
     np.testing.assert_allclose(one.force[start : start + len(idle)][idle], 0.0, atol=1e-9)

@@ -11,7 +11,8 @@ import math
 import pytest
 from scipy.optimize import brentq
 
-from tests.verification.harness import advance, geometry, layout_of, only_circle, paper_scene, parameters, rolling_state
+from tests.verification.cases import subject
+from tests.verification.harness import advance, geometry, layout_of, only_circle, rolling_state
 from tests.verification.world import P, circle_profile
 
 STEP_S, SETTLING_STEPS, STEPS = 1 / 245760, 6000, 3000
@@ -71,12 +72,12 @@ def rolling_ratio(p: float, roller_radius: float) -> float:
 
 @pytest.mark.parametrize("circle", [1, 2, 3])
 def test_cage_speed_of_pure_rolling(circle):
-    scene = paper_scene(**GENTLE)
-    model = only_circle(parameters(scene), circle)
+    whole, world = subject(GENTLE)
+    model = only_circle(whole, circle)
     y = rolling_state(model)
     where = layout_of(y)
     advance(model, y, step_s=STEP_S, steps=SETTLING_STEPS)
     before = y.copy()
     advance(model, y, step_s=STEP_S, steps=STEPS)
-    ratio = (y - before)[where.cage][2] / (STEP_S * STEPS) / scene.shaft_speed_rad_s
+    ratio = (y - before)[where.cage][2] / (STEP_S * STEPS) / world.scene.shaft_speed_rad_s
     assert ratio == pytest.approx(rolling_ratio(P[circle - 1], model.law.roller_radius), rel=ROLLING)

@@ -7,12 +7,14 @@ that the sample is the same every time.
 
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import pytest
 
-from srbval import Run, RunStatus, Scene
-from srbval.models.estimates import ERROR_TOLERANCE, Estimate
+from srbval import RunStatus, Scene
+from srbval.models.estimates import ERROR_TOLERANCE
 from srbval.models.health import CAUTION, SLIDING, default_solver
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
@@ -34,53 +36,36 @@ MOST_WRONG = 0.005
 SLIDES = (RunStatus.SKIDDING, RunStatus.ROLLERS_UNLOADED, RunStatus.INACCURATE)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Condition:
-    """A drawn scene at a speed, before its solver and step are chosen; None: the scene's own friction."""
-
-    name: str
-    rpm: float
-    load: float
-    play_m: float
-    friction: float | None
-
-    def scene(self, solver: str, times: float) -> Scene:
-        """The scene with a step of so many of the paper's."""
-        step_s = times * PAPER.step_s
-        scene = bench_scene(self.name, solver=solver, step_s=step_s, seconds=SECONDS, settle_s=SETTLE_S, rpm=self.rpm)
-        contact = scene.contact
-        if self.name.startswith("play0"):
-            contact = replace(contact, radial_play_m=self.play_m)
-        if self.friction is not None:
-            contact = replace(contact, static_friction=self.friction, dynamic_friction=self.friction * 5 / 7)
-        return replace(scene, contact=contact, load=replace(scene.load, radial_n=self.load * scene.load.radial_n))
+def scene_of(name: str, rpm: float, load: float, contact: dict[str, Any], *, solver: str, times: float) -> Scene:
+    """A scene at a speed, with `load` times its own and a step of so many of the paper's."""
+    step_s = times * PAPER.step_s
+    scene = bench_scene(name, solver=solver, step_s=step_s, seconds=SECONDS, settle_s=SETTLE_S, rpm=rpm)
+    radial = replace(scene.load, radial_n=load * scene.load.radial_n)
+    return replace(scene, contact=replace(scene.contact, **contact), load=radial)
 
 
-def conditions(count: int, drawn: random.Random) -> Iterator[Condition]:
+def conditions(count: int, drawn: random.Random) -> Iterator[partial[Scene]]:
+    """Drawn scenes, before solver and step are chosen; half of them with their own friction."""
     for _ in range(count):
-        friction = drawn.uniform(*FRICTION)
-        yield Condition(
-            name=drawn.choice(SCENES),
-            rpm=RPM[0] * (RPM[1] / RPM[0]) ** drawn.random(),
-            load=drawn.choice(LOADS),
-            play_m=drawn.uniform(*PLAY_M),
-            friction=friction if drawn.random() < 0.5 else None,
-        )
-
-
-def errors(own: Run, right: Run) -> tuple[Estimate, ...]:
-    """Errors in cage speed, band levels and drive power against the converged run."""
-    return estimate_errors(*(block_means(run.scene.output_rate_hz, run.out) for run in (own, right)))
+        friction, name = drawn.uniform(*FRICTION), drawn.choice(SCENES)
+        rpm, load = RPM[0] * (RPM[1] / RPM[0]) ** drawn.random(), drawn.choice(LOADS)
+        play_m = drawn.uniform(*PLAY_M)
+        contact = {"radial_play_m": play_m} if name.startswith("play0") else {}
+        if drawn.random() < 0.5:
+            contact |= {"static_friction": friction, "dynamic_friction": friction * 5 / 7}
+        yield partial(scene_of, name, rpm, load, contact)
 
 
 def is_off(own: Attempt, right: Attempt) -> bool:
-    """True if an error is beyond its tolerance by more than chance; a sliding cage is known to `SLIDING`."""
-    assert own.run is not None
-    assert right.run is not None
+    """True if an error is beyond its tolerance by more than chance; a sliding cage is known to `SLIDING`.
+
+    Errors are those in cage speed, band levels and drive power against the converged run `right`.
+    """
+    means = [block_means(one.run.scene.output_rate_hz, one.run.out) for one in (own, right) if one.run]
     slides = right.status in SLIDES[:2] and own.status in SLIDES
     return any(
         abs(e.error) > (SLIDING if slides and e.kind == "cage" else ERROR_TOLERANCE[e.kind]) + CHANCE * e.scatter
-        for e in errors(own.run, right.run)
+        for e in estimate_errors(*means)
     )
 
 
@@ -89,9 +74,10 @@ def is_off(own: Attempt, right: Attempt) -> bool:
 def test_runs_know_whether_they_are_right(count, seed):
     wrong, words, drawn = list[str](), list[str](), random.Random(seed)
     for condition in conditions(count, drawn):
-        right = attempt(condition.scene(default_solver(), CONVERGED))
+        right = attempt(condition(solver=default_solver(), times=CONVERGED))
         for _ in range(RUNS_OF_EACH):
-            own = attempt(condition.scene(drawn.choice(SOLVERS), drawn.choice(STEPS)), step=Step.CHECKED)
+            scene = condition(solver=drawn.choice(SOLVERS), times=drawn.choice(STEPS))
+            own = attempt(scene, step=Step.CHECKED)
             words.append(own.status)
             ended_early = own.run is None or own.run.samples < own.scene.samples
             if ended_early or not right.measurable:
@@ -99,6 +85,6 @@ def test_runs_know_whether_they_are_right(count, seed):
             off, sure = is_off(own, right), own.works and CAUTION not in own.reason
             failed = not own.works and own.status != RunStatus.INACCURATE
             if (sure and off) or (failed and not off and right.works):
-                wrong.append(f"{condition}, {own.scene.solver}: {own.status}, {own.reason}")
+                wrong.append(f"{condition.args}, {own.scene.solver}: {own.status}, {own.reason}")
     assert len(wrong) <= max(1, MOST_WRONG * len(words)), wrong
     assert {"ok", "inaccurate"} < set(words), "the sample has runs of several kinds"

@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.models import outputs
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.steps import take_steps
-from srbval.models.solvers import METHODS
 from tests.verification.cases import subject
-from tests.verification.harness import PAPER_STEP_S, FloatArray, Parameters, Scene, geometry, layout_of, rates
+from tests.verification.harness import PAPER_STEP_S, FloatArray, Scene, advance, geometry, layout_of, rates
 from tests.verification.slices_reference import (
     STATIC,
     Contacts,
@@ -26,7 +25,6 @@ from tests.verification.slices_reference import (
     SlicedBearing,
     balanced_ratio,
     loads_of_slices,
-    slices_model,
 )
 from tests.verification.world import P, circle_profile
 
@@ -54,10 +52,10 @@ NOTICED = 0.01  # of the largest load
 
 @pytest.mark.parametrize("name", CASES)
 def test_loads_and_displacement_are_those_of_the_integral(name):
-    scene, model, world = subject(STATIC, CASES[name], make=slices_model)
+    model, world = subject(STATIC, CASES[name])
     state = equilibrium_state(model)
     found = rates(model, 0.0, state).load_n.sum(axis=2)
-    bearing = SlicedBearing.like(model, scene)
+    bearing = SlicedBearing.like(model, world.scene)
     ring, slide = bearing.balance(world.external_load(0.0))
     expected = bearing.contacts(slide, ring).force_n.sum(axis=2)
     least = NOTICED * float(expected.max())
@@ -73,9 +71,9 @@ def test_loads_and_displacement_are_those_of_the_integral(name):
 @pytest.mark.parametrize("name", ["radial", "radial and axial"])
 def test_load_along_the_roller(name):
     """The most loaded roller's slices carry what the integral has between their ends."""
-    scene, model, _ = subject(STATIC, CASES[name], make=slices_model)
+    model, world = subject(STATIC, CASES[name])
     state = equilibrium_state(model)
-    bearing = SlicedBearing.like(model, scene)
+    bearing = SlicedBearing.like(model, world.scene)
     where = layout_of(state)
     found = loads_of_slices(model, state)
     whole = bearing.contacts(state[where.slide], state[where.ring]).force_n
@@ -89,7 +87,7 @@ def test_load_along_the_roller(name):
 
 
 RUN = 2e-5  # of the ratio: a fiftieth of what model and rig differ by
-RIG: dict[str, Any] = {"load": {"path": "bearing"}, "shaft_speed": "858.94 rpm"}
+RIG: dict[str, Any] = {"model": "slices", "load": {"path": "bearing"}, "shaft_speed": "858.94 rpm"}
 DRY = {"static_friction": 0.05, "dynamic_friction": 0.05, "critical_velocity": "1 mm/s"}
 LINEAR = {"static_friction": 5.0, "dynamic_friction": 5.0, "critical_velocity": "10 m/s"}
 OIL = {"traction": "lubricated", "traction_slope": 3.0, "traction_limit": 0.05}
@@ -105,24 +103,6 @@ PASSING = 1e-7  # by which the ratio differs from one interval to the next, twic
 ROLLING_RATIO = 0.4307  # for the rollers' centrifugal force, 50 N of 15 kN, and the speed of rolling
 
 
-def ratio_of_run(scene: Scene, model: Parameters) -> FloatArray:
-    """Cage over shaft speed in each output interval after settling."""
-    y = equilibrium_state(model)
-    memory, turned = np.zeros_like(y), []
-    for i in range(SETTLING_OUTPUTS + OUTPUTS):
-        take_steps(
-            model,
-            y,
-            METHODS["imex2"],
-            step_s=PAPER_STEP_S,
-            intervals=range(i, i + 1),
-            steps_per_output=STEPS,
-            memory=memory,
-        )
-        turned.append(y[layout_of(y).cage][2])
-    return np.diff(turned[SETTLING_OUTPUTS - 1 :]) / (STEPS * PAPER_STEP_S * scene.shaft_speed_rad_s)
-
-
 def friction_of(scene: Scene) -> Friction:
     """The scene's law of friction at the speed of rolling."""
     if scene.line_contact.traction == "dry":
@@ -135,19 +115,26 @@ def friction_of(scene: Scene) -> Friction:
 
 @cache
 def bearing_under_load(osculation: float) -> list[tuple[Contacts, FloatArray]]:
-    """The rig's bearing at its load and speed, at several cage angles: the same for every law of friction."""
+    """Contacts and slides at the rig's load and speed, at several cage angles: the same for every law of friction."""
     profiles = {"line_contact": {"outer_osculation": osculation, "inner_osculation": osculation}}
-    scene, model, _ = subject(RIG, profiles, make=slices_model)
-    orbit = model.centre_distance * (ROLLING_RATIO * scene.shaft_speed_rad_s * model.tilt_cosine) ** 2
-    bearing = replace(SlicedBearing.like(model, scene), swing_n=model.roller_mass * orbit)
-    return bearing.at_cage_angles(np.array([0.0, -scene.load.radial_n, 0.0]), CAGE_TURNS)
+    model, world = subject(RIG, profiles)
+    orbit = model.centre_distance * (ROLLING_RATIO * world.scene.shaft_speed_rad_s * model.tilt_cosine) ** 2
+    found = []
+    for turn in CAGE_TURNS:
+        angle_rad, swing_n = model.slot_angle + turn, model.roller_mass * orbit
+        bearing = replace(SlicedBearing.like(model, world.scene), angle_rad=angle_rad, swing_n=swing_n)
+        ring, slide = bearing.balance(world.external_load(0.0))
+        found.append((bearing.contacts(slide, ring), slide))
+    return found
 
 
 @pytest.mark.parametrize(("name", "osculation"), [("dry", 1.0), *((name, 0.97) for name in RUNS)])
 def test_a_run_turns_the_cage_as_the_balance_says(name, osculation):
     profiles = {"line_contact": {"outer_osculation": osculation, "inner_osculation": osculation}}
-    scene, model, _ = subject(RIG, RUNS[name], profiles, make=slices_model)
-    found = ratio_of_run(scene, model)
+    model, world = subject(RIG, RUNS[name], profiles)
+    y, shaft_rad_s = equilibrium_state(model), world.scene.shaft_speed_rad_s
+    run = advance(model, y, step_s=PAPER_STEP_S, steps=STEPS, method="imex2", outputs=SETTLING_OUTPUTS + OUTPUTS)
+    found = run[SETTLING_OUTPUTS:, outputs.CAGE_SPEED] / shaft_rad_s
     assert np.ptp(found) < PASSING
-    expected = balanced_ratio(bearing_under_load(osculation), scene.shaft_speed_rad_s, friction_of(scene))
+    expected = balanced_ratio(bearing_under_load(osculation), shaft_rad_s, friction_of(world.scene))
     assert found.mean() == pytest.approx(expected, abs=RUN)

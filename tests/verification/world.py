@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
-from tests.verification.harness import layout_of
+from tests.verification.harness import geometry, layout_of
 
 FloatArray = NDArray[np.float64]
 P = (0.5, 1.0, 1.5)
@@ -76,14 +76,14 @@ class Touching:
 class World:
     """One scene in world axes; `turning`: -1 if a shaft of constant speed turns backwards."""
 
-    def __init__(self, scene: Scene, geometry: SphericalRollerGeometry, turning: int = 1) -> None:
-        self.scene, self.g, self.turning = scene, geometry, turning
-        self.radius = _roller_radius(scene, geometry)
-        self.bodies = _bodies(scene, geometry, self.radius)
-        self.clouds = {race: _cloud(scene, geometry, race) for race in ("outer", "inner")}
-        row = np.arange(geometry.rollers_per_row) * 2 * np.pi / geometry.rollers_per_row
+    def __init__(self, scene: Scene, turning: int = 1) -> None:
+        self.scene, self.turning, self.g = scene, turning, geometry()
+        self.radius = _roller_radius(scene, self.g)
+        self.bodies = _bodies(scene, self.g, self.radius)
+        self.clouds = [_cloud(scene, self.g, race) for race in ("outer", "inner")]
+        row = np.arange(self.g.rollers_per_row) * 2 * np.pi / self.g.rollers_per_row
         self.slot_angle = np.append(row, row + scene.bodies.row_stagger * row[1])
-        self.side = np.repeat([1.0, -1.0], geometry.rollers_per_row)
+        self.side = np.repeat([1.0, -1.0], self.g.rollers_per_row)
 
     def shaft(self, t: float) -> tuple[float, float]:
         """Speed [rad/s] and angle [rad] of the shaft at time `t` of the run, settling included."""
@@ -179,45 +179,35 @@ class World:
     def contacts(self, t: float, y: FloatArray) -> Contacts:
         """Every point of both clouds against every roller."""
         centres = self.centres(y)
-        count = len(centres)
-        force, torque, load = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((2, count, 3, 3))
-        totals = {"rubbed": 0.0, "damped": 0.0, "stored": 0.0, "shaft": 0.0}
-        on_ring, touching = np.zeros(3), 0
-        for race in (0, 1):
-            p = self.touching(t, y, race)
+        on_rollers, load = np.zeros((2, 2, len(centres), 3)), np.zeros((2, len(centres), 3, 3))  # [race, ...]
+        both = [self.touching(t, y, race) for race in (0, 1)]
+        for race, p in enumerate(both):
             push = -p.press[:, None] * p.normal
             f = push + p.drag[:, None] * p.slide
-            np.add.at(force, p.roller, f)
-            np.add.at(torque, p.roller, np.cross(p.arm, f))
+            for sums, part in zip(
+                on_rollers[race], (f + p.flank, np.cross(p.arm, f) + np.cross(p.foot, p.flank)), strict=True
+            ):
+                np.add.at(sums, p.roller, part)
             np.add.at(load[race], (p.roller, p.circle), push)
-            np.add.at(force, p.roller, p.flank)
-            np.add.at(torque, p.roller, np.cross(p.foot, p.flank))
-            if race == 0:
-                on_ring -= (f + p.flank).sum(axis=0)
-            else:
-                totals["shaft"] -= float(np.cross(centres[p.roller] + p.arm, f)[:, 2].sum())
-                totals["shaft"] -= float(np.cross(centres[p.roller] + p.foot, p.flank)[:, 2].sum())
-            totals["rubbed"] += float((p.drag * (p.slide**2).sum(axis=1)).sum())
-            totals["damped"] += float(((p.press - p.spring) * p.closing).sum())
-            totals["stored"] += float((p.spring * p.depth).sum() / 2)
-            touching += len(p.roller)
+        (outer, _), (inner, turning) = on_rollers
+        force, torque = on_rollers.sum(axis=0)
         return Contacts(
             force=force,
             torque=torque,
-            on_ring=on_ring,
-            on_shaft=totals["shaft"],
-            rubbed=totals["rubbed"],
-            damped=totals["damped"],
-            stored=totals["stored"],
+            on_ring=-outer.sum(axis=0),
+            on_shaft=-float((np.cross(centres, inner) + turning)[:, 2].sum()),
+            rubbed=sum(float((p.drag * (p.slide**2).sum(axis=1)).sum()) for p in both),
+            damped=sum(float(((p.press - p.spring) * p.closing).sum()) for p in both),
+            stored=sum(float((p.spring * p.depth).sum() / 2) for p in both),
             load=np.linalg.norm(load, axis=3),
-            touching=touching,
+            touching=sum(len(p.roller) for p in both),
         )
 
     def touching(self, t: float, y: FloatArray, race: int) -> Touching:
         """Every point of a race, outer 0 and inner 1, that is inside a roller."""
         where, c = layout_of(y), self.scene.contact
         centres, axes = self.centres(y), self.slots(y)[:, :, 2]
-        cloud = self.clouds[("outer", "inner")[race]]
+        cloud = self.clouds[race]
         if race == 0:
             at, out = cloud.position + y[where.ring], cloud.normal
             rate = np.tile(y[where.ring_rate], (len(cloud.share), 1))
