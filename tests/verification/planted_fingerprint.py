@@ -1,6 +1,6 @@
 """Blind spots of the fingerprint of behaviour: which planted errors change its runs, and which of the others matter.
 
-    python -m tests.verification.planted_fingerprint
+    python -m tests.verification.planted_fingerprint [FILE.json]
 
 Every error of ``planted_errors.toml`` is planted alone. The runs of the fingerprint are continued from stored states,
 uncompiled, for two output intervals; an error that changes one of them by more than the fingerprint's tolerance changes
@@ -8,10 +8,12 @@ the fingerprint. Any other error is planted in states of the scenes of published
 changes one of these, it is a blind spot. Exit code 1 if there is one.
 """
 
+import json
 import os
 import pickle
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -88,16 +90,19 @@ def effect(error: dict[str, str], folder: Path) -> str:
 
 
 def main() -> int:
-    """Plant the errors, print the effect of each; exit code."""
-    found = []
+    """Plant the errors, print the effect of each and write all to the file that is named, if any; exit code."""
+    found = {}
     with tempfile.TemporaryDirectory() as name, processes(os.cpu_count() or 1) as pool:
         folder = Path(name)
         (folder / "states").write_bytes(pickle.dumps([*states()]))
         pool.apply(store_unharmed, (folder,))
         for error, text in zip(ERRORS, pool.imap(partial(effect, folder=folder), ERRORS), strict=True):
-            found.append(text)
+            found[error["what"]] = text
             print(f"{error['file']}, {error['what']}: {text}", flush=True)
-    return int(any(text.startswith(BLIND) for text in found))
+    print(dict(Counter(text.partition(":")[0] for text in found.values())))
+    for file in sys.argv[1:]:
+        Path(file).write_text(json.dumps(found, indent=1))
+    return int(any(text.startswith(BLIND) for text in found.values()))
 
 
 if __name__ == "__main__":
