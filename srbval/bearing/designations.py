@@ -45,7 +45,10 @@ class Designation(NamedTuple):
 
     @property
     def alike(self) -> tuple[tuple[str, str, str], ...]:
-        """Type, number and mark to search for, in turn; N, NJ, NU, NUP of a size are alike; design E comes last."""
+        """Designations with the same fault orders, as (type, number, mark), in the order in which they are preferred.
+
+        Cylindrical roller bearings N, NJ, NU and NUP of one size are alike, with and without reinforced design E.
+        """
         if self.kind not in CYLINDRICAL:
             return (self[1:],)
         kinds, marks = dict.fromkeys((self.kind, *CYLINDRICAL)), dict.fromkeys((self.mark, "e"))

@@ -1,18 +1,10 @@
-"""Mean cage ratio over the records of each speed, by a random-effects model.
+"""Mean cage ratio over the records of each speed, by a random-effects model; theory: "Mean over records".
 
-Mounting, load zone, temperature and cage differ between records, so ratios scatter by more than their reading errors.
-Model: y = X m + b + e. Here y are the ratios of all records and X is the design matrix. The effects m are the mean
-ratios at each speed; with `race_design` also the differences between healthy, outer-race and inner-race records. The
-record effects b are normal and independent, with the standard deviation tau. The reading errors e are normal; their
-covariance C includes the scale error of the tachometer, which is the same in all records. The prior is flat for m. For
-tau it is Jeffreys' prior p(tau) from the restricted likelihood (Bodnar et al. 2017, Stat. Med. 36, 378; for any X:
-Roever & Friede 2023, Comput. Methods Programs Biomed. 229, 107303; both cited from memory). The posterior is computed
-on a grid of tau, with the identity I, ' for transposed, V = C + tau^2 I, P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1, and
-r = y - X m for the m with the least r' V^-1 r:
-
-    p(tau | y) ~ p(tau) |V|^(-1/2) |X' V^-1 X|^(-1/2) exp(-r' V^-1 r / 2),    p(tau) ~ tau tr(P P)^(1/2)
-
-`tests/comparison/test_cage_readings.py` counts how often the intervals contain the true value.
+Mounting, load zone, temperature and cage differ between records, so their ratios scatter by more than their reading
+errors. The posterior distribution is computed on a grid of the scatter tau between records, whose prior is Jeffreys'
+from the restricted likelihood (Bodnar et al. 2017, Stat. Med. 36, 378; for any design matrix: Roever & Friede 2023,
+Comput. Methods Programs Biomed. 229, 107303; both cited from memory). `tests/comparison/test_cage_readings.py` counts
+how often the intervals contain the true value.
 """
 
 from collections.abc import Sequence
@@ -98,9 +90,10 @@ def race_design(readings: Sequence[CageReading]) -> FloatArray:
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sample m and tau of this module's model: `values` y, [n]; `covariance` C, [n, n]; `design` X, [n, effects].
+    """Sample the effects m and the scatter tau between records in the model y = X m + b + e (see the theory).
 
-    Returns posterior draws of the effects m, [draws, effects], and of the scatter tau between records, [draws].
+    `values` are the ratios y, [n], `covariance` is that of their reading errors e, [n, n], `design` is X, [n, effects].
+    Returns samples from the posterior distribution of m, [draws, effects], and of tau, [draws].
     """
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(*TAU_RANGE, TAU_POINTS) * max(spread, float(np.sqrt(np.diag(covariance).max())))

@@ -1,12 +1,10 @@
-"""Cage ratio (cage speed over shaft speed) of every record of the rig, read from combs (a line with its harmonics).
+"""Cage ratio (cage speed over shaft speed) of every record of the rig; theory: "Cage ratio of a record".
 
-The fault comb of a damaged race is read in the squared envelope. Of the frequency `BANDS` the one is used in which the
-first harmonic of the comb is highest over the noise. The passage comb, multiples of BPFO in the vibration itself, is
-caused by passing rollers, also in a healthy bearing. It is used only if it is detected: improbable as noise, and
-stronger than most combs at meaningless frequencies (`rank_among_placebos`). If both combs agree within their intervals,
-the more precise one is used, otherwise the fault comb; the other is kept as a check. If only the passage comb is found,
-it may come from another bearing: the shaft of the rig has four. Records are resampled over shaft angle. Frequencies at
-harmonics of the shaft speed are used neither for combs nor for their noise.
+The fault lines of a damaged race, BPFO or BPFI with its harmonics, are read in the squared envelope, in the band of
+`BANDS` in which the first harmonic is highest over the noise. The passage lines, multiples of BPFO in the vibration
+itself, are caused by passing rollers, also in a healthy bearing. They are used only if they are improbable as noise and
+stronger than most sets of multiples of a meaningless frequency (`rank_among_placebos`). If both readings agree within
+their intervals, the more precise one is used, otherwise the reading of the fault lines; the other is kept as a check.
 """
 
 import math
@@ -19,7 +17,6 @@ from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.reading.families import Family, families_of, placebo_fundamentals, window_share
 from srbval.reading.pipeline import (
     LEAST_REVOLUTIONS,
-    MEASURED_SPEEDS,
     Tracking,
     choose_tracking,
     one_signal,
@@ -39,9 +36,10 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 class CageReading:
     """Cage ratio of one record, with standard uncertainties due to reading (`reading_u`) and shaft speed (`speed_u`).
 
-    The cage ratio varies with time; `reading_u` is the uncertainty of its long-term mean. `per_speed` is the change of
-    the ratio c per relative error of the shaft speed: -c if read from BPFO, 1 - c if from BPFI. `read_from` names the
-    comb and the signal, `band_hz` the frequency band. `check` is the reading from the other comb, if detected.
+    The cage ratio varies with time; `reading_u` is the uncertainty of its long-term mean. `per_speed` is the derivative
+    of the ratio c with respect to the relative error of the shaft speed: -c if c was read from BPFO, 1 - c if from
+    BPFI. `read_from` names the lines and the signal that were read, `band_hz` their frequency band. `check` is the
+    reading of the other set of lines (see module), if it was detected.
     """
 
     record: str
@@ -64,9 +62,9 @@ def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[Ca
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Cage ratio of a record; None if it is too short or has no known state, measured speed signal or detected comb."""
+    """Read the cage ratio of a record; None without state, speed over time, enough revolutions or a detected line."""
     speed, state = recording.speed, recording.state
-    if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
+    if speed is None or state is None:
         return None
     tracking = choose_tracking(recording, bearing, speed)
     if not tracking.used or recording.seconds * speed.value_hz < LEAST_REVOLUTIONS:
@@ -83,7 +81,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
 
 
 def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
-    """Read the cage ratio from the line and harmonics of the damaged race in the envelope; None if undetected."""
+    """Read the cage ratio from the fault lines of a damaged race in the envelope; None if they are not detected."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
@@ -94,7 +92,7 @@ def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, track
     if not found:
         return None
     reading, band_hz = max(found, key=lambda one: one[0].snr[0])
-    return _convert_comb(recording, bearing, speed, reading, (f"{family.name} comb, envelope", band_hz))
+    return _cage_reading_of(recording, bearing, reading, f"{family.name} comb, envelope", band_hz)
 
 
 def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
@@ -111,7 +109,7 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     rank = rank_among_placebos(record, family.kinematic_hz, reading.half_window_hz, len(reading.snr), placebo_hz)
     if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
         return None
-    return _convert_comb(recording, bearing, speed, reading, (f"{family.name} multiples, vibration", band_hz))
+    return _cage_reading_of(recording, bearing, reading, f"{family.name} multiples, vibration", band_hz)
 
 
 def _read_comb(
@@ -121,13 +119,14 @@ def _read_comb(
     return read_comb(record, family.kinematic_hz, half_hz, period_s=1 / speed.value_hz, **how)
 
 
-def _convert_comb(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, of: tuple[str, tuple[float, float]]
+def _cage_reading_of(
+    recording: Recording, bearing: Bearing, reading: LineReading, read_from: str, band_hz: tuple[float, float]
 ) -> CageReading:
-    """Convert the comb frequency in `reading` to a cage ratio; `of`: name of comb and signal, and its band [Hz]."""
+    """Convert the frequency of a line, `reading`, to a cage ratio; `read_from` begins with the name of the line."""
+    speed = recording.known_speed
     hz_per_ratio = bearing.rolling_elements * speed.value_hz
     share = reading.found_hz / hz_per_ratio
-    inner = of[0].startswith(Fault.INNER.line or "")
+    inner = read_from.startswith(Fault.INNER.line or "")
     per_speed = share if inner else -share
     return CageReading(
         record=Path(recording.file or recording.name).name,
@@ -138,6 +137,6 @@ def _convert_comb(
         reading_u=reading.ci95_hz / NORMAL_95 / hz_per_ratio,
         speed_u=abs(per_speed) * speed.ci95_hz / NORMAL_95 / speed.value_hz,
         per_speed=per_speed,
-        read_from=of[0],
-        band_hz=of[1],
+        read_from=read_from,
+        band_hz=band_hz,
     )

@@ -1,12 +1,8 @@
 """Quantities that are compared between model and rig (table `COMPARED`), and the model's mean errors (biases).
 
-Amplitudes in m/s2 are not among them: they depend on the path to the sensor (`srbval.path.amplitudes`).
-
-A kind of quantity, such as all levels of second harmonics, has one bias: the mean b of the errors of n records with
-standard deviation s, and its 95 % interval b +- t s / sqrt(n), with t from Student's distribution. If a record has
-several errors of the kind, their mean is used, since they share bearing, mounting and speed. With fewer records than
-`MIN_RECORDS_FOR_BIAS` no bias is claimed. The model's scatter is the part of the errors' scatter that the uncertainty
-of the measured values does not explain (McGrattan et al., NIST SP 1018-3, fire-model validation guide).
+Amplitudes in m/s2 are not among them: they depend on the path to the sensor (`srbval.path.amplitudes`). A kind of
+quantity, such as all levels of second harmonics, has one bias; theory: "Bias and scatter". If a record has several
+errors of the kind, their mean is used, since they share bearing, mounting and speed.
 """
 
 import math
@@ -67,7 +63,7 @@ def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> fl
 
 
 def line_value(value_of: ValueOfOrder) -> QuantityReader:
-    """Return a function that reads a fault line's order with 95 % half widths and converts all by `value_of`."""
+    """Return a function that reads the order of a fault's line and converts order and half widths by `value_of`."""
 
     def read(analysis: Analysis, fault: Fault) -> Value | None:
         line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
@@ -99,7 +95,10 @@ def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
 
 
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
-    """Mean level of the named lines relative to the fault's first harmonic [dB]; None if a line cannot be read."""
+    """Mean level of the lines with these `names` and this number of the `harmonic`, over the first harmonic [dB].
+
+    The first harmonic is that of the fault's line. None if a line cannot be read.
+    """
     first = analysis.line_of(fault)
     lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
     if first.found_hz is None or not first.depth or not lines:
@@ -147,7 +146,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Index the effects of inputs in the `stored` result of the study ``inputs`` by defect and affected quantity."""
+    """Get the effects of uncertain inputs by defect and quantity from `stored`, the result of the study ``inputs``."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
@@ -167,11 +166,11 @@ def read_quantities(
 
 
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
-    """Compute the model's bias (mean error) in `comparisons` for each kind of quantity, scene and use of the record.
+    """Compute the model's bias (mean error) for each kind of quantity, scene, and value of the column `used_for`.
 
-    Only quantities that exceed the noise in both model and rig are used. The use, such as ``fit``, is in the column
-    `used_for` (see `comparison_row`); if the argument `used_for` is given, it replaces the use of all rows.
-    `bias`, its half width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
+    `comparisons` contains rows of `comparison_row`, which describes `used_for`; if the argument `used_for` is given, it
+    replaces the whole column. Only quantities that exceed the noise in both model and rig are used. `bias`, its half
+    width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
     shown = comparisons[both]

@@ -1,12 +1,8 @@
 """Comparison of one quantity between model and record: table row, error, uncertainty and verdict.
 
-A comparison has an error E, model minus rig, and a validation uncertainty U, the root of the sum of squares of its
-parts (ASME V&V 20, 2009). The model `differs` if |E| > U, and `agrees` only if |E| + U is below a margin fixed
-beforehand: two one-sided tests (Schuirmann 1987) without an assumed distribution. Otherwise the verdict is `not
-resolved`. A stated tolerance is `met` or `missed`, depending on the probability that the error exceeds it.
-
-`budget.toml` contains the assumed ranges of inputs, margins and tolerances, with the reason of each number. Verdicts on
-single quantities are exploratory; `srbval.comparison.verdicts` judges the cage ratio over all records.
+The uncertainty is the root of the sum of squares of its parts (ASME V&V 20, 2009). Theory: "Uncertainty of one
+quantity". `budget.toml` contains the assumed ranges of inputs, margins and tolerances, with the reason of each number.
+Verdicts on single quantities are exploratory; `srbval.comparison.verdicts` judges the cage ratio over all records.
 """
 
 import enum
@@ -88,10 +84,10 @@ def comparison_row(
 ) -> Row:
     """Build the row of one compared quantity, with the keys of `comparisons` in ``report.json``.
 
-    `parts` are the parts of the uncertainty as 95 % half widths; they, `error` and `margin` are in `error_unit`. The
-    uncertainty is None if `parts` contains none for the simulated value besides its reading. A level hidden in the
-    noise of model or rig gets the verdict ``insufficient data``. In `names`, `kind` groups quantities that share a
-    bias, `scene` is the bundled scene that was simulated, and `used_for` states the use of the record: ``fit`` (model
+    `parts` are the parts of the uncertainty as 95 % half widths; they, `error` and `margin` are in `error_unit`. If no
+    part describes the simulation, or only the reading of the simulated signal, the uncertainty is None. A level hidden
+    in the noise of model or rig gets the verdict ``insufficient data``. In `names`, `kind` groups quantities that share
+    a bias, `scene` is the bundled scene that was simulated, and `used_for` states the use of the record: ``fit`` (model
     fitted to it), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
@@ -39,21 +39,20 @@ class SimulationCase:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnalysedRun:
-    """Run, its analysis, compared `values`, and the fault line's order, computed from the cage or roller speed."""
+    """Simulated case with its run, the analysis of this run, and the compared `values` by name."""
 
     case: SimulationCase
     run: Run
     analysis: Analysis
-    line_order: float | None
-    values: Mapping[str, QuantityValue] = field(default_factory=dict)
+    values: Mapping[str, QuantityValue]
 
 
 def paper_cases(seconds: float) -> list[SimulationCase]:
     """Runs of the paper's scene (710 rpm, 124.8 kN) of length `seconds`: healthy, outer-race and inner-race defect."""
-    scenes = {state: paper_scene(duration_s=seconds, defect={"kind": state}) for state in PAPER_STATES}
+    scenes = [paper_scene(duration_s=seconds, defect=state.value) for state in PAPER_STATES]
     return [
-        SimulationCase(id=f"paper-{state}", purpose="the paper's scene", state=state, scene=scene)
-        for state, scene in scenes.items()
+        SimulationCase(id=f"paper-{one.defect.kind}", purpose="the paper's scene", state=one.defect.kind, scene=one)
+        for one in scenes
     ]
 
 
@@ -81,7 +80,10 @@ def run_cases(
 
 
 def with_points(scene: Scene, points: int) -> Scene:
-    """Copy a scene with `points` contact points per race circle; total stiffness, total damping, defect length stay."""
+    """Copy a scene of the model `full` with another number of points by which each circle of a race is represented.
+
+    The stiffness and damping of all points together, and the length of the defect, stay the same.
+    """
     factor = points / scene.contact.points_per_circle
     contact = dataclasses.replace(
         scene.contact,
@@ -130,9 +132,8 @@ def run_counterpart(
         changes["bearing"] = bearing_name
     if model:
         changes["model"] = model
-    name, purpose = f"counterpart-{recording.name}", "at the recording's own speed and load"
-    scene = converged(load_scene(base, changes))
-    case = SimulationCase(id=name, purpose=purpose, state=state, scene=scene)
+    scene, purpose = converged(load_scene(base, changes)), "at the recording's own speed and load"
+    case = SimulationCase(id=f"counterpart-{recording.name}", purpose=purpose, state=state, scene=scene)
     return analyse_run(case, run_simulation_case(case, progress=progress), bearing, band_hz, quantities)
 
 
@@ -143,13 +144,16 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, by default in the paper's envelope band; a roller's line is sought at its computed order."""
+    """Analyse a run, by default in the paper's envelope band; the line of a roller's fault is sought at its order.
+
+    This order is computed from the run (see `compute_line_order`).
+    """
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
     analysis = analysis_once(recording_from_run(run), bearing, band_hz=band_hz)
     values = read_quantities(analysis, case.state, order, quantities)
-    return AnalysedRun(case=case, run=run, analysis=analysis, line_order=order, values=values)
+    return AnalysedRun(case=case, run=run, analysis=analysis, values=values)
 
 
 def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:

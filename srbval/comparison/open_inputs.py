@@ -1,17 +1,15 @@
 """Uncertain inputs of the paper's scene, with their ranges and alternatives, from `budget.toml`."""
 
-import enum
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from srbval.comparison.comparison import BUDGET
-from srbval.errors import ConfigurationError
+from srbval.models.run_file import scene_dict
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
-from srbval.scene import Scene
-from srbval.storage.tables import build, read_toml
+from srbval.scene import Scene, merge
+from srbval.storage.tables import build, nest_value, read_toml, walk_leaves
 
 BAND_KEYS = ("band.low_hz", "band.high_hz")
 POINTS, LOG_POINTS = 3, 9  # values of an input that is varied alone: uniform, log-uniform
@@ -39,7 +37,7 @@ class OpenInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Cumulative probabilities of the values tried if this input alone varies: one per choice, or evenly spaced."""
+        """Cumulative probabilities of the values that a study tries if this input alone varies."""
         ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
         return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
 
@@ -60,36 +58,23 @@ def scene_at_shares(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[
 
     Returns the scene and the envelope band [Hz]. Raises `ConfigurationError` for an input that the scene lacks.
     """
-    band = dict(zip(BAND_KEYS, SIMULATED_BAND_HZ, strict=True))
+    table, band = scene_dict(scene), dict(zip(BAND_KEYS, SIMULATED_BAND_HZ, strict=True))
+    present = dict(walk_leaves(table))
     for one, share in ((one, share) for one, share in zip(inputs, shares, strict=True) if share is not None):
         value = one.value(share)
         if of_reading(one):
             band[one.keys[0]] = float(value)
             continue
-        for key in one.keys:
-            scene = _replace_value(scene, key, value, one.relative)
-        for key, own in one.with_choice.get(str(value), {}).items():
-            scene = _replace_value(scene, key, own, relative=False)
+        changes = {key: present[key] * value if one.relative else value for key in one.keys}
+        for key, changed in {**changes, **one.with_choice.get(str(value), {})}.items():
+            table = merge(table, nest_value(key, changed))
     low_hz, high_hz = band.values()
-    return scene, (low_hz, high_hz)
+    return build(Scene, table, BUDGET.name), (low_hz, high_hz)
 
 
 def of_reading(one: OpenInput) -> bool:
     """True if the input is an end of the envelope band, which concerns the analysis of a signal, not the scene."""
     return one.keys[0] in BAND_KEYS
-
-
-def _replace_value(owner: Any, key: str, value: float | str, relative: bool) -> Any:
-    """Copy `owner` with `value` at the dotted name `key`; if `relative`, with the present value times `value`."""
-    name, _, rest = key.partition(".")
-    if not hasattr(owner, name):
-        raise ConfigurationError(f"input {key}: the scene has no {name}; correct the key in budget.toml.")
-    own = getattr(owner, name)
-    if rest:
-        return replace(owner, **{name: _replace_value(own, rest, value, relative)})
-    if isinstance(own, enum.Enum):
-        return replace(owner, **{name: type(own)(value)})
-    return replace(owner, **{name: own * value if relative else value})
 
 
 def open_inputs() -> tuple[OpenInput, ...]:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
@@ -13,7 +12,6 @@ from srbval.comparison.comparison import QuantityValue, Row, comparison_row, dev
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
-from srbval.reading.lines import Line
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import build, read_toml
@@ -38,10 +36,9 @@ class Published:
     source: str = ""
 
     def deviations_pct(self) -> dict[str, float]:
-        """Deviations of `model_hz` and `rig_hz` from the kinematic frequency [%], by name, if known."""
-        known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
-        kinematic_hz = self.kinematic_hz
-        return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}
+        """Deviations of the known frequencies `model_hz` and `rig_hz` from the kinematic frequency [%], by name."""
+        kinematic_hz, found = self.kinematic_hz, {"model_hz": self.model_hz, "rig_hz": self.rig_hz}
+        return {name: deviation_pct(hz, kinematic_hz) for name, hz in found.items() if hz is not None and kinematic_hz}
 
 
 def table6() -> dict[Fault, Published]:
@@ -68,24 +65,13 @@ def published_rows(
     The paper states no uncertainty and no measured speed for its rig values, so the verdict is ``insufficient data``.
     """
     for fault in RACE_DEFECTS:
-        row, (_, found_hz, ci95_hz) = printed[fault], read_first_harmonic(paper[fault], fault)
-        run = runs[f"paper-{fault}"]
-        assert row.kinematic_hz is not None, "Table 6 states every value"
-        assert row.rig_hz is not None
-        model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
-        of_paper: Row = {f"paper_{name}": getattr(row, name) for name in PRINTED}
-        for name, off in row.deviations_pct().items():
-            of_paper[f"paper_{name.removesuffix('_hz')}_recomputed_pct"] = off
-        yield _build_line_row(
-            fault,
-            row.kinematic_hz,
-            model,
-            rig,
-            rig_source="published",
-            shaft_rpm=row.rpm,
-            model_cage_hz=run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz,
-            **of_paper,
-        )
+        row, model = printed[fault], read_first_harmonic(paper[fault], fault)
+        assert row.rig_hz is not None, "Table 6 states every value"
+        rig = QuantityValue(value=row.rig_hz, ci95=None, kinematic=row.kinematic_hz)
+        about = {"rig_source": "published", "shaft_rpm": row.rpm}
+        about |= {f"paper_{name}": getattr(row, name) for name in PRINTED}
+        about |= {f"paper_{name[:-3]}_recomputed_pct": pct for name, pct in row.deviations_pct().items()}
+        yield _build_line_row(fault, model, rig, runs[f"paper-{fault}"], {}) | about
 
 
 def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: pd.DataFrame) -> Iterator[Row]:
@@ -95,50 +81,43 @@ def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comp
     """
     of_cage = comparisons[comparisons["kind"] == CAGE_RATIO.kind].drop_duplicates("state").set_index("state")
     for fault in (fault for fault in RACE_DEFECTS if fault in rig and fault in of_cage.index):
-        (line, found_hz, ci95_hz), speed = read_first_harmonic(rig[fault], fault), rig[fault].speed
-        c, outer = float(of_cage.at[fault, "model"]), fault is Fault.OUTER
-        model_hz = rig[fault].bearing.rolling_elements * speed.value_hz * (c if outer else 1 - c)
-        line_over_cage = 1.0 if outer else c / (1 - c)
-        yield _build_line_row(
-            fault,
-            line.kinematic_hz,
-            QuantityValue(value=model_hz),
-            QuantityValue(value=found_hz, ci95=ci95_hz),
-            {name: line_over_cage * part for name, part in of_cage.at[fault, "parts"].items()},
-            rig_source="measured",
-            shaft_rpm=60 * speed.value_hz,
-            rig_shaft_rpm=60 * speed.value_hz,
-            model_cage_hz=runs[fault].bpfo_hz if outer else runs[fault].bpfi_hz,
-        )
+        measured, speed = read_first_harmonic(rig[fault], fault), rig[fault].speed
+        c = float(of_cage.at[fault, "model"])
+        passing = c if fault is Fault.OUTER else 1 - c  # speed of the rollers past the race, over the shaft speed
+        model = QuantityValue(value=rig[fault].bearing.rolling_elements * speed.value_hz * passing)
+        parts = {name: c / passing * part for name, part in of_cage.at[fault, "parts"].items()}
+        rpm = 60 * speed.value_hz
+        about = {"rig_source": "measured", "shaft_rpm": rpm, "rig_shaft_rpm": rpm}
+        yield _build_line_row(fault, model, measured, runs[fault], parts) | about
 
 
 def _build_line_row(
-    fault: Fault,
-    kinematic_hz: float,
-    model: QuantityValue,
-    rig: QuantityValue,
-    parts: Mapping[str, float] | None = None,
-    **further: Any,
+    fault: Fault, model: QuantityValue, rig: QuantityValue, run: Run, parts: Mapping[str, float]
 ) -> Row:
-    """Build the row that compares a fault line of model and rig, with uncertainty `parts` [%] and `further` columns."""
+    """Build the row that compares a fault line of model and rig [Hz], with the line that the cage of `run` implies.
+
+    `parts` are the parts of the uncertainty of the error [%].
+    """
+    assert rig.kinematic is not None, "Table 6 states it, and so does every analysis"
     error_pct = deviation_pct(model.value, rig.value)
-    made = comparison_row(model=model, rig=rig, error=error_pct, parts=parts or {})
+    made = comparison_row(model=model, rig=rig, error=error_pct, parts=parts)
     return {
         "defect": fault,
         "line": fault.line,
-        "kinematic_hz": kinematic_hz,
+        "kinematic_hz": rig.kinematic,
         "model_hz": model.value,
         "model_ci95_hz": model.ci95,
-        "model_deviation_pct": deviation_pct(model.value, kinematic_hz),
+        "model_deviation_pct": deviation_pct(model.value, rig.kinematic),
         "rig_hz": rig.value,
         "rig_ci95_hz": rig.ci95,
         "rig_shaft_rpm": None,
-        "rig_deviation_pct": deviation_pct(rig.value, kinematic_hz),
+        "rig_deviation_pct": deviation_pct(rig.value, rig.kinematic),
         "comparison_error_pct": error_pct,
         "validation_uncertainty_pct": made["uncertainty"],
         "uncertainty_parts_pct": made["parts"],
         "verdict": made["verdict"],
-    } | further
+        "model_cage_hz": run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz,
+    }
 
 
 def check_race_sum(
@@ -188,7 +167,7 @@ def check_table6_sums(
         yield check_race_sum(name, "published", rollers, orders, None, 60 * shaft_hz)
     outer, inner = (runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS)
     yield _check_recorded_sum("our model, two runs", "simulated", paper, rollers * (outer - inner))
-    if all(s in rig and read_first_harmonic(rig[s], s)[0].detected for s in RACE_DEFECTS):
+    if all(fault in rig and rig[fault].line_of(fault).detected for fault in RACE_DEFECTS):
         rpm = rig[Fault.OUTER].recording.nominal_rpm
         yield _check_recorded_sum(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
 
@@ -196,17 +175,17 @@ def check_table6_sums(
 def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> Row:
     orders, ci95 = [], []
     for fault in RACE_DEFECTS:
-        (_, found_hz, ci95_hz), speed = read_first_harmonic(sides[fault], fault), sides[fault].speed
-        orders.append(found_hz / speed.value_hz)
-        ci95.append(math.hypot(ci95_hz / found_hz, speed.ci95_hz / speed.value_hz) * orders[-1])
+        line, speed = read_first_harmonic(sides[fault], fault), sides[fault].speed
+        orders.append(line.value / speed.value_hz)
+        ci95.append(math.hypot((line.ci95 or 0.0) / line.value, speed.ci95_hz / speed.value_hz) * orders[-1])
     rpm = 60 * sum(sides[fault].speed.value_hz for fault in RACE_DEFECTS) / 2
     rollers = sides[Fault.OUTER].bearing.rolling_elements
     return check_race_sum(source, origin, rollers, orders, math.hypot(*ci95), rpm, slip)
 
 
-def read_first_harmonic(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
-    """First harmonic of a fault line, its frequency and half width [Hz]; `DataError` if the record is too short."""
+def read_first_harmonic(analysis: Analysis, fault: Fault) -> QuantityValue:
+    """Frequency of a fault's line [Hz], read and in pure rolling; `DataError` if the record is too short to read it."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")
-    return line, line.found_hz, line.ci95_hz or 0.0
+    return QuantityValue(value=line.found_hz, ci95=line.ci95_hz or 0.0, kinematic=line.kinematic_hz)

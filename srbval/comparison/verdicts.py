@@ -1,18 +1,13 @@
-"""Verdict on the model's cage ratio against its tolerance: met, missed or not resolved.
+"""Verdict on the model's cage ratio against its tolerance; theory: "Verdicts on the cage ratio".
 
-The error E = S - D (ASME V&V 20) is the model's value S minus the rig's value D. Three values (endpoints) are compared:
-mean ratio at the fastest speed, trend (slowest minus fastest speed), and outer-race minus inner-race faults. S has the
-distribution of runs with randomly drawn inputs. All records are simulated with the same draws, so that common effects
-cancel in a difference. D has the distribution from `cage_means`. The numerical error, the change of S with a finer step
-and contact, is applied with either sign. S, D and this error are taken as independent.
-`p_beyond` is the probability that |E| exceeds the tolerance:
+Three values of model and rig are compared: the mean ratio at the fastest speed, the trend (slowest minus fastest speed)
+and outer-race minus inner-race faults. The rig's value has the distribution from `cage_means`, the model's value the
+distribution of runs with randomly drawn inputs; all records are simulated with the same draws. The numerical error of
+the model, its change if the step is halved and the contacts are divided more finely, is applied with either sign.
 
-    missed       p_beyond >= 1 - risk
-    met          p_beyond <= risk
-    not resolved otherwise, or if the verdict is met with one fixed value of an input and missed with another
-
-If the true error equals the tolerance, the verdict is missed, or met, with at most the probability `risk` each. The
-study `inputs` tests this file: it counts the verdicts on simulated rigs with a known error.
+The verdict is missed if the error exceeds the tolerance with a probability `p_beyond` of at least 1 - risk, and met if
+with at most the probability risk; otherwise, or if one fixed value of an input gives met and another missed, it is not
+resolved. The study `inputs` tests this file: it counts the verdicts on simulated rigs with a known error.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -31,36 +26,39 @@ HALF_WIDTH = 0.95  # share of the error's distribution within +-U
 Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the stored result ``inputs``
 
 
-class Endpoint(NamedTuple):
-    """Compared value, the sum of the records' cage ratios times `weights`; `rig`: draws of this value for the rig."""
+class ComparedValue(NamedTuple):
+    """Value on which there is a verdict: the sum of the records' cage ratios times `weights`.
+
+    `rig` contains samples of this value from its probability distribution on the rig.
+    """
 
     name: str
     weights: FloatArray
     rig: FloatArray
 
 
-def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Endpoint]:
+def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[ComparedValue]:
     """Yield up to three compared values: ratio at the fastest speed, slowest minus fastest, outer minus inner race."""
     speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
     slowest, fastest = means.rpm[0], means.rpm[-1]
     mean = np.linalg.pinv(speeds).round(12)
-    yield Endpoint(f"{fastest:g} rpm", mean[-1], means.draws[:, -1])
+    yield ComparedValue(f"{fastest:g} rpm", mean[-1], means.draws[:, -1])
     if slowest < fastest:
         trend = means.draws[:, 0] - means.draws[:, -1]
-        yield Endpoint(f"{slowest:g} less {fastest:g} rpm", mean[0] - mean[-1], trend)
+        yield ComparedValue(f"{slowest:g} less {fastest:g} rpm", mean[0] - mean[-1], trend)
     if means.outer_less_inner is not None:
         apart = np.linalg.pinv(race_design(readings))[-1].round(12)
         codes = " less ".join(race.code for race in RACE_DEFECTS)
-        yield Endpoint(codes, apart, means.outer_less_inner)
+        yield ComparedValue(codes, apart, means.outer_less_inner)
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
-    """Verdicts on the cage ratio by scene and question (`Endpoint`); `stored` is the result of the study ``inputs``."""
+    """Judge each compared value of the cage ratio for each scene in `stored`, the result of the study ``inputs``."""
     if not readings or not stored:
         return []
     means = cage_means(readings)
-    wanted = list(endpoints(readings, means))
-    return [verdict(one, variant, readings, means.means[-1]) for variant in stored["variants"] for one in wanted]
+    values = list(endpoints(readings, means))
+    return [verdict(value, variant, readings, means.means[-1]) for variant in stored["variants"] for value in values]
 
 
 def none_missed(rows: Iterable[Row]) -> bool:
@@ -68,18 +66,18 @@ def none_missed(rows: Iterable[Row]) -> bool:
     return all(row["verdict"] != Verdict.MISSED for row in rows)
 
 
-def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
-    """Verdict on the value `of` for the runs of one scene (`variant`), with errors in per cent of `scale`.
+def verdict(value: ComparedValue, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
+    """Judge the error of one compared value in the runs of one scene (`variant`), in per cent of `scale`.
 
-    `scale` is the rig's cage ratio. `reversed_by` names inputs of which one fixed value gives met and another missed;
-    `changed_by` names inputs that change the verdict if they are fixed at their nominal value.
+    `scale` is the rig's cage ratio. In the result, `reversed_by` names inputs of which one fixed value gives the
+    verdict met and another missed; `changed_by` names inputs that change the verdict if fixed at their nominal value.
     """
-    weights = of_model(variant, readings, of.weights)
+    weights = of_model(variant, readings, value.weights)
 
     def model(name: str) -> FloatArray:
         return np.asarray(100 / scale * (weights @ np.array([one[name] for one in variant["records"]])))
 
-    rig = np.quantile(100 / scale * of.rig, (np.arange(QUANTILES) + 0.5) / QUANTILES)
+    rig = np.quantile(100 / scale * value.rig, (np.arange(QUANTILES) + 0.5) / QUANTILES)
     drawn, nominal = model("drawn"), float(model("nominal"))
     numerics = float(model("finer")) - nominal
     apart = np.concatenate([rig - numerics, rig + numerics])
@@ -96,12 +94,12 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
         if own is not answer:
             changing.append(effect["name"])
     return {
-        "endpoint": of.name,
+        "endpoint": value.name,
         "scene": variant["scene"],
         "error_pct": error,
         "u_pct": float(np.quantile(np.abs(np.subtract.outer(drawn, apart) - error), HALF_WIDTH)),
         "p_beyond": p,
-        "records": int(np.count_nonzero(of.weights)),
+        "records": int(np.count_nonzero(value.weights)),
         "draws": drawn.size,
         "reversed_by": reversing,
         "changed_by": changing,
@@ -110,7 +108,10 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
 
 
 def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Add up the `weights` of readings by simulated run; the healthy run stands in for a state not simulated."""
+    """Convert the `weights` of measured readings to weights of the simulated runs with the same state and speed.
+
+    A reading whose bearing state was not simulated adds its weight to the healthy run at its speed.
+    """
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -128,7 +129,10 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Interpolate an input's effect, `curve` at the probabilities `shares`, to `at`; stepwise for two choices."""
+    """Interpolate a result that varies with one input: `curve` at the input's probabilities `shares`, wanted at `at`.
+
+    With two shares, the ends of a range or two choices, the nearer value or the choice itself is taken.
+    """
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)

@@ -148,11 +148,10 @@ def kurtoses(recording: Recording) -> dict[str, Amplitude]:
 
 
 def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[float, float, float]:
-    """Split level errors of n bands into their weighted mean b [dB], its standard deviation u, and the misfit D^2.
+    """Split level errors of n bands into their weighted mean [dB], its standard deviation, and the misfit D^2.
 
-    Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): with the inverse W of the `covariance`, b is
-    the mean weighted by the row sums of W, u^2 is one over the sum of all entries of W, and D^2 is the sum of W_ij e_i
-    e_j, e being the errors minus b. If the covariance is right, D^2 is chi-squared with n - 1 degrees of freedom.
+    Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42); theory: "Level and pattern of a record". If
+    the `covariance` of the errors is right, D^2 is chi-squared with n - 1 degrees of freedom.
     """
     weights = np.linalg.solve(covariance, np.ones(errors_db.size))
     u = 1 / math.sqrt(float(weights.sum()))
@@ -161,12 +160,11 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 
 
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
-    """Standard deviation tau of the level between mountings of a bearing [dB]: posterior mean and 95 % interval.
+    """Standard deviation of the level between mountings of a bearing [dB]: posterior mean and 95 % interval.
 
     `pairs` are (faulty, healthy) records, each of another mounting. A fault adds power, so only third octaves in which
-    the faulty record is quieter are used: there the mounting must have changed the level. These level differences are
-    half-normal with variance 2 tau^2 + u^2, u being the random error of a difference of two finite records. The prior
-    of tau is half-normal with scale `prior_db`.
+    the faulty record is quieter are used: there the mounting must have changed the level. The prior of the standard
+    deviation is half-normal with scale `prior_db`. Theory: "Level and pattern of a record".
     """
     off, u = [], []
     for faulty, healthy in pairs:
@@ -185,7 +183,10 @@ def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: flo
 
 
 def _line_power(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:
-    """Power of the highest peak within `PEAK_REACH_BINS` of a line, and its ratio to the local noise."""
+    """Power of the highest peak within `PEAK_REACH_BINS` of `line_hz` in a spectrum, and its ratio to the local noise.
+
+    The spectrum is that of `square`, a squared envelope with `rate` samples per second.
+    """
     length = 8 * square.size
     power = np.abs(scipy.fft.rfft(square - square.mean(), n=length)) ** 2 / square.size**2
     place, wide, reach = line_hz / (rate / length), 8 * PEAK_REACH_BINS, 8 * NOISE_REACH_BINS

@@ -40,7 +40,7 @@ RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sideband
 BAND_REASON = "default: the band in which the models were compared with measurements"
 NO_POWER_CHANCE = 0.025  # that noise alone is taken for power in any of the bands
 ROUNDS = 3  # corrections of the gains for the edges of bands and filters
-HELD_SHARE = 0.999  # of the highest middle of a third octave within the records' range
+HIGHEST_SHARE = 0.999  # highest centre of a third octave over the greatest that half the sampling rate permits
 Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowest middle [Hz]
 
 
@@ -92,7 +92,7 @@ def identify(
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
-        band_hz, why = held_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
+        band_hz, why = default_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
     bands, powers = record_powers(pair.record, bearing, band_hz, healthy)
     value, u, blocks = np.array([(one.value, one.u, one.blocks) for one in powers.values()]).reshape(-1, 3).T
     if not np.any(value > u * stdtrit(blocks - 1, 1 - NO_POWER_CHANCE / max(value.size, 1))):
@@ -112,8 +112,8 @@ def identify(
     low_hz, high_hz = next(iter(bands.values()))[0], list(bands.values())[-1][1]
     middles = [one for one in third_octaves(band_hz) if low_hz < one < high_hz]
     place = np.searchsorted(list(bands), middles, side="right") - 1  # of each third octave among the bands
-    turning = cross or (pair if pair.record.state is Fault.INNER else None)
-    used = (pair.record.name, *((f"{turning.record.name} (direction)",) if turning else ()))
+    inner_race = cross or (pair if pair.record.state is Fault.INNER else None)
+    used = (pair.record.name, *((f"{inner_race.record.name} (direction)",) if inner_race else ()))
     source = f"identified from {' and '.join(used)}, driven by {recording_from_run(pair.run).name}"
 
     def path_of(gain: FloatArray, ratio: float) -> SensorPath:
@@ -125,8 +125,8 @@ def identify(
         return 10 ** (_interpolate_missing(levels - 10 * np.log10(excited)) / 20)
 
     ratio, cross_u_db, sidebands = 1.0, 0.0, None
-    if turning:
-        ratio, cross_u_db, sidebands = _fit_cross_ratio(turning, bearing, lambda tried: path_of(gains(tried), tried))
+    if inner_race:
+        ratio, cross_u_db, sidebands = _fit_cross_ratio(inner_race, bearing, lambda tried: path_of(gains(tried), tried))
     gain = gains(ratio)
     for _ in range(ROUNDS):
         shown_db = locked_db(record_behind_path(pair.run, path_of(gain, ratio)), bearing, bands, order)
@@ -139,12 +139,12 @@ def identify(
     return Identified(path=path, bands=pd.DataFrame(table), sidebands_db=sidebands, band_why=why)
 
 
-def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
-    """Default band in which a path is identified, limited to the range of all records, and why it was chosen."""
+def default_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
+    """Default band in which a path is identified, below half the sampling rate of all records, and why it is chosen."""
     low, high = DEFAULT_BAND_HZ
-    held_hz = HELD_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
-    limited = ", limited to the range of record and run" if held_hz < high else ""
-    return (low, min(high, held_hz)), BAND_REASON + limited
+    most_hz = HIGHEST_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
+    limited = ", limited to the range of record and run" if most_hz < high else ""
+    return (low, min(high, most_hz)), BAND_REASON + limited
 
 
 def line_order(run: Run, bearing: Bearing) -> float:
@@ -210,7 +210,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Level of a run's power that repeats at shaft order `order`, in each sufficiently wide band [dB re 1 m/s2]."""
+    """Level of a run's power that repeats at shaft order `order`, in each wide enough band [dB re 1 m/s2]."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "
@@ -228,7 +228,11 @@ def _interpolate_missing(values: FloatArray) -> FloatArray:
 def _fit_cross_ratio(
     pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
 ) -> tuple[float, float, FloatArray]:
-    """Fit the ratio of gains across and along the load: ratio, its error [dB], sidebands [dB] of record and run."""
+    """Fit the ratio of the path's gains across and along the load to the sidebands of an inner-race fault.
+
+    `path_with` makes the path with a given ratio. Returns the ratio, its standard error [dB], and the levels [dB] of
+    the sidebands of record and run (rows), one and two shaft frequencies from the line (columns).
+    """
     from scipy.optimize import minimize_scalar
 
     any_path = path_with(1.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, ClassVar
 
-from srbval.bearing import Fault, load_bearing
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.errors import DataError
 from srbval.models.hierarchy import level_of
 from srbval.models.run_file import scene_dict
@@ -51,9 +51,8 @@ class Bound:
     def coverage(self) -> float:
         """Least probability that the error on another scene from the same ranges is within the bound.
 
-        It is n / (n + 1) for n measured scenes (split conformal prediction): each of n + 1 exchangeable errors is the
-        largest with the same probability, for any distribution (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am.
-        Stat. Assoc. 113, 1094).
+        Each of n + 1 exchangeable errors is the largest with the same probability (split conformal prediction; Vovk,
+        Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094).
         """
         return self.scenes / (self.scenes + 1)
 
@@ -86,28 +85,27 @@ class MeasuredErrors:
         found = self.bounds.get(key)
         return found if found is not None and found.scenes >= MIN_SCENES_FOR_BOUND else None
 
-    def list_differences(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
-        """List settings in which `scene` differs from the scenes measured, except varied ones; `own`: its values."""
-        own, unused = own or scene_values(scene), "\0"
-        if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
-            unused = "defect."
+    def list_differences(self, settings: Mapping[str, Any]) -> list[str]:
+        """List in words where the `settings` of a scene (see `scene_values`) differ from those of the measured scenes.
+
+        Settings that were varied in the measurements are ignored, as are those of a defect that is not on a race.
+        """
+        ignored = () if settings["defect.kind"] in RACE_DEFECTS else ("defect.",)
+        both = {name: (settings.get(name), self.values.get(name)) for name in (*settings, *self.values)}
         return [
-            UNMEASURED.get(name)
-            or f"{name} = {_describe_value(own.get(name))}, measured only at {_describe_value(self.values.get(name))}"
-            for name in dict.fromkeys((*own, *self.values))
-            if name not in AXIS_KEYS
-            and not name.startswith(unused)
-            and not _nearly_equal(own.get(name), self.values.get(name))
+            UNMEASURED.get(name) or f"{name} = {_describe_value(own)}, measured only at {_describe_value(measured)}"
+            for name, (own, measured) in both.items()
+            if not (name in AXIS_KEYS or name.startswith(ignored) or _nearly_equal(own, measured))
         ]
 
     def list_gaps(self, scene: Scene) -> tuple[str, ...]:
         """List the reasons why the measured errors do not apply to a scene; empty if they apply."""
         bundled, step_s = load_scene(self.base, {"defect": {"kind": "outer"}}), self.values["solver.step_s"]
-        changed = self.list_differences(bundled) + ["solver.step_s"] * (bundled.solver.step_s != step_s)
+        changed = self.list_differences(scene_values(bundled)) + ["solver.step_s"] * (bundled.solver.step_s != step_s)
         if changed:
             text = "; ".join(changed)
             return (f"the scene {self.base} changed since its models were measured ({text}); {REMEDY} again",)
-        return (*self._list_exceeded_axes(scene), *self.list_differences(scene))
+        return (*self._list_exceeded_axes(scene), *self.list_differences(scene_values(scene)))
 
     def _list_exceeded_axes(self, scene: Scene) -> Iterator[str]:
         """List the properties of a scene (defect, speed, load, duration, step) outside the measured ranges."""
@@ -117,7 +115,7 @@ class MeasuredErrors:
         elif not any(key[:2] == (fit, kind.scene_word) for key in self.bounds):
             yield f"no scene with defect {kind.scene_word} and roller fit {fit} was measured"
         axes = {"rpm": 60 * scene.shaft_hz, "radial_kn": scene.mean_radial_n / 1e3}
-        if kind not in (Fault.HEALTHY, Fault.ROLLER):
+        if kind in RACE_DEFECTS:
             axes["height_mm"] = scene.defect.height_m * 1e3
         for axis, value in axes.items():
             low, high = self.ranges[axis]
@@ -153,7 +151,7 @@ def measured_errors() -> Mapping[str, MeasuredErrors]:
     """Load the newest tables of measured errors, by bundled scene; `DataError` if no result is stored."""
     if found := newest_result(ERRORS_RESULT):
         return read_errors(found.content)
-    raise DataError(f"reports/{ERRORS_RESULT}.json: no measured errors of the models; {REMEDY}.")
+    raise DataError(f"reports/{ERRORS_RESULT}.json: the measured errors of the models are missing; {REMEDY}.")
 
 
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
@@ -172,15 +170,16 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
             )
             for base, about in content["bases"].items()
         }
+        if not tables:
+            raise LookupError("no scenes")
     except (LookupError, TypeError, AttributeError, ValueError) as error:
-        why = f"not a table of measured errors ({error!r})"
-        raise DataError(f"stored result {ERRORS_RESULT}: {why}; {REMEDY} anew.") from error
-    if not tables:
-        raise DataError(f"stored result {ERRORS_RESULT}: no errors of models; {REMEDY} anew.")
+        raise DataError(
+            f"the stored result {ERRORS_RESULT} contains no table of measured errors ({error!r}); {REMEDY} anew."
+        ) from error
     return tables
 
 
 def nearest_table(scene: Scene) -> MeasuredErrors:
     """Table of measured errors whose scene differs from `scene` in the fewest settings."""
-    own = scene_values(scene)
-    return min(measured_errors().values(), key=lambda table: len(table.list_differences(scene, own)))
+    settings = scene_values(scene)
+    return min(measured_errors().values(), key=lambda table: len(table.list_differences(settings)))

@@ -43,22 +43,17 @@ class Question(enum.StrEnum):
 class Meaning:
     """Description of a question; see ``questions.toml``.
 
-    `error` is the rule that compares two answers (see `error_pct`), `tolerance` the error usually accepted, in the
-    question's unit. `states` are the defects to which the question applies, all if empty. `read` contains the names, in
+    `unit` is dB for levels, otherwise %; errors of answers have this unit, and so has `tolerance`, the error usually
+    accepted. `states` are the defects to which the question applies, all if empty. `read` contains the names, in
     `srbval.path.amplitudes`, of the amplitudes that answer the question.
     """
 
     title: str
     error_of: str
-    error: str
+    unit: str
     tolerance: float
     states: Sequence[str] = ()
     read: Sequence[str] = ()
-
-    @property
-    def unit(self) -> str:
-        """Unit of the errors of answers: dB or %."""
-        return "dB" if self.error == "apart" else "%"
 
     @property
     def tolerance_pct(self) -> float:
@@ -148,7 +143,7 @@ def error_pct(question: Question, own: AnswerValues | None, right: AnswerValues 
         return None
     # Quantities that are present in the reference; the error is infinite if the quantity is missing in `own`.
     shown = [(math.inf if a is None else abs(a - b), abs(b)) for a, b in zip(own, right, strict=True) if b is not None]
-    if MEANING[question].error == "apart":
+    if MEANING[question].unit == "dB":
         error = pct_of(max(off for off, _ in shown))
     else:
         error = 100 * max(off / of if of else math.inf for off, of in shown)

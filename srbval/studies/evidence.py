@@ -6,7 +6,6 @@ Each result, and each row of a study's sweeps, is stored when it is computed, so
 import argparse
 import os
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 from unittest.mock import patch
@@ -25,18 +24,17 @@ State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minut
 
 def result_states(now: Fingerprint) -> list[State]:
     """State of every stored result: fresh, or stale if it does not agree with the program's fingerprint `now`."""
-    names = sorted({*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))})
-    return [state for name in names if (state := _describe(name, newest_result(name), now))]
+    names, studies = {path.stem for path in shipped_folder(REPORTS).glob("*.json")}, study_names()
+    results = {name: newest_result(name) for name in sorted(names.union(studies))}
+    return [_describe(name, result, now) for name, result in results.items() if result or name in studies]
 
 
 def _describe(name: str, result: StoredResult | None, now: Fingerprint) -> State:
-    """State of a result: kind, `fresh` or `why` not, when and where computed; {} if no result or study has the name."""
-    if result is None and name not in study_names():
-        return {}
+    """State of a `result`, or of a study without one: kind, `fresh` or `why` not, and when, where and in what time."""
     kind = load_study(name).kind if result is None else result.kind
     why = "it was never computed" if result is None else result.why_stale(now)
     origin: Mapping[str, Any] = {} if result is None else result.origin
-    state = {"name": name, "kind": kind, "fresh": why is None, "why": why, "made_utc": result and result.made_utc}
+    state = {"name": name, "kind": kind, "fresh": why is None, "why": why, "made_utc": origin.get("made_utc")}
     return state | {"machine": origin.get("processor"), "minutes": origin.get("minutes"), "sound": True}
 
 
@@ -66,12 +64,11 @@ def recompute(
     states = [(one, _describe(one.name, newest_result(one.name), now)) for one in studies if one.name not in recorded]
     wanted = [(study, state) for study, state in states if every or not state["fresh"]]
     yield from (state for _, state in states if state["fresh"] and not every)
-    minutes = sum(study.minutes for study, _ in wanted)
     if wanted:
+        minutes = sum(study.minutes for study, _ in wanted)
         message(f"{len(wanted)} results to compute, about {minutes:.0f} minutes on two cores")
     for study, state in wanted:
         message(f"{study.name}: {state['why'] or 'fresh'}; about {study.minutes:g} minutes on two cores")
-        started = time.perf_counter()
         output = shipped_folder(REPORTS) / f"{study.name}.json" if is_source_tree() else None
         options = argparse.Namespace(**study.defaults(), jobs=jobs, output=output)
         origin: dict[str, Any] = {"command": command, "revision": revision, "behaviour": now}
@@ -81,5 +78,5 @@ def recompute(
             patch.dict(os.environ, {HOME_VARIABLE: home, RECORDINGS_VARIABLE: ""}),
         ):
             found, stored = make_result(study.name, options, prefix_tasks(progress, study.name), **origin)
-        message(f"{study.name}: stored after {(time.perf_counter() - started) / 60:.1f} minutes")
+        message(f"{study.name}: stored after {stored['minutes']:.1f} minutes")
         yield _describe(study.name, read_result(stored["file"]), now) | {"sound": found.sound}

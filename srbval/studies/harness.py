@@ -104,8 +104,7 @@ def run_study(
     """
     study = load_study(name)
     known = study.defaults()
-    unknown = [option for option in options if option not in known]
-    if unknown:
+    if unknown := [option for option in options if option not in known]:
         raise ConfigurationError(f"study {name} has no option {unknown[0]!r}. It has: {', '.join(known) or 'none'}.")
     given = argparse.Namespace(**known | options, jobs=jobs, output=output)
     return make_result(name, given, progress, command=f"srbval study run {name}")[1]
@@ -142,17 +141,8 @@ def make_result(
             )
     started = time.perf_counter()
     found = study.run(options, progress)
-    content = {
-        "schema_version": RESULT_SCHEMA_VERSION,
-        "kind": study.name,
-        "evidence_kind": study.kind.value,
-        "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-        "git_revision": revision,
-        "command": command,
-        "minutes": round((time.perf_counter() - started) / 60, 2),
-        "machine": this_machine(),
-        **to_json(found.content),
-    }
+    about = {"evidence_kind": study.kind.value, "minutes": round((time.perf_counter() - started) / 60, 2)}
+    content = result_origin(study.name, command, revision) | about | to_json(found.content)
     if path is None and found.name is None:
         return found, content
     if behaviour is None:
@@ -162,3 +152,15 @@ def make_result(
     path = path or cache_folder(STUDY_RESULTS) / f"{study.name}.json"
     write_json(path, content, rows_text)
     return found, content | {"file": path}
+
+
+def result_origin(kind: str, command: str, revision: str | None) -> dict[str, Any]:
+    """Describe the origin of a result of this `kind` that is stored now: date, program revision, command, machine."""
+    return {
+        "schema_version": RESULT_SCHEMA_VERSION,
+        "kind": kind,
+        "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+        "git_revision": revision,
+        "command": command,
+        "machine": this_machine(),
+    }

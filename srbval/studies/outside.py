@@ -22,7 +22,7 @@ from srbval.models.health import default_solver
 from srbval.models.jit import expected_compile_s
 from srbval.models.outside.names import is_outside, solvers_of
 from srbval.models.outside.run import OWN_SOLVER
-from srbval.models.run import RunStatus, works
+from srbval.models.run import Run, RunStatus, works
 from srbval.models.simulate import compile_for
 from srbval.models.solvers import SOLVERS
 from srbval.plan.measures import measure
@@ -74,7 +74,7 @@ def bench(
     others = DEFAULT_SERIES[1:] if model and quick else SOLVERS if model or not solvers else solvers
     bundled = sorted([(DEFAULT_SERIES[0], name) for name in others], key=lambda one: one != DEFAULT_SERIES)
     first = {one["solver"]: _run_probe(one, timed_s, progress) for one in _cases(scenes[:1], own, steps[:1])}
-    models = [(name, solver) for name, solver in own if first[solver][0].works]
+    models = [(name, solver) for name, solver in own if works(first[solver][0].status)]
     cases = _cases(scenes, [*bundled[:1], *models, *bundled[1:]], steps)
     fine = [(DEFAULT_SERIES, FINER_BUNDLED), *((one, FINER_STEPS) for one in models)]
     converged = [row for one, finer in fine for row in _cases(scenes, [one], (finer * max(steps),))]
@@ -103,8 +103,8 @@ def bench(
         lines = _bench_table(rows, model).splitlines()
         message("\n".join(lines if len(rows) == 1 else lines[-1:]))
     for row in _cases(scenes, [one for one in own if one not in models], steps):
-        tried = first[row["solver"]][0]
-        rows.append(row | {"series": _series(row), "status": tried.status, "reason": tried.reason, "ok": False})
+        run, _ = first[row["solver"]]
+        rows.append(row | {"series": _series(row), "status": run.status.value, "reason": run.reason, "ok": False})
     machine = this_machine() | {"load_before": load, "load_after": load_average()}
     rows = [row | {"pareto": on_front(row, rows)} for row in rows]
     reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == DEFAULT_SERIES}
@@ -141,8 +141,8 @@ def stability(
     note = "" if lines["bounded"].all() else "\n\nThe longest step is stable: does the model use scene.solver.step_s?"
     shown = text_rows(records(lines), {axis: axis for axis in axes} | {"steps per s": "steps_per_s"})
     none = dict.fromkeys(("predicted_limit_dt_s", "predicted_elastic_limit_dt_s"))
-    limits = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"], **none))
-    limits = [row | {"series": _series(row)} for row in limits]
+    found = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"], **none))
+    limits = [row | {"series": _series(row)} for row in found]
     content = {"tolerances": ERROR_LIMITS, "limits": limits, "cells": [judged_cell(cell) for cell in records(cells)]}
     return StudyResult(content=content, text=f"Largest stable step (-: no tried step is stable):\n\n{shown}{note}")
 
@@ -160,7 +160,10 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
-    """Quantities and cost of the run `own`, None if it fails; `pairs`: timed runs of default and own solver in turn."""
+    """Quantities of the run `own`, None if it fails, and its cost from timed runs.
+
+    `pairs` are timed runs, alternately of the default solver and of the solver of `own`; the first two do not count.
+    """
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
     found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
@@ -203,25 +206,25 @@ def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
     return found | {"ok": works(found["status"])}
 
 
-def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
-    """Make a short run of a model; returns it and its start-up time [s]; `ConfigurationError` if it fails."""
+def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Run, float]:
+    """Make a short run of a model; returns it and its start-up time [s]; `ConfigurationError` if it is refused."""
     began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
         found = attempt(_scene(row, seconds))
     if found.run is None:
         raise ConfigurationError(found.reason)
-    return found, time.perf_counter() - began - found.run.wall_s
+    return found.run, time.perf_counter() - began - found.run.wall_s
 
 
-def _estimate_time(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
+def _estimate_time(scenes: Sequence[Scene], first: Mapping[str, tuple[Run, float]]) -> tuple[float, float]:
     """Expected time of all runs with compiling, and of compiling alone [s]; `first` contains short runs by solver."""
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
     compile_s = expected_compile_s(*bundled)
     total_s = compile_s + sum(cost_of(scene)[0] for scene in bundled)
     for scene in (scene for scene in scenes if is_outside(scene.model)):
-        tried, start_s = first[scene.solver.name]
-        cost = 0.0 if tried.run is None else tried.run.cpu_per_simulated_s * tried.scene.solver.step_s
-        total_s += start_s + (scene.settle_s + scene.duration_s) * cost / scene.solver.step_s
+        run, start_s = first[scene.solver.name]
+        steps_ratio = run.scene.solver.step_s / scene.solver.step_s
+        total_s += start_s + (scene.settle_s + scene.duration_s) * run.cpu_per_simulated_s * steps_ratio
     return total_s, compile_s
 
 
@@ -242,10 +245,8 @@ def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s
 
 def _scene(case: Case, seconds: float) -> Scene:
     """Scene of a run that lasts `seconds`, after a quarter of this time to settle."""
-    step_s, rpm = 1 / case["steps_per_s"], case.get("rpm")
-    usual = bench_scene(
-        case["scene"], solver=DEFAULT_SERIES[1], step_s=step_s, seconds=seconds, settle_s=seconds / 4, rpm=rpm
-    )
+    about = {"step_s": 1 / case["steps_per_s"], "seconds": seconds, "settle_s": seconds / 4, "rpm": case.get("rpm")}
+    usual = bench_scene(case["scene"], solver=DEFAULT_SERIES[1], **about)
     solver = replace(usual.solver, name=str(case["solver"]))
     return replace(usual, model=case["model"] or usual.model, solver=solver)
 

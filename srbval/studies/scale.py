@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
 
@@ -21,12 +20,11 @@ from srbval.bearing import DEFAULT_BEARING
 from srbval.bearing.catalogue import FOLDER
 from srbval.comparison.comparison import Row
 from srbval.errors import ConfigurationError, NumericsError
-from srbval.processes.machine import load_average, this_machine, usable_cores
+from srbval.processes.machine import load_average, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.installation import child_environment, git_revision
-from srbval.storage.stored_result import RESULT_SCHEMA_VERSION
-from srbval.studies.harness import StudyResult
+from srbval.studies.harness import StudyResult, result_origin
 from srbval.sweep.sweep import records
 
 FS_HZ, IMPACTS_HZ, BLOCK_S = 20480, 97.0, 2.0  # of the records: repeated blocks of impacts in noise
@@ -83,14 +81,8 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
             rows.append({"series": series, "size": size} | _measure_command(command.format(size), Path(folder)))
     steps = pd.DataFrame(rows).groupby("series")[["cpu_s", "size"]].diff()
     rows = records(pd.DataFrame(rows).assign(cpu_per_unit_s=steps["cpu_s"] / steps["size"]))
-    content = {
-        "schema_version": RESULT_SCHEMA_VERSION,
-        "kind": "scale",
-        "command": "srbval bench --scale",
-        "rows": rows,
-    }
-    content |= {"made_utc": datetime.now(UTC).isoformat(timespec="seconds"), "git_revision": git_revision()}
-    content |= {"computed_once": "times on one machine", "machine": this_machine() | {"load_before": load}}
+    content = result_origin("scale", "srbval bench --scale", git_revision()) | {"rows": rows}
+    content |= {"computed_once": "times on one machine", "machine": content["machine"] | {"load_before": load}}
     text = _text(content)
     return StudyResult(content=content | {"text": text}, text=text)
 

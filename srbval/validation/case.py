@@ -1,11 +1,8 @@
 """Validation case: which simulated signals are compared with which measured signals, with which tolerances.
 
-A case is a TOML file with the keys `title`; `bearing` (a name or a TOML file beside the case), or instead the bearing's
-dimensions `[elements]` or its fault orders `[orders]`; `[simulated]` and `[measured]`, settings of each side (keys of
-`RecordingSettings`); `[tolerance]` and `[uncertainty]` (see `Tolerance`); a `[[pair]]` for each comparison, with
-`state`, `simulated`, `measured` and `used_for` (see `comparison_row`); and `[[published]]`, frequencies printed in a
-paper, for which no signals exist. A side of a pair is a file, a list of files (repeats), a pattern such as
-``runs/or_*.csv``, or a table with `file` or `scene` and settings that replace the side's settings.
+The page "Your model against your rig" of the guide shows the TOML file of a case. Its keys are the fields of
+`ValidationCase`, the keys of a `[[pair]]` those of `CasePair`. A side of a pair is a file, a list of files (repeats), a
+pattern such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings that replace the side's settings.
 """
 
 import dataclasses

@@ -59,11 +59,10 @@ def compare_pair(
     """
     simulated, measured = sides.get("simulated"), sides.get("measured")
     base = simulated.scene if simulated is not None else None
-    files = [name for side in (measured, simulated) if side is not None for name in side.files]
-    speeds = [None if side is None else side.shaft_hz for side in (simulated, measured)]
+    speeds: list[Any] = [None if side is None else side.shaft_hz for side in (simulated, measured)]
     for quantity in (one for one in QUANTITIES if state in one.faults):
         name = quantity.name_of(state)
-        (own, repeats), (theirs, _) = (ensemble(_read_values(side, name)) for side in (simulated, measured))
+        (own, repeats), (theirs, _) = (ensemble(side, name) for side in (simulated, measured))
         known = [own is not MISSING_VALUE, theirs is not MISSING_VALUE]
         if not any(known):
             continue
@@ -88,15 +87,15 @@ def compare_pair(
             state=state,
             margin=tolerance_of(quantity, case.tolerance) or quantity.margin,
             scene=base or "",
-            record=files[0] if files else "",
+            record=sides["measured" if measured is not None else "simulated"].files[0],
             kind=quantity.kind,
             quantity=name,
             unit=quantity.unit,
             used_for=used_for,
         )
         hz = [
-            one.value * of_shaft if of_shaft is not None and quantity in LINE_QUANTITIES and shown else None
-            for one, of_shaft, shown in zip((own, theirs), speeds, known, strict=True)
+            one.value * shaft_hz if shown and quantity in LINE_QUANTITIES else None
+            for one, shaft_hz, shown in zip((own, theirs), speeds, known, strict=True)
         ]
         yield row | {"pair": number, "simulated_hz": hz[0], "measured_hz": hz[1], "speeds_hz": speeds}
 
@@ -104,31 +103,26 @@ def compare_pair(
 def _effects(
     quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
 ) -> Mapping[str, Any] | None:
-    """Effects of inputs, step and contact points on a quantity; for a race line, computed from the cage ratio's."""
-    found = effects.get((state.value, quantity.name_of(state)))
-    if quantity is not RACE_LINE:
-        return found
-    of_cage, rollers = effects.get((state.value, CAGE_RATIO.name)), case.known_bearing.rolling_elements
-    if of_cage is None:
-        return None
-    sign = 1 if state is Fault.OUTER else -1
-    sizes = {name: rollers * of_cage[name] for name in ("inputs_ci95", "grid_ci95")}
-    return sizes | {"shift": sign * rollers * of_cage["shift"]}
+    """Effects of inputs, step and contact points on a quantity; those on BPFO and BPFI follow from the cage ratio."""
+    known = effects.get((state.value, (CAGE_RATIO if quantity is RACE_LINE else quantity).name_of(state)))
+    if quantity is not RACE_LINE or known is None:
+        return known
+    per_ratio = case.known_bearing.rolling_elements * (1 if state is Fault.OUTER else -1)
+    sizes = {name: abs(per_ratio) * known[name] for name in ("inputs_ci95", "grid_ci95")}
+    return sizes | {"shift": per_ratio * known["shift"]}
 
 
-def _read_values(side: SideReading | None, name: str) -> list[QuantityValue]:
-    """Values of a quantity in the signals of a side; empty unless every signal has the quantity."""
-    found = [] if side is None else [one[name] for one in side.values if name in one]
-    return found if side is not None and len(found) == len(side.values) else []
+def ensemble(side: SideReading | None, name: str) -> tuple[QuantityValue, float | None]:
+    """Mean of a quantity over the signals of a side, and its 95 % half width from their scatter (None for one signal).
 
-
-def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | None]:
-    """Mean of repeated values, and its 95 % half width from their scatter (None for a single value).
-
-    The scatter includes the reading errors of the repeats; the error of the shaft speed is common to all.
+    The scatter includes the reading errors of the repeats; the error of the shaft speed is common to all. If a signal
+    lacks the quantity, the mean is `MISSING_VALUE`.
     """
-    if len(values) < 2:
-        return (values[0] if values else MISSING_VALUE), None
+    values = [] if side is None else [one[name] for one in side.values if name in one]
+    if side is None or len(values) < len(side.values):
+        return MISSING_VALUE, None
+    if len(values) == 1:
+        return values[0], None
     found = np.array([one.value for one in values])
     half = float(stdtrit(found.size - 1, 0.975) * found.std(ddof=1) / math.sqrt(found.size))
     mean = QuantityValue(
@@ -151,9 +145,9 @@ def outside_parts(
 ) -> dict[str, float]:
     """Parts of an external simulation's uncertainty [% or dB]: from reading or repeats, and stated in the case.
 
-    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats); `scale` converts
-    them to per cent of the measured value (levels stay in dB). A stated 1 % of the cage ratio c is 1 % of BPFO and
-    c / (1 - c) % of BPFI; it does not apply to the line of a rolling element, which depends on its spin.
+    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). The factor
+    `scale` converts both to per cent of the measured value; levels stay in dB. A stated 1 % of the cage ratio c is 1 %
+    of BPFO and c / (1 - c) % of BPFI; it does not apply to the line of a rolling element, which depends on its spin.
     """
     parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db

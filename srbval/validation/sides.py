@@ -69,8 +69,8 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
                 raise
             asked = "; ".join(str(question) for question in error.questions if question != BEARING_QUESTION)
             raise DataError(
-                f"{side} side, {error.subject} is incomplete: {asked}. Put the key into [{side}] of the case, or state "
-                f"it for one command, such as `srbval validate CASE.toml --set {side}.channel=NAME`."
+                f"{side} side, {error.subject}: this is missing: {asked}. Put the key into [{side}] of the case, or "
+                f"state it for one command, such as `srbval validate CASE.toml --set {side}.channel=NAME`."
             ) from None
         if side == "measured" and recording.origin is not Origin.MEASURED:
             raise ConfigurationError(
@@ -82,19 +82,19 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse the signals of one side, by default in the band that `analyse` chooses.
+    """Analyse the signals of one side and read the compared quantities.
 
-    Simulated files of a bearing other than the rig's are by default read in a band chosen from the signal.
+    The frequency band is chosen from the signal if `source` states `auto_band`, or if a simulated file of a bearing
+    other than the rig's states no band; otherwise `analyse` chooses the band as usual.
     """
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
         chosen = source.auto_band or (other and recording.band_hz is None)
-        analysis = analysis_once(recording, bearing, auto_band=bool(chosen))
+        analyses.append(analysis_once(recording, bearing, auto_band=bool(chosen)))
         ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
-        analyses.append(analysis)
-        values.append(read_quantities(analysis, state, order, QUANTITIES))
+        values.append(read_quantities(analyses[-1], state, order, QUANTITIES))
     return SideReading(analyses=tuple(analyses), values=tuple(values))
 
 
@@ -119,18 +119,19 @@ def run_scene(
 
 def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) -> Fault:
     """State of the bearing, from the pair or its recordings; `ConfigurationError` if unknown or contradictory."""
-    stated = {one.state: one for one in recordings if one.state is not None}
-    names = ", ".join(Path(one.file or one.name).name for one in recordings)
-    if pair_state is None and not stated:
+    stated = {one.state: Path(one.file or one.name).name for one in recordings if one.state is not None}
+    state = pair_state or next(iter(stated), None)
+    if state is None:
+        names = ", ".join(Path(one.file or one.name).name for one in recordings)
         raise ConfigurationError(
             f'{names}: the bearing state is not known; give the pair state = "outer", "inner", "roller" or "healthy".'
         )
-    state = pair_state if pair_state is not None else next(iter(stated))
-    if others := [one for own, one in stated.items() if own is not state]:
-        raise ConfigurationError(
-            f"{Path(others[0].file or others[0].name).name} states the bearing state {others[0].state}, but its pair "
-            f"has the state {state}: change the state of the pair, or put another file into the pair."
-        )
+    for other, name in stated.items():
+        if other is not state:
+            raise ConfigurationError(
+                f"{name} states the bearing state {other}, but its pair has the state {state}: change the state of the "
+                "pair, or put another file into the pair."
+            )
     return state
 
 
@@ -216,13 +217,16 @@ def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
         yield pair
         return
     if source.registered != RIG or source.file:
-        raise ConfigurationError(f"registered = {source.registered!r}: only {RIG!r} is possible, without the key file.")
+        raise ConfigurationError(
+            f"registered = {source.registered!r}: the only possible value is {RIG!r}, and the same side must not have "
+            "the key `file`."
+        )
     chosen: dict[tuple[Any, ...], RegisteredRecording] = {}
-    for entry in rig_recordings(listing(or_none=True).recordings):
+    for entry in sorted(rig_recordings(listing(or_none=True).recordings), key=lambda one: -(one.seconds or 0)):
         load = entry.radial_kn, entry.axial_kn or 0.0
         point = (entry.nominal_rpm, *load, entry.state is not Fault.HEALTHY, entry.state)
-        if None not in point and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
-            chosen[point] = entry
+        if None not in point and entry.seconds:
+            chosen.setdefault(point, entry)
     for _, entry in sorted(chosen.items(), key=lambda one: one[0]):
         used_for = "blind" if is_unopened(entry) else pair.used_for
         measured = dataclasses.replace(source, registered=None, file=(entry.file,))

@@ -36,7 +36,10 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairReading:
-    """Pair with its sides and a row for each quantity; `problem` is the reason if the simulated side is missing."""
+    """Pair of the case with its analysed sides and a row for each quantity.
+
+    `problem` is the reason of a failed simulation, because of which the simulated side is missing.
+    """
 
     number: int
     pair: CasePair
@@ -221,7 +224,7 @@ def _read_and_compare(
     problem = ""
     if scene is not None:
         if "measured" not in sides:
-            raise ConfigurationError("a scene runs at the speed of a measured record; name one in the pair.")
+            raise ConfigurationError("a scene is simulated at the speed of a measured record; add this to the pair.")
         try:
             sides = {"simulated": run_scene(scene, case, sides["measured"], state, progress=progress), **sides}
         except NumericsError as error:

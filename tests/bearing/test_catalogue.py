@@ -55,14 +55,10 @@ ORDERS_OF_9 = {"rolling_elements": 9, "bpfo": 3.6, "bpfi": 5.4, "bsf": 1.0, "ftf
 ELEMENTS = {"rolling_elements": 9, "element_diameter": "8 mm", "pitch_diameter": "39 mm", "contact_angle": "0 deg"}
 BAD = [
     (table("orders", **ORDERS_OF_9 | {"bpfi": 12.3}), "must be the number"),
-    (table("orders", **ORDERS_OF_9 | {"ftf": 41.0}), "ftf = 41.0 must be"),
-    (table("orders", rolling_elements=15, bpfo=6.2), "missing key"),
     (table("elements", **ELEMENTS | {"rolling_elements": -9}), "rolling_elements = -9 must be 1 or more"),
     (table("elements", **ELEMENTS | {"element_diameter": "0 mm"}), "must be positive"),
     (table("elements", **ELEMENTS | {"element_diameter": "nan mm"}), "element_diameter"),
     (table("elements", **ELEMENTS | {"element_diameter": "39 mm"}), "between 0 and 1"),
-    (table("elements", **ELEMENTS | {"element_diameter": 8}), "has no unit"),
-    (table("elements", rolling_elements=9, element_diametre="8 mm"), "did you mean"),
     ("", "exactly one"),
     (GEOMETRY + table("orders", **ORDERS_OF_9), "exactly one"),
     ("[elements", "not a valid TOML file"),
@@ -122,9 +118,6 @@ def test_a_search_looks_at_every_word():
     assert len(find_bearings("")) == len(known_bearings())
 
 
-OUTSIDE_ONLY = "is not known.*'s dimensions with bearing=.* or its orders with bearing="  # of the size
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -133,11 +126,9 @@ OUTSIDE_ONLY = "is not known.*'s dimensions with bearing=.* or its orders with b
         ("elements 9,4.1,283.62,10", "at least 25%"),
         ("elements 19;40.1;283.62;10", "4 numbers with commas"),
         ("orders 8.2,10.8,0.43,3.5", "between 0 and 1"),
-        ("orders 8.2,10.8,3.5,0.5", "bpfo divided by the rolling elements"),
         ("orders 3.585,5.415,4.713,0.398", r"bsf = 4.713 is impossible .* 2.357 times .* BSF is half of it"),
         ("orders 3.585,5.415,7.2,0.398", "is impossible with .* bpfi must be above bpfo"),
-        ("22230", OUTSIDE_ONLY),
-        ("24130", OUTSIDE_ONLY),
+        ("22230", "is not known.*'s dimensions with bearing=.* or its orders with bearing="),
     ],
 )
 def test_numbers_in_place_of_a_name_must_be_a_bearing(text, said):

@@ -1,36 +1,105 @@
 """The path to the sensor, identified on simulated truth; amplitudes of tones, levels and patterns of planted errors."""
 
-import dataclasses
 import math
+from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+import scipy.signal
 from scipy.special import chdtrc, ndtr
 
 from srbval import ConfigurationError, DataError, Origin, Recording, load_scene
-from srbval.bearing import Fault
+from srbval.arrays import FloatArray
+from srbval.bearing import Fault, load_bearing
+from srbval.models import outputs
+from srbval.models.run import Run
+from srbval.models.sensor import SensorFilter
+from srbval.models.simulate import Step, simulate
 from srbval.path import amplitudes
 from srbval.path import identify as module
 from srbval.path.amplitudes import LEVEL_BANDS, level_and_pattern, levels, mounting_scatter, pattern
-from srbval.path.identify import Pair, held_band, identify, join_bands, third_octaves
+from srbval.path.identify import Pair, default_band, identify, join_bands, third_octaves
+from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.recordings.registry import load_registered
-from tests.path.simulated_rig import (
-    BEARING,
-    FS_HZ,
-    GAINS,
-    LINE_HZ,
-    RATIO,
-    SECONDS,
-    SHAFT_HZ,
-    TRUE,
-    record_of,
-    simulated_rig,
-)
+from srbval.scene import SensorPath
 
+FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 14.3
+BEARING = load_bearing("skf-22240")
+LINE_HZ = BEARING.orders.bpfo * SHAFT_HZ
+GAINS = (0.5, 0.7, 1.0, 1.8, 1.2, 0.9, 2.0, 1.4, 0.8, 0.6)  # of third octaves from 398 to 3162 Hz
+RATIO = 4.0  # of cross to load
+MIDDLES_HZ = tuple(10 ** (n / 10) for n in range(26, 36))
+TRUE = SensorPath(frequency_hz=MIDDLES_HZ, load=GAINS, cross=tuple(RATIO * one for one in GAINS), source="known")
 NEAR_TRUE_DB = 0.2  # of gains: pulses here are far above the noise
 BIAS = 0.05  # of the ratio: what slip of a few tenths of a per cent takes from the sidebands
 BAND_HZ = (400.0, 3150.0)
+
+
+class SimulatedRig(NamedTuple):
+    """Input of an identification: an outer-race and an inner-race fault, each with the run that drives its path."""
+
+    outer: Pair
+    inner: Pair
+
+
+def simulated_rig(seed: int, *, noise: float = 0.02) -> SimulatedRig:
+    """Records behind the path `TRUE`, and runs with pulses that differ from the records' in phase and slip alone."""
+    random, pairs = np.random.default_rng(seed), []
+    for state in (Fault.OUTER, Fault.INNER):
+        record = record_of(state.code, state, behind(pulses(random, state), TRUE) + background(random, noise))
+        pairs.append(Pair(record=record, run=run_with(state, pulses(random, state))))
+    return SimulatedRig(*pairs)
+
+
+def pulses(random: np.random.Generator, state: Fault) -> FloatArray:
+    """Accelerations [n, 3] of a ring with one pulse per passage and slip of 0.3 % of the spacing.
+
+    A defect of the inner race turns through the load zone, which reaches 90 degrees to either side.
+    """
+    rate_hz = state.line_order(BEARING.orders) * SHAFT_HZ
+    times = random.uniform(0, 1 / rate_hz) + np.cumsum(1 + 0.003 * random.standard_normal(400)) / rate_hz
+    times = times[times < SECONDS]
+    angle = 2 * math.pi * SHAFT_HZ * times if state is Fault.INNER else np.zeros(times.size)
+    strength = np.maximum(np.cos(angle), 0.0)
+    train = np.zeros((round(SECONDS * FS_HZ), 3))
+    at = (times * FS_HZ).astype(int)
+    train[at, 0], train[at, 1] = strength * np.sin(angle), -strength * np.cos(angle)  # the load pushes along -y
+    shape = 30 * np.diff(scipy.signal.windows.hann(9))  # a force of half a millisecond, as a change of velocity
+    return scipy.signal.oaconvolve(train, shape[:, None], axes=0)[: len(train)]
+
+
+def background(random: np.random.Generator, noise: float) -> FloatArray:
+    """Noise behind the path."""
+    return behind(noise * random.standard_normal((round(SECONDS * FS_HZ), 3)), replace(TRUE, cross=TRUE.load))
+
+
+def behind(acceleration: FloatArray, path: SensorPath) -> FloatArray:
+    """Signal [n] of a sensor behind the path, from the accelerations [n, 3] of a ring under a load along -y."""
+    return SensorFilter(path, FS_HZ, -math.pi / 2).add(acceleration)
+
+
+def record_of(name: str, state: Fault, samples: FloatArray) -> Recording:
+    """A record of one channel whose samples are means over their intervals, as those of a run."""
+    speed = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.001, source=SpeedSource.TACHOMETER)
+    own = {"name": name, "state": state, "speed": speed, "channels": {"a": samples}, "channel": "a"}
+    return Recording(origin=Origin.SIMULATED, interval_means=True, fs_hz=FS_HZ, unit="m/s2", **own)
+
+
+@cache
+def _rolling(state: Fault) -> Run:
+    changes = {"defect": {"kind": state}, "shaft_speed": f"{60 * SHAFT_HZ} rpm", "duration": f"{SECONDS} s"}
+    return simulate(load_scene("rig", {"model": "kinematic"} | changes), step=Step.UNCHECKED)
+
+
+def run_with(state: Fault, acceleration: FloatArray) -> Run:
+    """A run of pure rolling with these accelerations of its ring, [n, 3]."""
+    run = _rolling(state)
+    out = run.out.copy()
+    out[:, outputs.ACCELERATION_XYZ] = acceleration
+    return replace(run, out=out)
 
 
 @pytest.fixture(scope="module")
@@ -89,8 +158,8 @@ def test_sidebands_of_the_inner_race_alone_determine_the_ratio(rig):
 
 
 def test_without_a_band_the_path_ends_where_the_slowest_record_does(rig):
-    slow = dataclasses.replace(rig.outer.record, fs_hz=4096.0)
-    (low, high), why = held_band([rig.outer.record, slow])
+    slow = replace(rig.outer.record, fs_hz=4096.0)
+    (low, high), why = default_band([rig.outer.record, slow])
     assert (low, max(third_octaves((low, high)))) == (400.0, pytest.approx(1585, rel=0.01))
     assert "limited to the range of record and run" in why
 
@@ -98,7 +167,7 @@ def test_without_a_band_the_path_ends_where_the_slowest_record_does(rig):
 def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig, found):
     """A healthy record with half of the faulty one's amplitude has a quarter of its power: sqrt(3/4) of the gains."""
     samples = {"a": 0.5 * rig.outer.record.channels["a"]}
-    healthy = dataclasses.replace(rig.outer.record, name="H", state=Fault.HEALTHY, channels=samples)
+    healthy = replace(rig.outer.record, name="H", state=Fault.HEALTHY, channels=samples)
     less = identify(rig.outer, rig.inner, bearing=BEARING, healthy=healthy).path
     assert np.array(less.load) / found.path.load == pytest.approx(0.75**0.5, rel=0.01)
 
@@ -126,7 +195,7 @@ def test_the_bundled_path_is_what_the_rigs_two_records_give(recordings_dir):
 
 def test_records_that_cannot_be_used_are_refused(rig):
     def changed(**changes: object) -> Pair:
-        return dataclasses.replace(rig.outer, record=dataclasses.replace(rig.outer.record, **changes))
+        return replace(rig.outer, record=replace(rig.outer.record, **changes))
 
     for pair, error, said in (
         (changed(unit="g"), DataError, "m/s2 is needed"),
@@ -152,7 +221,7 @@ COVARIANCE = COMMON_DB**2 * np.ones((BANDS, BANDS)) + OWN_DB**2 * np.eye(BANDS)
 
 
 def made(samples: np.ndarray, state: Fault = Fault.OUTER) -> Recording:
-    return dataclasses.replace(record_of("made", state, samples), origin=Origin.STAND_IN)
+    return replace(record_of("made", state, samples), origin=Origin.STAND_IN)
 
 
 def test_a_tone_has_its_level_in_its_third_octave_alone():
@@ -203,10 +272,10 @@ def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing():
     assert abs(value.value - 3.0) < 2 * value.ci95
     assert 0 < value.ci95 < 0.4
     assert sum(value.present for value in levels(one, other).values()) <= 1
-    louder = dataclasses.replace(one, channels={"a": 1.4 * one.channels["a"]})
+    louder = replace(one, channels={"a": 1.4 * one.channels["a"]})
     assert sum(value.present for value in levels(louder, other).values()) > 10
     with pytest.raises(ConfigurationError, match="no shaft speed"):
-        pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
+        pattern(replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
 
 
 def test_the_total_of_two_records_is_the_sum_of_their_powers():
@@ -257,7 +326,7 @@ def planted_pair(random: np.random.Generator, scatter_db: float) -> list[SimpleN
 
 def test_without_a_quieter_band_the_prior_remains():
     quiet = made(np.random.default_rng(1).standard_normal(TIME_S.size))
-    loud = dataclasses.replace(quiet, channels={"a": 10.0 * quiet.channels["a"]})
+    loud = replace(quiet, channels={"a": 10.0 * quiet.channels["a"]})
     found = mounting_scatter([(loud, quiet)], prior_db=2.0)
     assert (found["quieter"], found["bands"]) == (0, len(LEVEL_BANDS))
     assert found["scatter_db"] == pytest.approx(2.0 * np.sqrt(2 / np.pi), rel=0.01)  # mean of the half-normal prior

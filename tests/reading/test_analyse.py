@@ -7,7 +7,7 @@ import pytest
 
 from srbval import Analysis, ConfigurationError, DataError, analyse, load_bearing, simulate, write_run
 from srbval.bearing import DEFECTS, Fault
-from srbval.comparison.counterpart import SimulationCase, analyse_run
+from srbval.comparison.counterpart import SimulationCase, analyse_run, compute_line_order
 from srbval.diagnosis.fault_verdict import Finding, fault_verdict
 from srbval.reading.analyse import analysis_once
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, band_kurtogram, declared_band
@@ -310,12 +310,13 @@ def test_the_model_s_roller_and_cage_are_read_from_its_vibration():
     run = simulate(scene)
     side = analyse_run(SimulationCase(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
     line, shaft_hz = side.analysis.line("2xBSF"), scene.shaft_hz
+    order = compute_line_order(run, Fault.ROLLER, BEARING)
     assert line.detected
-    assert abs(line.found_hz - side.line_order * shaft_hz) <= line.ci95_hz
+    assert abs(line.found_hz - order * shaft_hz) <= line.ci95_hz
     assert line.ci95_hz < 1e-3 * line.found_hz
     assert abs(line.sideband_hz - run.cage_ratio * shaft_hz) <= line.sideband_ci95_hz
     assert line.sideband_ci95_hz < 0.01 * line.sideband_hz
     assert all(side.analysis.line(name).detected for name in ("2xBSF-FTF", "2xBSF+FTF"))
     # Three contact circles of different radii: the roller turns faster than its middle circle alone would have it.
-    assert 1.01 < side.line_order / (2 * BEARING.orders.bsf) < 1.03
+    assert 1.01 < order / (2 * BEARING.orders.bsf) < 1.03
     assert run.cage_ratio == pytest.approx(BEARING.orders.ftf, rel=0.005)

@@ -9,8 +9,8 @@ from srbval import ConfigurationError, Recording
 from srbval.bearing import Fault
 from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, locked_levels
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
-from tests.path import simulated_rig
-from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
+from tests.path.test_path import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
+from tests.path.test_path import pulses as ring_pulses
 from tests.signal.test_envelope import bandpass
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
@@ -28,7 +28,7 @@ def gated(random: np.random.Generator, rms: float) -> np.ndarray:
 
 def pulses(random: np.random.Generator) -> np.ndarray:
     """Half a millisecond of force once per passage, with slip of 0.3 % of the spacing."""
-    return -simulated_rig.pulses(random, Fault.OUTER)[:, 1]
+    return -ring_pulses(random, Fault.OUTER)[:, 1]
 
 
 def tone(amplitude: float) -> np.ndarray:

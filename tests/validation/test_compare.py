@@ -120,13 +120,6 @@ def test_the_run_s_own_speed_gives_the_model_s_cage():
     assert cage_ratio_of_order(Fault.OUTER, 8.17, 19) == of_inner  # one cage, both races
 
 
-def test_a_simulation_from_outside_without_repeats_or_statement_has_an_error_and_no_verdict():
-    table = outside([analysis(found_hz=108.4)], [analysis()])
-    assert set(table["verdict"]) == {Verdict.INSUFFICIENT}
-    assert table.loc["BPFI", "error"] == pytest.approx(100 * (108.4 / 108.2 - 1))
-    assert table["uncertainty"].isna().all()
-
-
 def test_a_stated_uncertainty_of_the_cage_widens_the_inner_race_line_by_less():
     """1 % of c is c / (1 - c) % of BPFI, 0.76 % here, with the opposite sign."""
     table = outside([analysis()], [analysis()], uncertainty=Tolerance(cage_pct=0.3))

@@ -89,16 +89,12 @@ def test_a_bearing_may_stand_in_the_case():
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('title = "A model', 'tilte = "A model', "unknown key 'tilte'; did you mean 'title'"),
         ("cage_pct = 0.1", "cage_pct = -0.1", "tolerance cage_pct = -0.1 must be above 0"),
         ("band_hz = [500, 1500]", "band_hz = [1500, 500]", "the second edge must be above the first"),
         ('channel = "DE"', 'chanel = "DE"', "measured: unknown key 'chanel'; did you mean 'channel'"),
-        ('state = "outer"\nmeasured', 'state = "outter"\nmeasured', "did you mean 'outer'"),
         ('used_for = "blind"', 'used_for = "fun"', "must be one of fit, withheld, blind"),
         ('bearing = "skf-6205"', 'bearing = "skf-6250"', "bearing 'skf-6250' is not known"),
         ('bearing = "skf-6205"', 'bearing = "skf-6205"\norders = { bpfo = 1 }', "not several"),
-        ("[[pair]]", "[[paar]]", "unknown key 'paar'; did you mean 'pair'"),
-        ('unit = "m/s2"', 'unit = "furlong"', "unit 'furlong' is not known"),
     ],
 )
 def test_what_is_wrong_is_said(file, old, new, said):
@@ -322,7 +318,7 @@ def another_impulse_model(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
     values = read_quantities(analysis, state, order, sides.QUANTITIES)
     run = SimpleNamespace(cage_ratio=CAGE)
-    return AnalysedRun(case=None, run=run, analysis=analysis, line_order=order, values=values)
+    return AnalysedRun(case=None, run=run, analysis=analysis, values=values)
 
 
 def shipped_case(folder: Path, counterpart: Any = another_impulse_model) -> Validation:

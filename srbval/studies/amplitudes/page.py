@@ -18,7 +18,10 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def unexplained(tests: Rows, locked: Rows) -> str:
-    """Sentence on records whose level error (`tests`) is too large for chance; `locked`: their errors in each band."""
+    """Sentence on the records whose level error is too large for chance, by the probability `level_p` in `tests`.
+
+    `locked` contains the errors of each record in each band.
+    """
     far = [one["record"] for one in tests if one["level_p"] < CHANCE / len(tests)]
     if not far:
         return "In no record does the level common to all bands deviate by more than the uncertainty."

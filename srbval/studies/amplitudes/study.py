@@ -1,12 +1,9 @@
 """Amplitudes at the sensor, simulated with the scene `rig` and compared with the rig's records.
 
-The vibration path from ring to sensor has in each third octave a gain along the load and a gain across it. The gains
-are identified from the fault-locked power (the part that repeats with the fault's passages) of record OR 877 (outer
-race, 877 rpm), their ratio from the sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all
-others of the six records ``withheld``: known, but not fitted. Compared are, in each third octave, the fault-locked
-power and the total level, and the harmonics of the fault's line. The simulated total level includes the power of the
-measured healthy record; the level of the healthy record alone is stated beside it. Lines of roller passages, which
-healthy bearings also have, are removed from records and runs.
+The gains of the vibration path from ring to sensor are identified from the fault-locked power (the part that repeats
+with the fault's passages) of record OR 877 (outer race, 877 rpm), the ratio of the gains along and across the load from
+the sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all others of the six records
+``withheld``: known, but not fitted. The simulated total level includes the power of the measured healthy record.
 
 A case of the sweep simulates all records with one set of inputs and identifies the path again, so that common errors of
 run and path cancel. The sets are the scene's own inputs, the same with a finer step and more slices of each roller, and
@@ -100,7 +97,7 @@ def _load(state: Fault, rpm: float) -> Recording:
 
 
 def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
-    """Scenes of a case of the sweep, one for each record: the record's speed and defect position, the case's inputs."""
+    """Make the scenes of a case, one for each record: its speed and defect position, with the inputs of the case."""
     found, inputs = [], case["inputs"]
     for place, one in enumerate(rig_records()):
         changes = CHANGES.get(inputs) or {}
@@ -114,7 +111,10 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Levels at the sensor with the path identified from these runs; nominal case: half widths due to the path too."""
+    """Compute the levels at the sensor behind the path that is identified from the runs `attempts`.
+
+    The nominal case also gets their half widths due to the uncertainty of the path.
+    """
     for one in attempts:
         if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")

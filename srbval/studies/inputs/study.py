@@ -1,13 +1,12 @@
 """Effects of uncertain inputs of the scenes `paper` and `rig` on all compared quantities and on the cage ratio.
 
-All inputs of a scene are drawn together; all records share the draws, so that common effects cancel in the difference
-between two records. The spread is the input uncertainty of ASME V&V 20. Each input is also varied alone. For the
-verdicts on the cage ratio the draws are run at every record's speed, for the uncertainty of other quantities at
-`NOMINAL_RPM`. The scene `paper` gets so many contact points that results do not depend on the start of a run.
+All inputs of a scene are drawn together, and each is also varied alone. For the verdicts on the cage ratio the same
+draws are run at every record's speed, for the uncertainty of other quantities at `NOMINAL_RPM`. The scene `paper` gets
+so many contact points that results do not depend on the start of a run. Theory: "The model's value".
 
 How often the verdicts detect an error is counted on simulated rigs. A simulated rig has the registered records with
-their uncertainties. Its true cage ratios are those of the scene `rig` at one random draw, unknown to the verdict, with
-an error planted in one compared value. Signals are not simulated.
+their uncertainties. Its true cage ratios are those of the scene `rig` at one random draw, with an error planted in one
+compared value. Signals are not simulated.
 """
 
 import math

@@ -84,7 +84,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
-    """From the working runs: answers to the questions of `srbval plan` by defect, wall time per simulated second."""
+    """Answer the questions of `srbval plan` by defect from the successful runs; median wall time per simulated s."""
     runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}
@@ -130,7 +130,7 @@ def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
 
 
 def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
-    """Describe a base scene of the study: reference, ranges, models, their time per simulated second, its values."""
+    """Describe a base scene of the study: reference, ranges, models with their wall time, settings of the scene."""
     base, own = BASES[name], table[(table.base == name) & (table.model != REFERENCE)]
     return {
         "reference": base.reference,

@@ -38,7 +38,7 @@ class KnownRecord:
     specimen: str
 
     def load(self) -> tuple[Recording, Bearing]:
-        """Return the record, its state removed, and its bearing; if `entry` names a channel, only this channel."""
+        """Return the record without its state, and its bearing; with one channel only if the settings name one."""
         recording = dataclasses.replace(load_entry(self.entry), state=None)
         channel = self.entry.settings and self.entry.settings.channel
         if channel:

@@ -1,4 +1,4 @@
-"""Synthetic records: combs with a known frequency, and backgrounds without a bearing fault."""
+"""Synthetic records: combs (lines with harmonics) of known frequency, and backgrounds without a bearing fault."""
 
 import math
 

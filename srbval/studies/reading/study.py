@@ -43,7 +43,7 @@ LEVEL, CHANCES = 0.01, {"noise": "noise_false_alarm", "rank": "placebo_false_ala
 
 
 def accuracy(seconds: float, snr_db: float, jitter: float, combs: int = COMBS) -> Row:
-    """Accuracy of the frequency read in `combs` random combs of one length, noise level and jitter.
+    """Accuracy of the line frequency read in `combs` random records of one length, noise level and jitter.
 
     All values but `detected` refer to detected lines, since only these have a stated frequency. The Cramer-Rao bound
     includes noise alone. `ci95_over_error`: median 95 % half width over 1.96 times the root-mean-square error.

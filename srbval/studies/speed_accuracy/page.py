@@ -21,7 +21,10 @@ MIN_DRAWN_ERROR = 1e-6  # smaller errors are drawn at this value
 
 
 def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> PanelData:
-    """Draw errors over CPU time by scene and solver; hollow: refused by `simulate`; ring: default solver and step."""
+    """Draw errors over CPU time by scene and solver, with the paper's time `paper_s` per simulated second in the title.
+
+    Filled markers are runs that `simulate` accepts, hollow ones are not; a ring marks the default solver and step.
+    """
     runs = runs.assign(series=runs.get("series", runs["solver"]), line_pct=100 * runs["cage_error"].astype(float))
     runs = runs.assign(level_db=runs["band_rms_error_db"].astype(float).abs()).astype({COST: float})
     scenes = [scene for scene in CHART_SCENES if scene in set(runs["scene"])] or list(runs["scene"].unique())
@@ -36,14 +39,17 @@ def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s)
         column[0].set_title(CHART_SCENES.get(scene, scene), fontsize=8.5, loc="left")
         column[0].set_title(f"the paper: {paper_s:,.0f} s →", fontsize=8.5, loc="right", color=VERMILION)
         column[1].set_xlabel("Processor s per simulated s")
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=7, frameon=False, fontsize=7.5)
+    named = figure.axes[0].get_legend_handles_labels()
+    figure.legend(*named, loc="outside lower center", ncols=7, frameon=False, fontsize=7.5)
     keys = ("scene", "series", "dt_s", COST, *ERRORS, "noise_floor", "status")
     return figure, {key: runs[key].to_list() for key in keys if key in runs}
 
 
 def _draw_errors(axes: Any, runs: pd.DataFrame, error: str, looks: Mapping[str, tuple[str, str]]) -> None:
-    """Draw one error of a scene's runs over their CPU time; runs without values are listed at the right."""
+    """Draw one error of a scene's runs over their CPU time, and their Pareto front; `looks`: marker, colour by series.
+
+    Runs without values are named, with their status, at the right edge.
+    """
     known = runs[COST].notna() & (runs["level_db"].notna())
     for series, line in runs[known].groupby("series", sort=False):
         (mark, colour), height = looks[str(series)], line[error].clip(lower=MIN_DRAWN_ERROR)

@@ -1,6 +1,6 @@
 """Report page: largest stable step of each solver over speed and scene, and tests of two claims of the paper."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import cycle
 from typing import Any
 
@@ -22,7 +22,10 @@ RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # in the tile: speed of the paper
 
 
 def chart(limits: pd.DataFrame) -> PanelData:
-    """Draw steps per second at the largest stable step over speed; dashed: predicted limit without friction."""
+    """Draw steps per second at the largest stable step over speed, and the predicted limit without friction (dashed).
+
+    Speeds at which no tried step is stable are crosses at the upper edge.
+    """
     figure, names = new_figure(SIZE_INCHES), list(limits["scene"].unique())
     limits = limits.assign(series=limits.get("series", limits["solver"])).astype(dict.fromkeys(LIMITS, float))
     looks = dict(zip(limits["series"].unique(), cycle(SERIES), strict=False))
@@ -39,8 +42,8 @@ def chart(limits: pd.DataFrame) -> PanelData:
         axes.minorticks_off()
         axes.set_title(SCENES.get(name, name), fontsize=7.5)
     figure.axes[0].set_ylabel("Least steps per second")
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=7, frameon=False, fontsize=7)
+    named = figure.axes[0].get_legend_handles_labels()
+    figure.legend(*named, loc="outside lower center", ncols=7, frameon=False, fontsize=7)
     return figure, {key: limits[key].to_list() for key in ("scene", "series", "rpm", *LIMITS)}
 
 
@@ -56,21 +59,13 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
     """Summary for the report: largest stable steps of the default and the paper's solver at the paper's speed."""
     words: dict[str, Any] = {"default": DEFAULT, "ode4": PAPERS}
+    at_rpm = [one for one in content["limits"] if one["rpm"] == RPM]
+    largest_s = {(one["scene"], one["solver"]): one["largest_stable_dt_s"] or 0.0 for one in at_rpm}
     for name, solver in tuple(words.items()):
-        *paper, rig = (longest(content["limits"], scene, solver) for scene in SCENES)
-        words |= {f"{name}_paper": step(min(paper)), f"{name}_rig": step(rig)}
+        *paper, rig = (largest_s.get((scene, solver), 0.0) for scene in SCENES)
+        for scene, step_s in (("paper", min(paper)), ("rig", rig)):
+            words[f"{name}_{scene}"] = f"1/{1 / step_s:.0f} s" if step_s else "none"
     return prose.callout("tile", tone=Tone.NEUTRAL, rpm=RPM, **words, finest=max(content["steps_per_s"]))
-
-
-def longest(limits: Sequence[Mapping[str, Any]], scene: str, solver: str) -> float:
-    """Largest stable step [s] at the paper's speed, `RPM`; 0 if no tried step is stable."""
-    own = [one for one in limits if (one["scene"], one["solver"], one["rpm"]) == (scene, solver, RPM)]
-    return max((one["largest_stable_dt_s"] or 0.0 for one in own), default=0.0)
-
-
-def step(seconds: float) -> str:
-    """Text of a step as a fraction of a second, such as ``1/61440 s``."""
-    return f"1/{1 / seconds:.0f} s" if seconds else "none"
 
 
 PAGE = study_page(

@@ -41,7 +41,7 @@ def scene_of(case: Case) -> Scene:
 
 
 def measure(_: Case, own: Attempt) -> Row:
-    """Quantities of a run; `points_per_step` is the number of inner-race points that pass a roller in one step."""
+    """Quantities of a run; `points_per_step`: contact points of an inner-race circle that pass a roller in a step."""
     scene, bearing = own.scene, load_bearing(own.scene.bearing)
     passing_hz = bearing.orders.at(scene.shaft_hz).bpfi_hz / bearing.rolling_elements
     return {
