@@ -28,7 +28,7 @@ from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
 from srbval.progress import Progress, silent
-from srbval.recordings.registry import CAMPAIGN_JSON, RESULTS_FOLDER
+from srbval.recordings.manifest import CAMPAIGN_JSON, RESULTS_FOLDER
 from srbval.storage.files import atomic_write, remove_unfinished
 from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
 from srbval.storage.json_files import parse_json, to_json

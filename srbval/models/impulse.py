@@ -137,7 +137,8 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
 def _move_mass(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:
     """Velocity [m/s], [n, 2], of a mass on a spring and a damper (2 x 2 matrices) under a `force` of n samples, [n, 2].
 
-    The force is linear between samples. Each mode is computed alone: coupling by damping is neglected.
+    The force is linear between samples (first-order hold; Franklin, Powell & Workman, Digital Control of Dynamic
+    Systems, 3rd ed., pp. 204-206). Each mode is computed alone: coupling by damping is neglected.
     """
     from scipy.linalg import expm
     from scipy.linalg.blas import dtbsv

@@ -69,9 +69,7 @@ def band_pass(
 
 
 @lru_cache(maxsize=16)
-def _responses(
-    fs_hz: float, band_hz: tuple[float, float], count: int
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[ComplexArray, ...]:
     """Tables of `band_pass` for `count` samples: powers of the poles, decay of each state, spectrum of the response."""
     poles, weights, gain = _one_pole_filters(fs_hz, band_hz)
     powers = poles[:, None] ** np.arange(count + 1)
@@ -85,7 +83,7 @@ def _one_pole_filters(fs_hz: float, band_hz: tuple[float, float]) -> tuple[Compl
     """Poles and weights of the one-pole filters whose sum is a Butterworth band-pass, and the gain of its first sample.
 
     Bilinear transform with corrected band edges of the analogue filter (Oppenheim & Schafer, Discrete-Time Signal
-    Processing, ch. 7; quoted from memory), then expansion in partial fractions.
+    Processing, ch. 7), then expansion in partial fractions.
     """
     rate, angle = 2 * fs_hz, np.pi / 2 * (1 + np.arange(1, 2 * BAND_FILTER_ORDER, 2) / BAND_FILTER_ORDER)
     low, high = rate * np.tan(np.pi * np.array(band_hz) / fs_hz)

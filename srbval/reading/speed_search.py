@@ -263,8 +263,7 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     angle = ShaftAngle.from_speed(speed.value_hz * share, DRIFT_STEPS / part_s)
     return Tracking(
         why=f"the shaft drifts by {100 * (share.min() - 1):+.2g} to {100 * (share.max() - 1):+.2g} % about its mean "
-        "speed within the record, as the combs of its parts show: lines are read at even shaft angles about the "
-        "stated speed",
+        "speed within the record, by its parts' combs: lines are read at even shaft angles about the stated speed",
         drift_bins=angle.drift_bins(bearing.orders.bpfi),
         course=angle,
         mean_hz=speed.value_hz,

@@ -25,11 +25,12 @@ from srbval.storage.tables import build
 MANIFEST_SCHEMA = 1
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
+CAMPAIGN_JSON, RESULTS_FOLDER = "srbval-campaign.json", "cases"  # file and folder within a campaign's folder
 OUTPUT_MARK_BYTES = 1000
 # Output of srbval: its name, a file that identifies its folder by a mark, and the names of its parts in the folder.
 OWN_OUTPUT = (
     ("report", "report.html", b'<meta name="generator" content="srbval', ("report.pdf", "report.json", "figures")),
-    ("campaign", "srbval-campaign.json", b'"campaign"', ("results.csv", "lock", "cases")),
+    ("campaign", CAMPAIGN_JSON, b'"campaign"', ("results.csv", "lock", RESULTS_FOLDER)),
 )
 
 

@@ -17,6 +17,8 @@ from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import load_recording, recording_from_run, with_settings
 from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.manifest import (
+    CAMPAIGN_JSON,
+    RESULTS_FOLDER,
     EntriesByFile,
     FileStatus,
     RegisteredRecording,
@@ -38,7 +40,6 @@ from srbval.storage.installation import shipped_folder
 MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
 RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the program
-CAMPAIGN_JSON, RESULTS_FOLDER = "srbval-campaign.json", "cases"  # file and folder within a campaign's folder
 TIMEOUT_S = 30
 MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()

@@ -5,15 +5,17 @@ import math
 
 import numpy as np
 import pytest
+import scipy.signal
 
 from srbval.errors import DataError
+from srbval.models.impulse import _move_mass
 from srbval.models.run_file import scene_dict
-from srbval.models.sensor import FILTER_S, BandLevels, SensorFilter, along_sensor
+from srbval.models.sensor import BAND_FILTER_ORDER, FILTER_S, BandLevels, SensorFilter, along_sensor, band_squares
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.path.identify import path_toml
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import load_recording, recording_from_run
-from srbval.scene import SENSOR_ANGLE_RAD, SensorPath, load_scene, paper_scene, parts_along_sensor
+from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, load_scene, paper_scene, parts_along_sensor
 
 FS_HZ = 20480.0
 TIME_S = np.arange(40960) / FS_HZ
@@ -39,6 +41,30 @@ def test_a_tone_counts_in_its_band_alone(band, frequency_hz):
     rms = levels.rms()
     assert rms[band] == pytest.approx(math.sqrt(2), rel=STARTS)
     assert all(value < 0.25 for name, value in rms.items() if name != band)
+
+
+@pytest.mark.parametrize("fs_hz", [5800.0, FS_HZ, 245_760.0])
+@pytest.mark.parametrize("band", BANDS_HZ)
+def test_band_filters_are_those_of_scipy(band, fs_hz):
+    """The causal filter in pieces, and the filter forward and backward."""
+    samples, levels = 1 + np.random.default_rng(2).standard_normal(3000), BandLevels(fs_hz=fs_hz)
+    for part in np.array_split(samples, 7):
+        levels.add(part)
+    sections = scipy.signal.butter(BAND_FILTER_ORDER, BANDS_HZ[band], "bandpass", fs=fs_hz, output="sos")
+    assert levels.squares[band] == pytest.approx(np.sum(scipy.signal.sosfilt(sections, samples) ** 2), rel=1e-10)
+    expected = scipy.signal.sosfiltfilt(sections, samples) ** 2
+    found = band_squares(samples, fs_hz, BANDS_HZ[band])
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * expected.max())
+
+
+def test_a_mass_moves_as_the_differential_equation_says():
+    """Against scipy's `lsim`, exact for a force that is linear between samples."""
+    force, time_s = np.random.default_rng(3).standard_normal((2000, 2)), np.arange(2000) / FS_HZ
+    found = _move_mass(paper_scene(output_rate_hz=FS_HZ), 50.0, np.diag([4e8, 9e8]), np.diag([2e4, 1e4]), force)
+    for axis, (stiffness, damping) in enumerate(((4e8, 2e4), (9e8, 1e4))):
+        motion = np.array([[0.0, 1.0], [-stiffness / 50, -damping / 50]]), [[0.0], [1 / 50]], [[0.0, 1.0]], [[0.0]]
+        _, expected, _ = scipy.signal.lsim(motion, force[:, axis] - force[0, axis], time_s)
+        np.testing.assert_allclose(found[:, axis], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(("direction", "axis"), [(0, 1), (1, 0)])
