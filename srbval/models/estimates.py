@@ -7,7 +7,7 @@ ERROR_TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relat
 FINER_STEP_MARGIN = 1.0  # standard errors by which an error must exceed its tolerance before a finer step is chosen
 TAIL_PROBABILITY = 0.025  # probability, on either side, that an error exceeds its tolerance by chance alone
 LEAST_T = 1.9  # standard errors; Student's t at this probability is 1.96 or more
-MIN_DEGREES_OF_FREEDOM = 0.1  # of Student's t, for a single block, which has no scatter
+MIN_DEGREES_OF_FREEDOM = 0.1  # of Student's t distribution, if one block contains all of a quantity
 ORDER_UNCERTAINTY = 0.2  # relative, of an estimate: at second order the error would be 16/15 d, not 4/3 d
 REFINEMENT = 4  # an error is estimated by comparison with steps so many times finer
 MAX_REMAINING_SHARE = 0.5  # finer steps help if less than this share of an error remains with a quarter of the step
@@ -19,8 +19,8 @@ class Estimate:
     """Estimated relative `error` of one result due to the time step, and `scatter`, the standard error of the estimate.
 
     `of`: name of the result, such as "drive power"; `kind`: its kind, which has a tolerance in `ERROR_TOLERANCE`;
-    `blocks`: number of equal parts of the run, from whose differences `scatter` is computed; less if the quantity is
-    concentrated in a few of them.
+    `blocks`: effective number of blocks (equal parts of the run) from whose differences `scatter` is computed. It is
+    below `BLOCKS` if a few blocks contain most of the quantity.
     """
 
     kind: str
@@ -61,8 +61,8 @@ class Estimate:
 class StepError:
     """Estimated errors due to the solver's time step: of mean cage speed, drive power and RMS of vibration by band.
 
-    `energy`: part of the energy imbalance that finer steps would remove, over the dissipated energy; NaN if unknown.
-    `stalled`: true if finer steps were tried and did not reduce the errors.
+    `energy`: energy that the balance of a run misses because of the step, divided by the dissipated energy; NaN if
+    unknown. `stalled`: true if finer steps were tried and did not reduce the errors.
     """
 
     step_s: float
@@ -86,7 +86,7 @@ class StepError:
         return tuple(estimate for estimate in self.estimates if estimate.undecided)
 
     def improves_on(self, coarser: "StepError") -> bool:
-        """True if at least one error above tolerance in `coarser` fell below `MAX_REMAINING_SHARE` of its value."""
+        """True if at least one error above tolerance in `coarser` fell to less than `MAX_REMAINING_SHARE` of it."""
         return any(
             abs(own.error) < MAX_REMAINING_SHARE * abs(theirs.error)
             for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
@@ -95,7 +95,7 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is 100 % or more; the settled state from which the errors were estimated is then wrong."""
+        """True if an error is 100 % or more: the state in which the compared simulations begin is then wrong too."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":

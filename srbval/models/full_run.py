@@ -26,7 +26,7 @@ from srbval.scene import Scene
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FullRun:
-    """Run in progress: its state, and the solver's `memory` of the preceding step; `advance` updates both in place."""
+    """Run in progress; `advance` updates the `state`, and `memory`, the change of speeds that imex2 predicts."""
 
     model: Parameters
     method: Method
@@ -41,7 +41,7 @@ class FullRun:
         return 1 / (self.output_rate_hz * self.steps_per_output)
 
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
-        """Integrate `intervals` output intervals from number `first`.
+        """Integrate `intervals` output intervals, beginning with the interval number `first` of the run.
 
         `per_detail`: number of intervals from one output of spins and loads of the rollers to the next, 0 for none.
         """
@@ -75,7 +75,7 @@ class FullRun:
 
 
 def start_full_run(scene: Scene, bearing: Bearing) -> FullRun:
-    """Prepare a run from static balance; raises `ConfigurationError` for a scene that the model cannot simulate."""
+    """Prepare a run in static balance; raises `ConfigurationError` for a scene that the model cannot simulate."""
     level = level_of(scene.model)
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)
@@ -111,33 +111,29 @@ def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[in
         with stats.timed():
             steps = run.advance(first, count, per_detail if first >= settle else 0)
         yield first, steps
-    if scene.oil is not None:
-        stats.figures |= films_at_end(scene, stats.bearing, run, whole)
-    if scene.bodies.free_rollers:
-        stats.figures["free_rollers"] = rollers_at_end(run, whole)
+    if scene.oil is not None or scene.bodies.free_rollers:
+        stats.figures |= slices_figures(scene, stats.bearing, run, whole)
 
 
-def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """Oil-film thickness after `whole` output intervals, for `film_um` and `lambda_min` of `RunSummary`."""
-    from srbval.models.slices import films_m  # the only model with oil
+def slices_figures(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
+    """Compute the fields of `RunSummary` for oil films and free rollers, from the state after `whole` intervals."""
+    from srbval.models.slices import MIN_LOAD_SHARE, films_m  # the only model with either
 
+    found: dict[str, Any] = {}
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)
-    cage_rad_s = float(run.state[layout_of(run.state).shaft_cage_rate][0])
-    middle, least = films_m(scene, geometry_of(bearing), run.model, load_n, cage_rad_s)
-    assert scene.oil is not None
-    films = {"min": 1e6 * float(least.min()), "mean": 1e6 * float(middle.mean())}
-    return {"film_um": films, "lambda_min": float(least.min()) / scene.oil.roughness_m}
-
-
-def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
-    """Results after `whole` output intervals for rollers that tilt and slide axially: `RunSummary.free_rollers`."""
-    from srbval.models.slices import MIN_LOAD_SHARE  # the only model with free rollers
-
-    load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n[0].sum(axis=1).reshape(2, -1)
-    carries = load_n.T.ravel() > MIN_LOAD_SHARE * load_n.max()  # in the order of the slots
-    tilt, shift, skew = (
-        float(np.abs(run.model.scratch.space[int(row) :][: load_n.size][carries]).max(initial=0.0))
-        for row in (col.TILT_SINE, col.SHIFT_ALONG, col.SKEW_MOMENT)
-    )
-    share = float(load_n[0].sum() / load_n.sum()) if load_n.any() else math.nan
-    return {"tilt_mrad": 1e3 * tilt, "shift_um": 1e6 * shift, "skew_nm": skew, "row_1_share": share}
+    if scene.oil is not None:
+        cage_rad_s = float(run.state[layout_of(run.state).shaft_cage_rate][0])
+        middle, least = films_m(scene, geometry_of(bearing), run.model, load_n, cage_rad_s)
+        found["film_um"] = {"min": 1e6 * float(least.min()), "mean": 1e6 * float(middle.mean())}
+        found["lambda_min"] = float(least.min()) / scene.oil.roughness_m
+    if scene.bodies.free_rollers:
+        by_row = load_n[0].reshape(2, -1)
+        carries = by_row.T.ravel() > MIN_LOAD_SHARE * by_row.max()  # in the order of the workspace
+        tilt, shift, skew = (
+            float(np.abs(run.model.scratch.space[int(row) :][: by_row.size][carries]).max(initial=0.0))
+            for row in (col.TILT_SINE, col.SHIFT_ALONG, col.SKEW_MOMENT)
+        )
+        share = float(by_row[0].sum() / by_row.sum()) if by_row.any() else math.nan
+        largest = {"tilt_mrad": 1e3 * tilt, "shift_um": 1e6 * shift, "skew_nm": skew}
+        found["free_rollers"] = largest | {"row_1_share": share}
+    return found

@@ -7,7 +7,7 @@ is violated, the status names this behaviour, which is not a failure.
 Unless stated otherwise, the limits in this module were measured on 144 scenes of the full model: 710 and 3000 rpm; 1,
 5, 31 and 125 kN; friction 0.02, 0.1 and 0.7; load on the rollers alone or also on the housing spring; play 0 and
 0.1 mm, and interference. Solvers: imex2, ode1, ode2 and ode4 with a step of 1/61440 s (Giraudo et al. 2025), twice and
-four times this step. The reference, whose results are called truths, is imex2 with a quarter of this step.
+four times this step. Reference runs use imex2 with a quarter of this step.
 `tests/verification/test_run_verdicts.py` counts how often the status is right on other scenes.
 """
 
@@ -27,13 +27,13 @@ from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.scene.scene import describe_step
 
 # Cage speed of a driven cage, in the cage speed of pure rolling: the limits are those of the paper's innermost and
-# outermost circle alone. Outside of the range, rollers slip along all of their length. 31 truths are at 0.979 or below,
-# the others at 0.985 or above.
+# outermost circle alone. Outside of the range, rollers slip along all of their length. Reference runs: 31 at 0.979 or
+# below, the others at 0.985 or above.
 PURE_ROLLING_RANGE = (0.985, 1.026)
 CAGE_DRIFT_SHARE = 0.01  # change of the cage's speed over a run, in the speed of pure rolling, that the reason mentions
 # With a housing spring: least share of the load that the rollers carry in static balance, and least part of this share
-# that they carry in the run; below, they rattle more than they carry. The truths: 0.0024 and below, or 0.03 and above;
-# at least 0.86 of this share.
+# that they carry in the run; below, they rattle more than they carry. The reference runs: 0.0024 and below, or 0.03
+# and above; at least 0.86 of this share.
 MIN_BALANCED_SHARE, MIN_PART_OF_BALANCE = 0.01, 0.5
 # With a housing spring, the load counts as lost only with further evidence: the energy balance misses more than this
 # share of the losses (sound runs up to 0.05, failed runs from 0.17), or no roller has contact for more than this share
@@ -49,10 +49,10 @@ ENERGY_LIMIT, ENERGY_CAUTION = 0.1, 0.05
 # Factor on `ENERGY_LIMIT` if the step's errors in cage speed, band levels and drive power are within tolerance: then
 # only the energy balance is wrong. A light bearing whose friction chatters misses 10 %; its levels are within 3 %.
 ACCURATE_STEP_FACTOR = 2.0
-# Largest difference between the mean force on the ring and its change of momentum, in its load and weight. The truths
-# miss up to 0.011, imex2 at the paper's step up to 0.056; at four times this step, if the rollers carry all of the
+# Largest difference between the mean force on the ring and its change of momentum, in its load and weight. Reference
+# runs miss up to 0.011, imex2 at the paper's step up to 0.056; at four times this step, if the rollers carry all of the
 # load, imex2 misses 0.21 to 0.92, the error of the rollers' forces, and cage speeds are wrong by up to 19 %. One run of
-# random scenes, at 0.14, agrees with its truth.
+# random scenes, at 0.14, agrees with its reference.
 FORCE_LIMIT = 0.2
 # Of 290 runs at steps above `step_limits.elastic_limit_s`, two were stable, at 6 % above; none at 10 % above.
 STEP_LIMIT = 1.1
@@ -136,10 +136,10 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 
 
 def _energy_gap(run: RunSummary) -> float:
-    """Energy imbalance due to the step, as a share of the losses.
+    """Energy gap: energy that the balance misses because of the step, as a share of the losses.
 
     The result is the part that finer steps would remove, or the whole imbalance if the drive power's error may exceed
-    its tolerance. The other part is due to the model: the line model's simplified patches leave some at any step.
+    its tolerance. The other part is due to the model: the line model leaves out couples whose power the balance misses.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):
@@ -149,7 +149,7 @@ def _energy_gap(run: RunSummary) -> float:
 
 
 def _carried_n(run: RunSummary) -> float:
-    """Static force on the ring [N]: the mean radial load, or its vector sum with the ring's weight if larger."""
+    """Static force on the ring [N]: the larger of the mean radial load and its vector sum with the housing's weight."""
     load = run.scene.load
     weight_n = STANDARD_GRAVITY_M_S2 * run.scene.housing.mass_kg if load.gravity else 0.0
     return max(run.scene.mean_radial_n, abs(cmath.rect(run.scene.mean_radial_n, load.direction_rad) - 1j * weight_n))
@@ -171,7 +171,7 @@ def _describe_behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
 
 
 def _light_load_warnings(run: RunSummary) -> list[str]:
-    """Warning if the load of a bearing in oil is below the catalogue's minimum at this speed, otherwise empty."""
+    """List with a warning if the load of a bearing in oil is below the catalogue's minimum at this speed, or empty."""
     bearing = bearing_of_run(run.scene) if run.scene.oil is not None else None
     if bearing is None or bearing.ratings is None:
         return []
@@ -226,9 +226,10 @@ def _cage_is_driven(run: RunSummary) -> bool:
 
 
 def _is_sound(run: RunSummary) -> bool:
-    """True without signs of failed integration.
+    """True if nothing indicates that the integration failed.
 
-    An energy gap is such a sign only at constant speed, with a step of at least half the longest stable step.
+    An energy gap (see `_energy_gap`) indicates it only at constant speed and if the step is at least half the longest
+    stable step.
     """
     wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s
@@ -252,7 +253,7 @@ def _loading_advice(run: RunSummary, *, skids: bool) -> str:
 def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
     """Advice on step or solver if the integration failed or is doubtful; `beyond`: estimated errors above tolerance.
 
-    The scene's present setting is never recommended. Errors are assumed to be proportional to the step.
+    The advice never repeats the scene's setting. Errors are assumed to be proportional to the step.
     """
     error, other = run.step_error, run.scene.solver.name != default_solver()
     if level_of(run.scene.model).own_solver:

@@ -1,8 +1,8 @@
 """The hierarchy of models, cheapest first: ``levels.toml`` defines the levels of fidelity, which share one interface.
 
-The function of a level, ``run_<model>(stats, settle, whole)``, yields chunks of consecutive output intervals: the
-number of the first interval, and `outputs.Outputs`. The first `settle` of the `whole` intervals are not recorded. The
-function adds its computing time to `stats`, see `RunStatistics.timed`.
+The function of a level, ``run_<model>(stats, settle, whole)``, simulates `whole` output intervals, the first `settle`
+of which are not recorded. It yields pairs, each for some consecutive intervals: number of the first of them, and their
+`outputs.Outputs`. The function adds its computing time to `stats`, see `RunStatistics.timed`.
 """
 
 import importlib
@@ -23,12 +23,12 @@ from srbval.storage.tables import read_toml
 class FidelityLevel:
     """Model of the hierarchy: `name`, short `title`, `place` (``module:function``) of the function that runs it.
 
-    `parameters`: place of the function that assembles the model's parameters; None if the model does not use the full
-    model's equations. `columns`: numbers of the columns in `outputs` that the model computes; the others are NaN.
+    `parameters`: the same for the function that assembles the model's parameters; None if the model does not use the
+    full model's equations. `columns`: numbers of the columns in `outputs` that the model computes; the others are NaN.
     `own_solver`: name of the model's integrator, None if the scene chooses the solver. `coarser`: largest ratio of the
-    model's step to the scene's step. `lacks`: what the model can never answer, such as "slip", and why. `needs`: table
-    of a bearing's file that the model requires, one of `KNOWN_OF_BEARING`. `outside`: true if the model is not part of
-    the package.
+    model's step to the scene's step. `lacks`: questions that the model can never answer, such as "slip", and why.
+    `needs`: table of a bearing's file that the model requires, one of `KNOWN_OF_BEARING`. `outside`: true if the model
+    is not part of the package.
     """
 
     name: str
@@ -49,14 +49,16 @@ class FidelityLevel:
 
     def check_scene(self, scene: Scene) -> None:
         """Raise `ConfigurationError` if this model cannot simulate a scene's surface waves, oil or tilting rollers."""
-        for there, models, place, lack, what in (
-            (scene.surface is not None, CONTINUOUS, "[surface]", "does not simulate waves of surfaces", "table"),
-            (scene.oil is not None, SLICED, "[oil]", "does not simulate oil", "table"),
-            (scene.bodies.free_rollers, SLICED, "bodies free_rollers = true", "does not let rollers tilt", "key"),
+        for there, models, entry, lack in (
+            (scene.surface is not None, CONTINUOUS, "[surface]", "waves of surfaces"),
+            (scene.oil is not None, SLICED, "[oil]", "oil"),
+            (scene.bodies.free_rollers, SLICED, "bodies free_rollers", "tilting rollers"),
         ):
             if there and self.name not in models and not self.outside:
-                use = f"use --model {' or '.join(models)}, or leave the {what} out"
-                raise ConfigurationError(f"{place}: the model {self.name} {lack}; {use}.")
+                raise ConfigurationError(
+                    f"{entry}: the model {self.name} does not simulate {lack}; use --model {' or '.join(models)}, or "
+                    f"leave {entry} out."
+                )
 
     def steps_per_output(self, scene: Scene) -> int:
         """Number of solver steps in one output interval."""
@@ -75,12 +77,12 @@ class FidelityLevel:
     def make_parameters(self) -> Callable[..., Any]:
         """Function that makes the model's parameters from scene and geometry; `ConfigurationError` if there is none."""
         if self.parameters is None:
-            raise ConfigurationError(f"this needs the full model's equations, not {self.name}'s: use --model full.")
+            raise ConfigurationError(f"the task needs the full model's equations, not {self.name}: use --model full.")
         return import_function(self.parameters)
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules that a run with this model loads; a model from outside may call all other models."""
+        """Names of the modules that a run with this model loads; a model from outside may call all bundled models."""
         if self.outside:
             return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)
@@ -95,7 +97,7 @@ KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # tables of a bearing's f
 
 
 def import_function(place: str) -> Callable[..., Any]:
-    """Import the function at ``module:function``."""
+    """Import the function that `place` names as ``module:function``."""
     module, name = place.split(":")
     return cast(Callable[..., Any], getattr(importlib.import_module(module), name))
 

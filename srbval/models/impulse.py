@@ -9,8 +9,9 @@ If only a bearing's fault orders are known, only line frequencies are reliable: 
 on the housing's mass and spring. The height of a pulse is the load of the rolling element after Stribeck's distribution
 without clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology, 2006, sect. 7.4).
 
-Answers: line frequencies, harmonic pattern, sidebands and load-zone modulation, roughly the amplitude. Cannot answer:
-mean slip of the cage, noise floor, healthy bearings (zero signal), effects of the ring's motion on pulses, axial load.
+The model computes frequencies of the fault lines, pattern of their harmonics, sidebands, modulation by the load zone,
+and roughly the amplitude. It does not contain: mean slip of the cage (prescribed), noise floor, vibration of a healthy
+bearing (the signal is zero), effects of the ring's motion on the pulses, axial load.
 """
 
 import math
@@ -23,15 +24,13 @@ from srbval.bearing import ElementShape, Fault
 from srbval.models.kinematic import PrescribedMotion, passage_times, prescribed_outputs, refuse_axial
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.contacts import STRIBECK_FACTOR
+from srbval.models.planar.contacts import LINE_EXPONENT, STRIBECK_FACTOR
 from srbval.models.planar.ring import PlanarRing, make_ring
 from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
 
 MOST_AT_ONCE = 2_000_000  # samples of pulses computed together
-# For a bearing with known orders only:
-PULSE_S = 5e-4  # up to 3 kHz is excited
-LINE_CONTACT = 10 / 9
+PULSE_S = 5e-4  # length of a pulse if only the bearing's orders are known: up to 3 kHz is excited
 
 
 def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
@@ -65,7 +64,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
 def _defect_passages(
     scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), angle around the bearing [rad]."""
+    """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), the roller's place: angle [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
 
     def jitter(count: int) -> FloatArray:
@@ -85,8 +84,9 @@ def _add_pulses(
 ) -> None:
     """Add the force pulses of one defect on one race to `force` [N], [samples, 2].
 
-    `table`: index of the defect's pulse shapes in `ring`; `time_s`: passage times; `outwards`: unit vectors from
-    the bearing's centre to the roller; `balance_m`: displacement of the ring in static balance.
+    `table`: number of the table in `ring.kernel` that contains the pulse's force over approach and position; `time_s`:
+    passage times; `outwards`: unit vectors from the bearing's centre to the roller at these times; `balance_m`:
+    displacement of the ring in static balance.
     """
     if len(time_s) == 0:  # the shaft is so slow that no roller passes
         return
@@ -124,7 +124,7 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
     for number in range(len(scene.defects)):
         time_s, _, angle = _defect_passages(scene, number, motion, bearing.rolling_elements, samples)
         load_n = motion.radial_n(time_s) * STRIBECK_FACTOR[ElementShape.ROLLER] / bearing.rolling_elements
-        strength = load_n * np.maximum(np.cos(angle - scene.load.zone_rad), 0.0) ** LINE_CONTACT
+        strength = load_n * np.maximum(np.cos(angle - scene.load.zone_rad), 0.0) ** LINE_EXPONENT
         height = strength[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
         sample = np.round(time_s * rate_hz).astype(np.int64)[:, None] + np.arange(-half, half + 1)
         away = (sample / rate_hz - time_s[:, None]) / PULSE_S

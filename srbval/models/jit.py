@@ -54,7 +54,7 @@ OIL_SUFFIX, FREE_SUFFIX = "-oil", "-free"  # suffixes of kernels' names
 WITHOUT_EFFECT = (KERNEL_VARIABLE, "NUMBA_NUM_THREADS")  # settings of numba that do not change results
 
 PACE_ROUNDS = 10**6  # rounds of a loop that takes some 30 ms
-# Time to compile a kernel of the full model, in the time of that loop, and factor for a kernel of the slices model.
+# Time to compile a kernel of the full model, divided by the time of that loop; factor for a kernel of the slices model.
 COMPILE_WORK, SLICES_WORK = {RING: 50.0, RATES: 320.0} | dict.fromkeys(FAMILIES, 420.0), 1.25
 CHECKSUM_BYTES = hashlib.sha256().digest_size
 _requested_kernels: set[str] = set()
@@ -113,7 +113,7 @@ def load_numba() -> Any:
 
 @cache
 def _compilers() -> tuple[Any, Any]:
-    """Two compiler classes for numba: for kernels, and for their parts, which need no machine code of their own.
+    """Make two compiler classes for numba: for kernels, and for their parts, which need no machine code of their own.
 
     Passes for features that kernels do not use (closures, array expressions, ``with`` blocks, literals) are left out.
     """
@@ -273,16 +273,12 @@ def expected_compile_s(*scenes: Scene) -> float:
     """Estimate the time that `precompile` will take under the present load [s], from the speed of a short loop."""
     started = time.process_time()
     sum(map(hash, range(PACE_ROUNDS)))
-    pace_s = time.process_time() - started
-    shares = _split_kernels(missing_kernels(*scenes), None)
-    longest = max((sum(map(_compile_work, share)) for share in shares), default=0.0)
+    pace_s, longest = time.process_time() - started, 0.0
+    for kernels in _split_kernels(missing_kernels(*scenes), None):
+        parts = [kernel.split("-") for kernel in kernels]
+        works = [COMPILE_WORK[part] * (SLICES_WORK if model == "slices" else 1.0) for model, part, *_ in parts]
+        longest = max(longest, sum(works))
     return pace_s * longest * max(1.0, (load_average() or 0.0) / usable_cores())
-
-
-def _compile_work(kernel: str) -> float:
-    """Time to compile a kernel, in units of the time of the loop in `expected_compile_s`."""
-    model, part, *_ = kernel.split("-")
-    return COMPILE_WORK[part] * (SLICES_WORK if model == "slices" else 1.0)
 
 
 def _split_kernels(kernels: list[str], jobs: int | None) -> list[list[str]]:
@@ -292,11 +288,11 @@ def _split_kernels(kernels: list[str], jobs: int | None) -> list[list[str]]:
 
 
 def kernels_of(scene: Scene) -> list[str]:
-    """Names of the kernels that a run of the scene needs: ``MODEL-PART-CAGES``, with suffixes for oil and free rollers.
+    """Names of the kernels that a run of the scene needs, such as ``full-rates-1``: model, part, number of cages.
 
-    CAGES is the number of cages. PART is ``ring`` in the planar model. Models with the full model's equations need two
-    kernels: ``rates`` computes the time derivative of the state; ``explicit``, ``rosenbrock`` or ``leapfrog``, the
-    solver's family, computes a step. The line model uses the kernels of the full model.
+    Models with the full model's equations need two parts: ``rates``, the time derivative of the state, and a step of
+    the solver, ``explicit``, ``rosenbrock`` or ``leapfrog``. The planar model needs only the part ``ring``. The line
+    model uses the kernels of the full model. With oil the name ends with ``-oil``, with free rollers with ``-free``.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []
@@ -324,7 +320,7 @@ def _is_stored(kernel: str) -> bool:
 
 
 def _start_compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
-    """Start a process that compiles kernels; it ends with the calling process, when its input ends."""
+    """Start a process that compiles kernels; it ends when the calling process ends, which closes its input."""
     return subprocess.Popen(
         [sys.executable, "-P", "-m", "srbval.models.precompile", *kernels],
         env=os.environ | child_environment(),
@@ -348,7 +344,7 @@ def compile_and_list(kernel: str, compile_kernel: Callable[[], object]) -> None:
 
 
 def _list_of(kernel: str) -> Path:
-    """Path of the text file that lists the files with a kernel's machine code for this machine."""
+    """Path of the text file with the names of the files that contain a kernel's machine code for this machine."""
     return kernel_cache_folder() / f"compiled-{kernel}-{_digest()}"
 
 

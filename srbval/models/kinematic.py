@@ -2,8 +2,8 @@
 
 The impulse and planar models use the same motion of shaft, cage and rollers, see `PrescribedMotion`.
 
-Answers: the frequencies of the fault lines without slip. Cannot answer: slip; harmonics, sidebands, noise floor and
-amplitudes, because all clicks have the same arbitrary strength. The signal of a healthy bearing is zero.
+The kinematic model computes the frequencies of the fault lines without slip. All clicks have the same arbitrary
+strength, so it has no valid harmonics, sidebands, noise floor or amplitudes; a healthy bearing's signal is zero.
 """
 
 from collections.abc import Callable, Iterator
@@ -113,7 +113,7 @@ def passage_times(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Yield chunks of outputs from prescribed motion and the ring's `acceleration`, x and y [m/s2], [intervals, 2]."""
+    """Yield chunks of a run with prescribed motion and the ring's `acceleration` in x and y [m/s2], [intervals, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
         out = np.full((whole, col.COLUMN_COUNT), np.nan)
@@ -124,7 +124,7 @@ def prescribed_outputs(
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the kinematic model; arguments as in `srbval.models.hierarchy`. Two samples share a click between them."""
+    """Run the kinematic model, see `srbval.models.hierarchy`; a click between two samples is divided between them."""
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = PrescribedMotion(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)

@@ -1,24 +1,26 @@
-"""Line model: the full model, with continuous contacts in place of the points of which its races consist.
+"""Line model: the full model with races that are continuous curves instead of rows of points.
 
-A race touches a roller on three circles, in one patch on each. Only this contact differs from the full model. For force
-F and damping of a patch see "Continuous contact" on the page "Contact" of the theory; at the penetration d in its
-middle, the elastic energy is 2/5 F d. In the full model about three points of a race touch a roller; their force
+In both models a race touches a roller at three circles around the race. In the full model these circles are rows of
+points, of which about three touch the roller at a time; in the line model the contact at each circle is a continuous
+patch along the race. Only this differs. For force F and damping of a patch see "Continuous contact" on the page
+"Contact" of the theory; at the penetration d in its middle, the elastic energy is 2/5 F d. The force of three points
 differs by some per cent. Where a defect raises the race by h, the penetration is d + h.
 
 The damping force depends on the rate of penetration in the middle: rolling adds as much to the rate on one side of the
-middle as it removes on the other. At xi half lengths from the middle the penetration is d (1 - xi^2). If the race turns
-at the angular speed W relative to a roller of radius rho, the slip at xi is larger than in the middle by W d (1 +
-1/(kappa rho)) xi^2, with the curvature kappa of the gap. If the race turns about the contact's normal, it also slips
-sideways. Both slips are far above the critical velocity of the friction law, eq. (19) of Giraudo et al. 2025. The patch
-therefore has three parts of equal load, each with its mean slip, and the law is averaged over the slips within a part.
-Neglected: the couples by which dampers resist rolling, the couples by which friction resists pivoting, the power of
-these couples, and the inclination of the normal along a patch.
+middle as it removes on the other. At the distance xi from the middle, in half lengths of the patch, the penetration is
+d (1 - xi^2). If the race turns at the angular speed W relative to a roller of radius rho, the slip velocity at xi is
+larger than in the middle by W d (1 + 1/(kappa rho)) xi^2, with the curvature kappa of the gap along the race. If the
+race turns about the contact's normal, it also slips sideways. Both slips are far above the critical velocity of the
+friction law, eq. (19) of Giraudo et al. 2025. The patch therefore has three parts of equal load, each with its mean
+slip, and the law is averaged over the slips within a part. Neglected: the couples by which dampers resist rolling, the
+couples by which friction resists pivoting, the power of these couples, and the inclination of the normal along a patch.
 
 Near a defect, which may raise only a part of the patch, the race consists of points as in the full model, but `DENSER`
-times as many; stiffness and damping of each are divided by this number. Elsewhere no points pass the roller, so that a
-time step may be three times the full model's (RMS in 500-1500 Hz accurate to 1 %).
+times as many; stiffness and damping of each are divided by this number. Elsewhere no points pass the roller, so a time
+step may be three times the full model's (RMS in 500-1500 Hz accurate to 1 %).
 
-Answers: all questions. Cannot answer: excitation by points that pass a roller in the full model; defects on rollers.
+The model answers all questions of `srbval plan`, but does not contain the vibration that points excite when they pass a
+roller in the full model. It cannot simulate defects on rollers.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ from srbval.models.full.parameters import Parameters, make_parameters, roller_di
 from srbval.models.full.point_cloud import cross_section, inner_circle, outer_circle
 from srbval.scene import Contact, Defect, DefectShape, Scene
 
-DENSER = 4  # points near a defect for each point of the scene
+DENSER = 4  # number of points near a defect for each point of the full model
 COSINE_PARTS = 24  # parts of constant height that approximate a cosine-shaped defect
 
 
@@ -58,20 +60,24 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
 
 def _with_denser_points(scene: Scene) -> Scene:
-    own, defect, others = scene.contact, _denser_defect(scene.defect), tuple(map(_denser_defect, scene.further_defects))
+    """Replace the points of the races by `DENSER` times as many, with the same stiffness and damping per length."""
+
+    def denser(defect: Defect) -> Defect:  # a defect that is given by its number of points keeps its length
+        return defect if defect.extent_m is not None else replace(defect, points=DENSER * defect.points)
+
+    own = scene.contact
     stiffness, damping = own.stiffness_n_m / DENSER, own.damping_ns_m / DENSER
     count = DENSER * own.points_per_circle
     contact = replace(own, points_per_circle=count, stiffness_n_m=stiffness, damping_ns_m=damping)
-    return replace(scene, contact=contact, defect=defect, further_defects=others)
-
-
-def _denser_defect(defect: Defect) -> Defect:
-    """Multiply the points of a defect by `DENSER`, as they are closer, unless `extent_m` states the defect's length."""
-    return defect if defect.extent_m is not None else replace(defect, points=DENSER * defect.points)
+    further = tuple(map(denser, scene.further_defects))
+    return replace(scene, contact=contact, defect=denser(scene.defect), further_defects=further)
 
 
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
-    """Patch at 1 m of penetration: force, damping, slip at ends minus in the middle (1 rad/s), squared half length."""
+    """Constants of the patch for the kernels, with the penetration d and the angular speed W of the module's docstring.
+
+    They are force / d^(3/2), damping / d^(1/2), slip at the ends minus in the middle / (W d), squared half length / d.
+    """
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
@@ -79,12 +85,12 @@ def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Patch:
-    """Contact patch between a roller and one of the three contact circles of a race.
+    """Continuous contact between a roller and one of the three contact circles of a race.
 
-    `stiffness_n_m2`, `damping_ns_m2`: stiffness and damping of a contact point in the full model, divided by
-    `spacing_m`, the distance between these points; `curvature_1_m`: curvature of the gap along the race. The circle's
-    normal leans by `lean_rad` from the direction in which the roller slides in its pocket of the cage, and by
-    `normal_rad` from the bearing's radial direction.
+    `stiffness_n_m2`, `damping_ns_m2`: stiffness and damping of a point in the full model, divided by `spacing_m`, the
+    distance between these points; `curvature_1_m`: curvature of the gap along the race; `race_radius_m`: radius of the
+    circle. The normal of the contact is inclined by `lean_rad` to the normal in the middle of the roller, in whose
+    direction the roller can move, and by `normal_rad` to the bearing's radial direction.
     """
 
     stiffness_n_m2: float
@@ -97,16 +103,16 @@ class Patch:
     roller_radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Normal force [N] at penetrations `depth_m`, an array of any shape."""
+        """Normal force [N] at the penetrations `depth_m` in the middle, an array of any shape."""
         touched = np.maximum(depth_m, 0.0)
         return self.stiffness_n_m2 * (4 / 3) * math.sqrt(2 / self.curvature_1_m) * touched**1.5
 
     def damper_ns_m(self, depth_m: FloatArray) -> FloatArray:
-        """Damping coefficient of the patch [N s/m] at penetrations `depth_m`, an array of any shape."""
+        """Damping coefficient [N s/m] at the penetrations `depth_m` in the middle, an array of any shape."""
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force [N] that a raised piece of race adds at the distance `middle_m` from the patch; arrays broadcast."""
+        """Force [N] that a `defect` adds whose middle is `middle_m` from the contact's middle; arrays broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -122,7 +128,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Piece of a race raised by a defect, in parts of length `part_m`; `offset_m` [parts]: distances from middle."""
+    """Piece of a race that a defect raises, in parts `part_m` long: distances from middle, heights, [parts] each."""
 
     offset_m: FloatArray
     height_m: FloatArray
@@ -130,7 +136,7 @@ class RaisedPiece(NamedTuple):
 
 
 def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m: float, *, inner: bool) -> list[Patch]:
-    """Patches between a roller and the three contact circles of a race, from the mid-plane outwards.
+    """Contacts of a roller with the three contact circles of a race, from the bearing's mid-plane outwards.
 
     The curvature of the gap is the sum of the roller's and the race's curvatures in the plane through the normal and
     the direction of rolling; the race's is negative on the outer race.
@@ -156,7 +162,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
 
 
 def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
-    """Convert a defect to a raised piece of race; length: `extent_m`, or the number of points times `spacing_m`."""
+    """Convert a defect to a raised piece of a race, of the length `extent_m` or its number of points x `spacing_m`."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
     parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5

@@ -49,11 +49,12 @@ class Outputs:
 
 
 def split_run(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
-    """Yield the first interval and the number of intervals of each chunk of a run of `whole` intervals.
+    """Divide a run of `whole` intervals into chunks: yields the first interval and the number of intervals of each.
 
-    One chunk begins after the first `settle` intervals; later ones begin with detailed outputs (see `Outputs`), which
-    are `per_detail` intervals apart (0: none). A chunk is about `CHUNK_S` long, or shorter if this takes more than
-    `CHUNK_STEPS` solver steps. `rate_hz`: intervals per second; `steps`: solver steps per interval.
+    No chunk extends over the end of the first `settle` intervals, which are not recorded. Later chunks begin with
+    detailed outputs (see `Outputs`), which are `per_detail` intervals apart (0: none). A chunk is about `CHUNK_S` long,
+    or shorter if this takes more than `CHUNK_STEPS` solver steps. `rate_hz`: intervals per second; `steps`: solver
+    steps per interval.
     """
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:

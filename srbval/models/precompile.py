@@ -21,7 +21,7 @@ PRECOMPILED_RUN_S = 0.001  # length of a run that compiles its kernels
 
 
 def compile_kernel(model: str, part: str, cages: str, *more: str) -> None:
-    """Compile one kernel by calling it briefly; the arguments are the parts of the kernel's name, see `kernels_of`."""
+    """Compile one kernel by calling it briefly; the arguments are the words of its name, see `kernels_of`."""
     in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if OIL_SUFFIX[1:] in more else {}
     scene = paper_scene(model=model, bodies={"cages": int(cages), "free_rollers": FREE_SUFFIX[1:] in more}, **in_oil)
     compile_in_this_process(scene)

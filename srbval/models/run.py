@@ -35,8 +35,8 @@ class RunStatus(enum.StrEnum):
     """Status of a finished run; see `works` for the statuses that `srbval simulate` accepts.
 
     `SKIDDING`: the cage is much slower or faster than in pure rolling. `ROLLERS_UNLOADED`: the load bypasses the
-    rollers, or there is no load. `INACCURATE`: errors due to the step exceed the tolerances of `step_error`; the
-    run is written to a file but not accepted. All others but `OK` are failures, the last six only of outside models.
+    rollers, or there is no load. `INACCURATE`: errors due to the step exceed their tolerances; the run is written to a
+    file but not accepted. All others but `OK` are failures, the last six only of models from outside the package.
     """
 
     OK = "ok"
@@ -82,22 +82,23 @@ class RunSummary:
     `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` the ratio of pure rolling,
     `cage_course` the ratio at the run's start and end. `roller_load_share` is the share of the mean radial load on the
     rollers (NaN without a load; the housing spring carries the rest), `balanced_share` their share in static balance.
-    `drive_power_w` is the mean power of the shaft's drive. For `energy_imbalance` and `missing_n` (part along the
-    load) see `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration,
+    `drive_power_w` is the mean power of the shaft's drive. For `energy_imbalance` and `missing_n` (its component along
+    the load) see `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration,
     `idle_share` the share of the time without any contact.
 
-    `step_error`: errors due to the step, None if not estimated; `step_limit_s`: longest stable step
-    (`step_limits.elastic_limit_s`), `default_limit_s`: the same with the default solver; `check_wall_s`: wall time of
-    the step's check; `band_rms_m_s2`: RMS along the sensor's axis by band of `scene.BANDS_HZ`; `stored_utc`: time of
-    the simulation if the run was read from the cache; `cpu_s`, `wall_s`: its processor and wall time, not compiling.
+    `step_error`: errors due to the step, None if not estimated; `check_wall_s`: wall time of this estimate;
+    `step_limit_s`: longest stable step (`step_limits.elastic_limit_s`), `default_limit_s`: the longest stable step of
+    the default solver; `band_rms_m_s2`: RMS along the sensor's axis by band of `scene.BANDS_HZ`; `stored_utc`: time of
+    the simulation if the run was read from the cache; `cpu_s`, `wall_s`: processor and wall time of the simulation,
+    without the compilation.
 
-    In oil: `power_w`, mean losses by source and their `total` [W] (`seals` are always 0); `film_um`, least film (`min`)
-    and mean film in the middle (`mean`) of the loaded contacts at the run's end; `lambda_min`, least film over
-    roughness. Without oil they are empty and NaN.
+    In oil: `power_w`, mean losses by source and their `total` [W] (`seals` are always 0); `film_um`, film thickness of
+    the loaded contacts at the run's end, the least (`min`) and the mean of their middles (`mean`); `lambda_min`, least
+    film over roughness. Without oil they are empty and NaN.
 
-    `free_rollers`: largest values of the loaded rollers at the run's end, if rollers tilt and slide along their axes:
-    tilt `tilt_mrad`, displacement along the axis `shift_um`, moment of friction about the slot, which would skew the
-    roller, `skew_nm`; `row_1_share` is the share of row 1 in the loads of all outer contacts. Otherwise empty.
+    `free_rollers`: if rollers tilt and slide along their axes, largest values of the loaded rollers at the run's end:
+    tilt `tilt_mrad`, axial displacement `shift_um`, and `skew_nm`, the friction moment about the roller's radial axis,
+    which would skew the roller; `row_1_share`: share of row 1 in the loads on the outer race. Otherwise empty.
     """
 
     scene: Scene
@@ -132,9 +133,9 @@ class RunSummary:
     free_rollers: Mapping[str, float] = field(default_factory=dict)
 
     def require_usable(self, what: str) -> Self:
-        """Return this run; if it is not usable, raise `NumericsError` with the reason and `what`, the failed task."""
+        """Return this run; if it is not usable, raise `NumericsError` with the reason. `what`: name of the task."""
         if not self.status.usable:
-            raise NumericsError(f"{what} failed ({self.status}): {self.reason}.")
+            raise NumericsError(f"{what} failed with the status {self.status}: {self.reason}.")
         return self
 
     @property
@@ -154,12 +155,12 @@ class RunSummary:
 
     @property
     def bpfo_hz(self) -> float:
-        """Outer-race line frequency [Hz]: number of rolling elements times mean cage frequency."""
+        """Outer-race fault frequency [Hz]: number of rolling elements times mean cage frequency."""
         return self.rolling_elements * self.cage_ratio * self.scene.shaft_hz
 
     @property
     def bpfi_hz(self) -> float:
-        """Inner-race line frequency [Hz]: number of rolling elements times mean of shaft minus cage frequency."""
+        """Inner-race fault frequency [Hz]: number of rolling elements times mean of shaft minus cage frequency."""
         return self.rolling_elements * (1 - self.cage_ratio) * self.scene.shaft_hz
 
     @property
@@ -195,7 +196,7 @@ class Run(RunSummary, Outputs, NotebookObject):
         return np.arange(len(self.out)) / self.scene.output_rate_hz
 
     def to_frame(self) -> pandas.DataFrame:
-        """Convert to a pandas table of output intervals: start `time_s` of each, and the variables of a run file."""
+        """Convert to a pandas table, a row for each output interval: its start `time_s`, variables of a run file."""
         import pandas
 
         columns = {name: self.out[:, variable["column"]] for name, variable in VARIABLES.items()}
@@ -218,9 +219,10 @@ class Run(RunSummary, Outputs, NotebookObject):
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:
-    """Descriptions of a scene's parts that no comparison with measurements has validated; amplitudes never were.
+    """Descriptions of a scene's parts and of results that no comparison with measurements has validated.
 
-    A bearing of any name counts as validated if it has the geometry of the bearing `DEFAULT_BEARING`.
+    Amplitudes are always among them. A bearing of any name counts as validated if it has the geometry of the bearing
+    `DEFAULT_BEARING`.
     """
     found = ["amplitudes and the noise floor"]
     if is_outside(scene.model):

@@ -1,7 +1,7 @@
 """Run files: HDF5 with names and units on every variable, readable by xarray (`engine="h5netcdf"`).
 
-A file is written chunk by chunk under another name and renamed only if the run ends well. After its HDF5 part it
-contains the summary of the run, so that a run can be read back bit for bit: `read_summary`, `read_run_file`.
+A file is written chunk by chunk under another name and renamed only if the run ends well. Behind the HDF5 data it
+contains the run's summary as JSON, so that `read_summary` and `read_run_file` restore the run bit for bit.
 """
 
 import dataclasses

@@ -18,7 +18,7 @@ from srbval.models.run import RunStatus, RunSummary
 from srbval.models.sensor import BandLevels, SensorFilter
 from srbval.scene import Scene
 
-# losses of a bearing in oil by source, without seals
+# losses of a bearing in oil by source, except for seals
 LOSSES = {
     "sliding": col.MEAN_FRICTION_POWER,
     "rolling": col.MEAN_ROLLING_POWER,
@@ -66,9 +66,10 @@ class RunningSums:
         return (float(through[INPUT_POWERS].sum()) - gained - lost) / lost if lost else math.nan
 
     def missing_n(self, ring: RingSupport, load_n: FloatArray, interval_s: float) -> FloatArray:
-        """Mean force missing in Newton's second law of the ring [N], [3]; NaN if unknown. `load_n`: mean load, [3].
+        """Mean sum of the forces on the ring minus mass times acceleration [N], [3]; NaN if unknown.
 
-        A missing force is an error of the integrator. The first interval is left out: the speed before it is unknown.
+        It differs from zero by the errors of the integrator. `load_n`: mean load, [3]. The first interval is left out:
+        the speed before it is unknown.
         """
         intervals = self.rows - 1 if self.rows > 1 else math.nan
         mean = (self.total - self.first) / intervals
@@ -113,8 +114,7 @@ class RunStatistics:
         self.cpu_s += time.thread_time() - worked
 
     def add(self, out: FloatArray) -> FloatArray:
-        """Add the outputs of a chunk, [n, COLUMN_COUNT] (NaN: not computed); returns the sensor's signal [m/s2]."""
-        self.finite = self.finite and self._all_finite(out)
+        """Add the outputs of a chunk, [n, COLUMN_COUNT] (NaN: not computed); returns the acceleration at the sensor."""
         latest = float(out[:, col.CAGE_SPEED].mean())
         self.course_rad_s = (latest if math.isnan(self.course_rad_s[0]) else self.course_rad_s[0], latest)
         self.deepest_m = max(self.deepest_m, float(out[:, col.MAX_PENETRATION].max()))
@@ -125,11 +125,9 @@ class RunStatistics:
         return sensor_m_s2
 
     def has_diverged(self, out: FloatArray) -> bool:
-        """True if outputs are not finite or a penetration exceeds `DEPTH_LIMIT_M`, so that the run must end."""
-        return not self._all_finite(out) or float(out[:, col.MAX_PENETRATION].max()) > col.DEPTH_LIMIT_M
-
-    def _all_finite(self, out: FloatArray) -> bool:
-        return bool(np.all(np.isfinite(out[..., level_of(self.scene.model).columns])))
+        """Set `finite`; true if outputs are not finite or a penetration exceeds `DEPTH_LIMIT_M`: the run must end."""
+        self.finite = bool(np.all(np.isfinite(out[..., level_of(self.scene.model).columns])))
+        return not self.finite or float(out[:, col.MAX_PENETRATION].max()) > col.DEPTH_LIMIT_M
 
     def summary(self) -> RunSummary:
         """Results and status of the run, from all chunks added so far."""
@@ -164,7 +162,7 @@ class RunStatistics:
 
 
 def load_share(scene: Scene, force_n: FloatArray, radial_n: float) -> float:
-    """Share of the radial load carried by the rollers' force on the ring, `force_n`, [3]; NaN without a load."""
+    """Share of the load `radial_n` that the rollers' force on the ring, `force_n`, [3], carries; NaN without load."""
     return float(-force_n @ load_direction(scene)) / radial_n if radial_n else math.nan
 
 

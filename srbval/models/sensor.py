@@ -10,8 +10,8 @@ from srbval.arrays import ComplexArray, FloatArray
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 
 BAND_FILTER_ORDER = 4  # of the Butterworth band-pass's prototype, which has half as many poles
-EDGE = 27  # samples by which a signal is continued at each end before it is filtered forward and backward
-FILTER_S = 0.05  # length of a path's filters
+EDGE = 27  # number of samples by which a signal is continued at each end before it is filtered forward and backward
+FILTER_S = 0.05  # length of the impulse responses of a path
 
 
 def along_sensor(acceleration: FloatArray) -> FloatArray:
@@ -35,10 +35,10 @@ def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) ->
 
 
 def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
-    """Squares of band-passed `samples`, [n], by a zero-phase Butterworth filter; transients at both ends remain.
+    """Squares of band-passed `samples`, [n], by a zero-phase Butterworth filter, which runs forward and backward.
 
-    The filter runs forward and backward, from its steady state. At both ends the samples are continued by their own
-    reflection about the end, so that they have no step there.
+    Both runs begin in the filter's steady state, with samples that continue the signal as its reflection about the end.
+    This reduces the transients at both ends.
     """
     start, end = 2 * samples[0] - samples[EDGE:0:-1], 2 * samples[-1] - samples[-2 : -EDGE - 2 : -1]
     passed = np.concatenate((start, samples, end))
@@ -70,7 +70,7 @@ def band_pass(
 
 @lru_cache(maxsize=16)
 def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[ComplexArray, ...]:
-    """Tables of `band_pass` for `count` samples: powers of the poles, decay of each state, spectrum of the response."""
+    """Constants of `band_pass`: powers of the poles, free responses to the states, spectrum of the impulse response."""
     poles, weights, gain = _one_pole_filters(fs_hz, band_hz)
     powers = poles[:, None] ** np.arange(count + 1)
     impulse = (weights @ powers[:, :count]).real
@@ -80,7 +80,7 @@ def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[
 
 @cache
 def _one_pole_filters(fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, ComplexArray, float]:
-    """Poles and weights of the one-pole filters whose sum is a Butterworth band-pass, and the gain of its first sample.
+    """Poles and weights of the one-pole filters whose sum is a Butterworth band-pass; first value of its response.
 
     Bilinear transform with corrected band edges of the analogue filter (Oppenheim & Schafer, Discrete-Time Signal
     Processing, ch. 7), then expansion in partial fractions.
@@ -125,9 +125,10 @@ class BandLevels:
 class SensorFilter:
     """Filter that converts the ring's acceleration to the sensor's; without a `path`, the component along its axis.
 
-    For each direction of the ring's acceleration, the frequency response of the `path` from ring to sensor is converted
-    to an impulse response of the length `FILTER_S`. A Hann window smooths its steps from one third octave to the next,
-    up to 2 / `FILTER_S` = 40 Hz from the step. The output is delayed by `FILTER_S` / 2 and begins at rest.
+    The frequency response of the `path` from ring to sensor, along the load and across it, has a step from each third
+    octave to the next. It is converted to an impulse response of the length `FILTER_S` by a Hann window, which smooths
+    each step within 2 / `FILTER_S` = 40 Hz. The output is delayed by `FILTER_S` / 2. Before the first sample the
+    acceleration counts as zero.
     """
 
     def __init__(self, path: SensorPath | None, fs_hz: float, load_direction_rad: float) -> None:

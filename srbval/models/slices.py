@@ -1,14 +1,14 @@
 """Slices model: the full model with contacts cut into slices along the roller, after ISO/TS 16281.
 
 Only the contact differs from the full model, see "Contact cut into slices" on the page "Contact" of the theory. A
-defect has its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a roller; slices
-are narrower there.
+defect has its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a roller. At a
+hole the slices are narrower.
 
 Neglected: variation of slip within a slice, both along the race and, by pivoting about the normal, across its width;
 crowned ends of rollers; support of slices by their neighbours.
 
-Answers: all questions. Cannot answer: excitation by the points of which only races of the full model consist; two
-defects that one roller touches at the same time.
+The model answers all questions of `srbval plan`. It does not contain the vibration that the paper's points of a race
+(see the full model) excite, and it cannot simulate two defects that one roller touches at the same time.
 """
 
 from __future__ import annotations
@@ -16,26 +16,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
-from srbval.models.film import elliptical_films_m, thermal_factor
 from srbval.models.full import columns as col
 from srbval.models.full.oil_kernel import rolling_speed
 from srbval.models.full.parameters import Parameters, Races, RaceSearch, make_parameters, own_stretch, roller_diameter_m
 from srbval.models.full.point_cloud import wrapped
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.full.tilt_kernel import FREE
-from srbval.models.oil import ContactShape, film_law, oil_law
+from srbval.models.oil import ContactShape, elliptical_films_m, film_law, oil_law, thermal_factor
 from srbval.scene import Defect, DefectShape, Scene, Traction
 
 # Stiffness c_L of 1 m of length [N/m^(10/9)]: 35948 N/mm^(10/9) for 1 mm (ISO/TS 16281), proportional to length^(8/9).
 LINE_STIFFNESS = 35948.0 * 1e3 ** (8 / 9 + 10 / 9)
-RACE_POSITIONS = 7200  # number of angles around a race in the table of openings
+RACE_POSITIONS = 7200  # number of angles around a race at which a table of slices is chosen for a roller
 HOLE_SLICES = 12  # number of slices across a hole
 # Exponent of the slices' edges along the roller: slices are narrow in the middle, where contacts begin. Error of
 # the RMS in 500 to 1500 and 1400 to 2800 Hz of 11 slices against 61 (353 rpm, healthy): 30 and 22 % with 1 as exponent,
@@ -63,7 +61,6 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
         raise ConfigurationError("two defects on one roller: the slices model allows one per roller; move one of them.")
     on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # in the order of the model's rollers
-    races = [contact.openings(scene.defects, on_rollers) for contact in contacts]
     oil, film = scene.oil, None
     if oil is not None:
         shapes = [contact.shape for contact in contacts]
@@ -72,7 +69,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
             critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `film_at_speed`
             law = law._replace(static_friction=1.0, dynamic_friction=0.0)
     outer_m, inner_m = (contact.radius_m for contact in contacts)
-    selection, tables = _join_races(races, len(on_rollers), model.races.height)
+    selection, tables = _join_tables(contacts, scene.defects, on_rollers, model.races.height)
     return model._replace(
         free=FREE if scene.bodies.free_rollers else None,
         race_radius=(geometry.raceway_radius_m, geometry.inner_profile_radius_m),
@@ -102,7 +99,7 @@ def films_m(
 ) -> tuple[FloatArray, FloatArray]:
     """Film thickness in the middle and least film thickness of each loaded contact [m], outer race first.
 
-    `load_n`: normal forces, [2 races, rollers]. The contacts are elliptical; heating of the inlet is included.
+    `load_n`: normal forces [N], [2 races, rollers]. The contacts are elliptical; heating of the inlet is included.
     """
     oil = scene.oil
     assert oil is not None
@@ -117,59 +114,48 @@ def films_m(
     return middle, least
 
 
-def _join_races(
-    races: list[Openings], on_rollers: int, height_m: float
+def _join_tables(
+    contacts: list[SlicedContact], defects: Sequence[Defect], on_rollers: Sequence[Defect], height_m: float
 ) -> tuple[Races, tuple[FloatArray, IntArray, FloatArray, FloatArray]]:
-    """Join the tables of slices of both races: for each race its `rows`, and at the end `of_rollers` in reverse order.
+    """Join the tables of slices of both races (`SlicedContact.tables`) in the arrays that the kernels use.
 
-    `on_rollers`: number of defects on rollers; `height_m`: see `Races`. Returns the parameters by which kernels select
-    the table for a roller, from its angle around the race, and the first four fields of `SliceTable`.
+    Behind a race's own tables there is one for each defect of `on_rollers`, in reverse order. Returns `Races`, by which
+    the kernels choose the table for a roller at each angle, and the first four fields of `SliceTable`; `height_m`: see
+    `Races`.
     """
-    windows = max(len(race.rows) for race in races) + on_rollers
-    most = max(rows.shape[1] for race in races for rows in (*race.rows, *race.of_rollers))
-    table, starts = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows, 4), dtype=np.int64)
-    highest, middle, reach = np.zeros((3, 2, windows))
-    for i, race in enumerate(races):
-        highest[i, : len(race.rows)] = [max(0.0, float(-rows[col.SLICE_FLOOR].min())) for rows in race.rows]
-        middle[i, : len(race.rows)] = race.middle_rad
-        places = [*enumerate(race.rows), *((windows - 1 - spare, rows) for spare, rows in enumerate(race.of_rollers))]
-        for window, rows in places:
-            table[i, window, :, : rows.shape[1]] = rows
+    own = [contact.tables(defects) for contact in contacts]
+    of_rollers = [[contact.slice_table(defect) for defect in on_rollers] for contact in contacts]
+    count = max(len(tables) for tables, _, _ in own) + len(on_rollers)
+    most = max(table.shape[1] for race in range(2) for table in (*own[race][0], *of_rollers[race]))
+    joined, starts = np.zeros((2, count, col.SLICE_ROWS, most)), np.zeros((2, count, 4), dtype=np.int64)
+    highest, middle, reach = np.zeros((3, 2, count))
+    for race, (tables, middle_rad, _) in enumerate(own):
+        highest[race, : len(tables)] = [max(0.0, float(-table[col.SLICE_FLOOR].min())) for table in tables]
+        middle[race, : len(tables)] = middle_rad
+        spares = ((-1 - spare, table) for spare, table in enumerate(of_rollers[race]))
+        for number, table in (*enumerate(tables), *spares):
+            joined[race, number, :, : table.shape[1]] = table
             # a roller touches a raised piece before its middle is above it
-            raised = np.maximum(0.0, -rows[col.SLICE_FLOOR]) / rows[col.SLICE_SAG]
-            reach[i, window] = (rows[col.SLICE_HALF] + np.sqrt(raised)).max()
-            ends = np.cumsum(rows[col.SLICE_WIDTH])  # at thirds of the length, not of the number of slices
-            starts[i, window, 1:] = [np.searchsorted(ends, share * ends[-1]) + 1 for share in (1 / 3, 2 / 3, 1 - 1e-9)]
+            raised = np.maximum(0.0, -table[col.SLICE_FLOOR]) / table[col.SLICE_SAG]
+            reach[race, number] = (table[col.SLICE_HALF] + np.sqrt(raised)).max()
+            ends = np.cumsum(table[col.SLICE_WIDTH])  # thirds of the length, not of the number of slices
+            starts[race, number, 1:] = np.searchsorted(ends, np.array([1 / 3, 2 / 3, 1 - 1e-9]) * ends[-1]) + 1
     selection = Races(
         points=None,
         starts=np.zeros_like(starts),
-        window_of=np.array([race.window_of for race in races]),
+        window_of=np.array([table_at for _, _, table_at in own]),
         highest=highest,
         plain=1,
         height=height_m,
-        outer=RaceSearch(1.0, 1.0, *own_stretch(races[0].window_of, 1)),
-        inner=RaceSearch(1.0, 1.0, *own_stretch(races[1].window_of, 1)),
+        outer=RaceSearch(1.0, 1.0, *own_stretch(own[0][2], 1)),
+        inner=RaceSearch(1.0, 1.0, *own_stretch(own[1][2], 1)),
     )
-    return selection, (table, starts, middle, reach)
-
-
-class Openings(NamedTuple):
-    """Tables of slices of the contact with one race, [col.SLICE_ROWS constants, slices] each.
-
-    `rows`: a table for the undamaged race, then one for each defect on the race; `of_rollers`: one for each defect on a
-    roller; `middle_rad`: for each table in `rows`, angle from the x axis to the defect's middle; `window_of`, [2 rows
-    of rollers, RACE_POSITIONS]: for a roller at each angle, the index in `rows` of the table that applies.
-    """
-
-    rows: list[FloatArray]
-    of_rollers: list[FloatArray]
-    middle_rad: list[float]
-    window_of: IntArray
+    return selection, (joined, starts, middle, reach)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlicedContact:
-    """Contact between the scene's rollers (radius `roller_m`) and one race, `inner` or outer, cut into slices."""
+    """Contact between a roller of the radius `roller_m` and one race, `inner` or outer, cut into slices."""
 
     scene: Scene
     geometry: SphericalRollerGeometry
@@ -196,7 +182,7 @@ class SlicedContact:
         """Points on a race: radius about the shaft, distance from mid-plane [m]; normal's radial and axial component.
 
         `axial_m`: distances from the roller's middle along the roller, away from the mid-plane. The profiles are arcs
-        (eq. (17) of Giraudo et al. 2025); an inner race's profile radius does not move its point at `axial_m` = 0.
+        (eq. (17) of Giraudo et al. 2025). Whatever its profile radius, an inner race has the same point at `axial_m` 0.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m
@@ -208,7 +194,7 @@ class SlicedContact:
         return radial, geometry.inner_centre_axial_m + shift * math.sin(tilt) - self.profile_m * s, c, s
 
     def gap_curvature_1_m(self, axial_m: FloatArray) -> FloatArray:
-        """Curvature of the gap along the race [1/m]: the roller's plus the race's (negative for the outer race)."""
+        """Curvature of the gap along the race [1/m] at `axial_m` (see `place`): the roller's plus the race's."""
         profile = self.geometry.roller_profile_radius_m
         lean = np.arcsin(axial_m / profile)
         across = self.roller_m - profile + profile * np.cos(lean)
@@ -216,35 +202,35 @@ class SlicedContact:
         curvature: FloatArray = np.cos(lean) / across + normal / radius
         return curvature
 
-    def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
-        """Make tables of slices with and without defects; `ConfigurationError` if a roller can touch two at a time."""
-        found = Openings(
-            rows=[self._slice_rows(self._slice_edges(None), None)],
-            of_rollers=[self._slice_rows(self._slice_edges(defect), defect) for defect in on_rollers],
-            middle_rad=[0.0],
-            window_of=np.zeros((2, RACE_POSITIONS), np.int64),
-        )
+    def tables(self, defects: Sequence[Defect]) -> tuple[list[FloatArray], list[float], IntArray]:
+        """Make a table of slices without defect and one for each of the `defects` on this race, see `slice_table`.
+
+        Also returns the angle from the x axis to the middle of each table's defect [rad], 0 without defect; and the
+        number of the table to use for a roller at each angle, [2 rows of rollers, RACE_POSITIONS]. Raises
+        `ConfigurationError` if a roller can touch two defects at a time.
+        """
+        found, middles = [self.slice_table(None)], [0.0]
+        table_at = np.zeros((2, RACE_POSITIONS), np.int64)
         for defect in defects:
             if defect.kind is not (Fault.INNER if self.inner else Fault.OUTER):
                 continue
-            rows = self._slice_rows(self._slice_edges(defect), defect)
-            middle = self.scene.load.zone_rad + defect.angle_rad
+            table, middle = self.slice_table(defect), self.scene.load.zone_rad + defect.angle_rad
             # a roller touches a raised piece before its middle is above it
             raised = math.sqrt(2 * max(0.0, defect.height_m) / float(self.gap_curvature_1_m(np.zeros(1))[0]))
-            reach = (float(rows[col.SLICE_HALF].max()) + raised) / self.radius_m + 2 * math.pi / RACE_POSITIONS
+            reach = (float(table[col.SLICE_HALF].max()) + raised) / self.radius_m + 2 * math.pi / RACE_POSITIONS
             near = np.abs(wrapped(np.arange(RACE_POSITIONS) * 2 * math.pi / RACE_POSITIONS - middle)) <= reach
-            if np.any(found.window_of[defect.row - 1, near]):
+            if np.any(table_at[defect.row - 1, near]):
                 raise ConfigurationError(
                     f"two defects of the {defect.kind} race are so close that a roller touches both: the slices model "
                     "handles one at a time; move one of them, or put it on the other row."
                 )
-            found.window_of[defect.row - 1, near] = len(found.rows)
-            found.rows.append(rows)
-            found.middle_rad.append(middle)
-        return found
+            table_at[defect.row - 1, near] = len(found)
+            found.append(table)
+            middles.append(middle)
+        return found, middles, table_at
 
     def _slice_edges(self, defect: Defect | None) -> FloatArray:
-        """Edges of the slices along the roller [m], finer in the middle, in a hole and at the ends of a defect."""
+        """Edges of the slices along the roller [m], closer in the middle and in a hole; also at a defect's ends."""
         half = self.geometry.roller_width_m / 2
         even = np.linspace(-1, 1, self.scene.line_contact.slices + 1)
         edges = half * np.sign(even) * np.abs(even) ** GRADING
@@ -270,8 +256,12 @@ class SlicedContact:
             raise ConfigurationError(f"defect axial_m = {middle:g} m is not on the roller (+-{half:g} m): move it.")
         return low, high, middle
 
-    def _slice_rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
-        """Make the table of the slices between `edges` along the roller [m], a row for each constant."""
+    def slice_table(self, defect: Defect | None) -> FloatArray:
+        """Make the table of slices at a defect, or at undamaged surfaces: [col.SLICE_ROWS constants, slices].
+
+        The constants are, for example, place, stiffness and width of a slice, and the defect's length and height there.
+        """
+        edges = self._slice_edges(defect)
         middle, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         length = self.geometry.roller_width_m
         rows = np.zeros((col.SLICE_ROWS, len(middle)))

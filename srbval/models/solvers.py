@@ -1,5 +1,7 @@
 """Methods of time integration, by name in `METHODS`: properties, and coefficients for the kernels.
 
+The equations are on the page "Time integration" of the theory.
+
 Explicit Runge-Kutta methods of fixed step: ode4, used by Giraudo et al. (2025), and lower orders, which they rule out.
 The names are those of Simulink: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method
 (Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). For decay without oscillation,
@@ -7,33 +9,24 @@ their steps are stable up to 2, 2, 2.51 and 2.79 over the largest rate of decay.
 300 times faster than ode4 resolves with steps of 1/61440 s. The run then does not diverge, but friction chatters within
 bounds, which adds broadband noise to the acceleration.
 
-The other methods treat friction and contact damping implicitly. ros2 is a two-stage W-method (Verwer, Spee, Blom &
-Hundsdorfer, A second-order Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20
-(1999) 1456). A step h takes the state y, whose rate of change is f(y), to y + h (3/2 k1 + 1/2 k2):
+The other methods take friction and contact damping implicitly, and contact stiffness explicitly. Their matrix J in
+place of the Jacobian contains only the damping matrix of `damping_kernel`. Friction and damping do not limit the step.
 
-    k1 = S f(y),   k2 = S (f(y + h k1) - 2 k1),   S = (1 - gamma h J)^-1
+- ros2 is a two-stage W-method (Verwer, Spee, Blom & Hundsdorfer, A second-order Rosenbrock method applied to
+  photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456), of second order with any J. It is L-stable
+  for the forces in J if gamma = 1 +- 1/sqrt 2; with the larger value, decaying components keep their sign. Contact
+  stiffness limits the step as in Heun's method with the same damping.
+- imex2 is of second order, with one evaluation of the forces per step (Strang splitting; Hairer, Lubich & Wanner,
+  Geometric Numerical Integration, 2006, sect. II.5). The forces are linearised about velocities predicted for the
+  middle of the step: the velocity at its start plus half of the last step's change, which is zero in the first step of
+  a run. Without this prediction, sliding would begin too late. Steps are stable up to 2 over the largest natural
+  angular frequency of the contacts.
+- imex1 is of first order: the linearised implicit Euler method for the velocities, then the symplectic Euler method for
+  the positions (ibid., sect. I.1.2), with the same limit of the step as imex2. It is the cheapest and the most damped:
+  slow sliding is accurate to first order only.
 
-The method is of second order with any matrix J in place of the Jacobian of f, and L-stable for the forces that J
-contains if gamma = 1 +- 1/sqrt 2 (the larger value keeps all components positive). Here J contains only the damping
-matrix of `damping_kernel`. The step is therefore limited by contact stiffness, as in Heun's method with the same
-damping, but not by friction or contact damping. Points that enter and leave contact limit the order that is observed.
-
-imex2 evaluates forces once per step: half a step of the positions, a step of the velocities at constant positions, half
-a step of the positions (Strang splitting; Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, sect. II.5).
-In the step of the velocities v, forces are f + J (v - v0): f is the force at v0, J the damping matrix. The formula of
-ros2 solves this linear equation. v0 is predicted for the middle of the step: the velocity at its start plus half of the
-last step's change (zero in the first step of a run). Without the prediction, points begin to slide too late. The mean
-of v - v0 is of second order in the step, and so is the method with any J, even if points slide. Steps are stable up to
-2 over the largest natural angular frequency of the contacts. Points come into contact over two steps, see
-`contact_columns`.
-
-imex1, of first order, computes new velocities v' by the linearised implicit Euler method, then new positions q':
-
-    (M + h D) (v' - v) = h f(q, v),   q' = q + h v'
-
-M is the mass matrix, D the matrix of friction and damping, which are L-stable. Contact stiffness is integrated by the
-symplectic Euler method, stable up to 2 over the largest natural angular frequency (ibid., sect. I.1.2). This step is
-the cheapest and the most damped: slow sliding is accurate to first order only.
+The observed order of the implicit methods is lower if points enter and leave contact. They average the force of such a
+point over two steps, see `contact_columns`.
 """
 
 import math
@@ -46,7 +39,7 @@ from srbval.arrays import FloatArray
 
 FAMILIES = ("explicit", "rosenbrock", "leapfrog")  # a kernel for each family
 RUNGE_KUTTA, ROSENBROCK, LEAPFROG = range(3)
-ONSET_STEPS = 2.0  # implicit methods: a point comes into contact over two steps; one step is noisier
+ONSET_STEPS = 2.0  # implicit methods average the force of a point that comes into contact; one step is noisier
 GAMMA_ROS2 = 1 + 1 / math.sqrt(2)
 GAMMA_IMEX2 = 1 - 1 / math.sqrt(2)  # the smaller root is more accurate; the linear equation contains no positions
 
@@ -55,10 +48,11 @@ class Coefficients(NamedTuple):
     """Coefficients of a method with s stages for the kernels; `family`: index in `FAMILIES`.
 
     `a`, [s, s]: weights of earlier stages in a stage's state; `b`, [s]: weights of the stages in the result; `c`, [s]:
-    times of the stages in steps; `g`, [s, s]: weights of earlier stages in a stage's right-hand side; `powers`, [s]:
-    weights of the stages in mean forces and powers; `implicit_coefficient`: gamma of ros2 and imex2, 1 for imex1, 0 for
-    explicit methods; `ahead`: share of the velocities' change in the last step, by which imex2 predicts the velocities
-    at which forces are linearised; `onset`: steps over which a new contact of a point is averaged.
+    times of the stages, in steps from the step's start; `g`, [s, s]: weights of earlier stages in a stage's right-hand
+    side; `powers`, [s]: weights of the stages in the recorded means of forces and powers; `implicit_coefficient`: gamma
+    of ros2 and imex2, 1 for imex1, 0 for explicit methods; `ahead`: share of the last step's change of velocities that
+    imex2 adds to predict velocities; `onset`: number of steps over which the force of a point that comes into contact
+    is averaged, 0 for none.
 
     imex1 and imex2, the family "leapfrog", evaluate forces once, at the time `c` of a step, and solve their linear
     equations ``len(b)`` times.

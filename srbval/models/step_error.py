@@ -2,7 +2,8 @@
 
 The method is described on the page "Time integration" of the theory, "The error that a step leaves". Its sources: the
 delete-one-block jackknife of Efron & Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11, and Kish's
-effective sample size, Survey Sampling, 1965, section 8.2, both quoted from memory and not checked."""
+effective sample size, Survey Sampling, 1965, section 8.2, both quoted from memory and not checked.
+"""
 
 import math
 import time
@@ -38,7 +39,7 @@ MIN_BAND_PIECE_S = 0.02  # shortest piece whose bands are compared
 
 
 def check_step(stats: RunStatistics, *, choose: bool) -> None:
-    """Estimate the error due to the step, or `choose` a step, and store the estimate and its wall time in `stats`."""
+    """Estimate the error due to the step, or `choose` a step; store the estimate and its wall time in `stats`."""
     scene, started = stats.scene, time.perf_counter()
     start_full_run(scene, stats.bearing).advance(0, 0)
     stats.compile_s, started = stats.compile_s + time.perf_counter() - started, time.perf_counter()
@@ -88,7 +89,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
 
 
 def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[int, StepError]:
-    """Choose the number of solver steps per output interval, at most `most`; also returns the estimated errors."""
+    """Choose a number of solver steps per output interval, from that of `start` to `most`; also returns the errors."""
     piece = _Piece(scene, bearing, start.with_finer_steps(1))
     steps, first = start.steps_per_output, piece.error()
     second = error = first
@@ -121,10 +122,11 @@ def _steady(scene: Scene) -> Scene:
 
 
 class _Piece:
-    """Short simulation for the estimate of errors, repeated from the same settled state with each step to be compared.
+    """Short piece of a run, simulated with different steps to estimate their errors, each time from the same state.
 
-    The output rate is raised if there are too few outputs for `BLOCKS` blocks. RMS is compared in frequency bands below
-    half the scene's output rate, and only if the simulation is longer than `MIN_BAND_PIECE_S`.
+    This state is that of `run` after the scene's settling time. The piece lasts `longer` times as long as usual. The
+    output rate is raised if there are too few outputs for `BLOCKS` blocks. RMS is compared in frequency bands below
+    half the scene's output rate, and only if the piece is `MIN_BAND_PIECE_S` or longer.
     """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun, *, longer: float = 1.0) -> None:
@@ -138,7 +140,7 @@ class _Piece:
         self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
-        """Estimate the errors with `finer` times shorter steps, compared with steps `REFINEMENT` times finer still."""
+        """Estimate the errors with steps `finer` times shorter than the run's, from `REFINEMENT` times shorter ones."""
         for times in (finer, REFINEMENT * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
@@ -168,7 +170,7 @@ def block_means(fs_hz: float, out: FloatArray, *, bands_below_hz: float = math.i
 
 
 def estimate_errors(first: BlockMeans, second: BlockMeans) -> tuple[Estimate, ...]:
-    """Relative errors of the `first` run's means against a more accurate run's, with jackknife standard errors."""
+    """Relative errors of the means of a run (`first`) against those of a more accurate run, with standard errors."""
     with np.errstate(all="ignore"):
         return tuple(_estimate_error(name, first[name], second[name]) for name in first if name in second)
 

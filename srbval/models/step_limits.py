@@ -50,8 +50,9 @@ CAGE_ANGLES = 3  # from a roller on the defect to the defect midway between two;
 class LinearSystem:
     """Linear equations of motion dq/dt = `motion` v, dv/dt = `stiffness` q + `damping` v of coordinates q and speeds v.
 
-    In the full model, q contains cage angles, displacements of the ring and of rollers along their slots; v contains
-    all speeds. Angles of rollers about their axes are left out: they have no effect unless a roller is damaged.
+    In the full model, q contains the angles of the cages and the displacements of the ring, and of each roller towards
+    the outer race; v contains all speeds. Angles of rollers about their axes are left out: they have no effect unless a
+    roller is damaged.
     """
 
     motion: FloatArray
@@ -83,16 +84,16 @@ def longest_step(method: Method, system: LinearSystem) -> float | None:
     return None
 
 
-def explicit_limit(method: Method, values: ComplexArray) -> float | None:
-    """Longest step [s] with which a Runge-Kutta method makes no decaying motion grow; `values`: eigenvalues [1/s]."""
-    size = np.abs(values)
-    decaying = (size > FREE_PER_S) & (values.real < -1e-9 * size)
-    limits = [_stable_radius(method, complex(value / abs(value))) / float(abs(value)) for value in values[decaying]]
+def explicit_limit(method: Method, eigenvalues: ComplexArray) -> float | None:
+    """Longest step [s] with which a Runge-Kutta method makes no decaying motion grow; `eigenvalues` in 1/s."""
+    size = np.abs(eigenvalues)
+    decaying = eigenvalues[(size > FREE_PER_S) & (eigenvalues.real < -1e-9 * size)]
+    limits = [_stable_radius(method, complex(value / abs(value))) / float(abs(value)) for value in decaying]
     return min(limits, default=None)
 
 
 def _stable_radius(method: Method, direction: complex) -> float:
-    """Largest r, counted from 0, up to which |`stability_function`| <= 1 at z = r `direction` (of modulus one)."""
+    """Largest r below which |`stability_function`| <= 1 at all z = r `direction`, a complex number of modulus one."""
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
@@ -134,7 +135,10 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
 
 
 def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
-    """Matrix by which a step of an implicit method multiplies q and v, in imex1 and imex2 also v's predicted change."""
+    """Matrix by which a step of an implicit method multiplies the coordinates q and speeds v of a system.
+
+    In imex1 and imex2 it also multiplies the change of v that imex2 predicts, see `Coefficients.ahead`.
+    """
     coefficients = method.coefficients
     damping = np.eye(len(system.damping)) - coefficients.implicit_coefficient * step_s * system.damping
     damp = np.asarray(np.linalg.inv(damping), dtype=np.float64)
@@ -143,7 +147,7 @@ def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
 
 
 def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix by which a step `h` of imex1 or imex2 multiplies q, v, v's predicted change; `damp`: see `_rosenbrock`."""
+    """Matrix of `step_map` for a step `h` of imex1 or imex2; `damp`: see `_rosenbrock`."""
     coordinates, speeds = system.motion.shape
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping
@@ -160,7 +164,7 @@ def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatA
 
 
 def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix by which a step `h` of ros2 multiplies q and v; `damp`: inverse of 1 - gamma h `system.damping`."""
+    """Matrix of `step_map` for a step `h` of ros2; `damp`: inverse of 1 - gamma h `system.damping`."""
     coordinates = len(system.motion)
     start = np.eye(sum(system.motion.shape))
     solve = np.eye(len(start))
@@ -175,31 +179,25 @@ def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: Floa
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
-    """Longest step at which the stiffest roller's bouncing between the races decays [s]; None if all steps are stable.
+    """Longest step [s] with which a roller that bounces between the races comes to rest; None if with every step.
 
-    The model is linearised about static balance with all bodies at rest; `state`: state of this balance. Only the
-    roller moves, and larger penetrations at a defect are not included; `linearise` includes the whole model.
+    The model is linearised about the static balance `state`, with all bodies at rest and without friction. Only the
+    roller with the stiffest contacts moves, towards the outer race and back; larger penetrations at a defect are not
+    included. `linearise` includes the whole model.
     """
-    at_rest = state.copy()
-    at_rest[layout_of(state).half :] = 0.0
-    return longest_step(method, stiffest_roller(without_friction(with_resting_shaft(model)), at_rest))
-
-
-def stiffest_roller(model: Parameters, state: FloatArray) -> LinearSystem:
-    """Linear system of the roller with the stiffest contacts, which slides along its slot; other bodies are fixed.
-
-    The acceleration of a roller depends only on its own position and speed, so all rollers are moved at once.
-    """
-    layout = layout_of(state)
-    own = layout.slide_rate
-    stiffness = central_difference(model, state, layout.slide, LENGTH_CHANGE_M)[own]
-    damping = central_difference(model, state, own, SPEED_CHANGE_M_S)[own]
-    one = slice(int(np.argmin(stiffness)), int(np.argmin(stiffness)) + 1)
-    return LinearSystem(motion=np.ones((1, 1)), stiffness=stiffness[one, None], damping=damping[one, None])
+    at_rest, layout = state.copy(), layout_of(state)
+    at_rest[layout.half :] = 0.0
+    model, rate = without_friction(with_resting_shaft(model)), layout.slide_rate
+    # a roller's acceleration depends only on its own position and speed, so all rollers are moved at once
+    stiffness = central_difference(model, at_rest, layout.slide, LENGTH_CHANGE_M)[rate]
+    damping = central_difference(model, at_rest, rate, SPEED_CHANGE_M_S)[rate]
+    stiffest = [int(np.argmin(stiffness))]
+    system = LinearSystem(motion=np.ones((1, 1)), stiffness=stiffness[stiffest, None], damping=damping[stiffest, None])
+    return longest_step(method, system)
 
 
 def central_difference(model: Parameters, state: FloatArray, part: slice | int, size: float) -> FloatArray:
-    """Derivative of the state's rates of change with respect to its entries `part`, from changes of +-`size`."""
+    """Derivative of the state's rates of change with respect to its entries `part`, which change by +-`size`."""
     there, back = state.copy(), state.copy()
     there[part] += size
     back[part] -= size
@@ -207,7 +205,7 @@ def central_difference(model: Parameters, state: FloatArray, part: slice | int, 
 
 
 def with_resting_shaft(model: Parameters) -> Parameters:
-    """Copy of the model with a shaft at rest, at angle zero; friction in oil rises with slip as at running speed."""
+    """Copy the model with the shaft at rest, at angle zero; friction in oil rises with slip as at running speed."""
     if model.slices is not None:
         law = law_at_speed(model.law, model.slices, rolling_speeds(model)[0], shaft_motion(0.0, model.drive)[0])
         model = model._replace(law=law, slices=model.slices._replace(critical_ratio=0.0))
@@ -215,7 +213,7 @@ def with_resting_shaft(model: Parameters) -> Parameters:
 
 
 def without_friction(model: Parameters) -> Parameters:
-    """Copy of the model without friction."""
+    """Copy the model without friction."""
     return model._replace(law=model.law._replace(static_friction=0.0, dynamic_friction=0.0))
 
 

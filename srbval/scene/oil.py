@@ -42,17 +42,12 @@ class Oil(Limited):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        own = self.viscosity_40_mm2_s, self.viscosity_100_mm2_s
-        classes = viscosities_100_mm2_s()
-        if (self.iso_vg is None) == (None in own):
+        own, classes = (self.viscosity_40_mm2_s, self.viscosity_100_mm2_s), viscosities_100_mm2_s()
+        by_class = self.iso_vg in classes and own == (None, None)
+        if not by_class and (self.iso_vg is not None or None in own):
             raise ConfigurationError(
                 f"oil: iso_vg = {self.iso_vg}, viscosity_40_mm2_s = {own[0]}, viscosity_100_mm2_s = {own[1]}: state "
-                "iso_vg, for example 150, or both viscosities."
-            )
-        if self.iso_vg is not None and (self.iso_vg not in classes or own != (None, None)):
-            raise ConfigurationError(
-                f"oil iso_vg = {self.iso_vg}: state one of {', '.join(map(str, classes))} and no viscosities. For "
-                "any other oil, state only viscosity_40_mm2_s and viscosity_100_mm2_s."
+                f"only iso_vg, one of {', '.join(map(str, classes))}, or only both viscosities."
             )
         if self.points_mm2_s[1] >= self.points_mm2_s[0]:
             raise ConfigurationError(f"oil: viscosities {own} must fall from 40 to 100 degrees C.")

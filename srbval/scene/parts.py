@@ -148,19 +148,21 @@ class DefectShape(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Defect(Limited):
-    """Localized defect on one circle of contact points of a raceway, or on one roller where it meets that circle.
+    """Localized defect of a raceway or of one roller.
 
-    Positive heights are bumps towards the other surface (the paper), negative heights pits. Without `extent_m` the
-    defect is the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in
-    the rolling direction with the given `shape`; `refinement` times as many points, each with proportionally less
-    stiffness, may replace the race's points there. `angle_rad`: angle of the defect's middle at time zero, on a race
-    from the middle of the load zone, on a roller about the roller's axis from the side away from the shaft. `row` is 1
-    (+z) or 2, `circle` 1 to 3; `roller` counts from 1, for a roller's defect.
+    Positive heights are bumps towards the other surface (the paper), negative heights pits. `angle_rad`: angle of the
+    defect's middle at time zero, on a race from the middle of the load zone, on a roller about the roller's axis from
+    the side away from the shaft. `row` is 1 (+z) or 2; `roller` counts from 1, for a roller's defect.
+
+    In the paper a race consists of three circles of points. The defect is on the `circle` 1 to 3; a roller's defect is
+    where this circle touches the roller. Without `extent_m` it is the paper's: `points` neighbouring points moved by
+    `height_m`. With `extent_m`, the defect has this length in the rolling direction and the given `shape`; `refinement`
+    times as many points, each with proportionally less stiffness, may replace the race's points there.
 
     The slices model uses the true shape. A `hole` is `extent_m` across; any other shape is `width_m` wide along the
     roller (None: the distance of the circles) and may have ramps of `ramp_m` at both ends along the race. The defect's
-    middle is `axial_m` outwards from the roller's middle (None: on the circle). Models with contact on circles treat a
-    hole as a flat defect and ignore width, ramps and `axial_m`.
+    middle is `axial_m` outwards from the roller's middle (None: on the circle). Models whose contacts are on circles
+    treat a hole as a flat defect and ignore width, ramps and `axial_m`.
     """
 
     kind: Fault

@@ -55,7 +55,7 @@ def _spelled_out(changes: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Read a scene: `path` is a name in `BUNDLED` or a file, which has a suffix such as ``.toml`` or names a folder.
+    """Read a scene: `path` is a name in `BUNDLED`, or a file with a suffix or a folder, e.g. ``mine.toml``, ``./mine``.
 
     Missing keys keep the paper's value; `changes` override the file. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
@@ -107,10 +107,10 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> Mapping[str, Any]:
     """Scale a scene's table `base`, written for the default bearing, to the bearing `name`.
 
-    Load, contact, housing, masses, defect and step scale with the pitch diameter (see `for_size`), and the rollers
-    carry the whole load unless `path`, the scene's load path, is ``housing``. For a bearing without dimensions only the
-    model changes, to ``impulse``. For a bearing of the same geometry `base` is returned, but if `path` is ``bearing``,
-    without the housing's spring and damper. Raises the errors of `load_bearing`.
+    Load, contact, housing, masses, defect and step scale with the pitch diameter, see `for_size`. The rollers then
+    carry the whole load, unless the scene's load `path` is ``housing``. A bearing of the same geometry needs no
+    scaling; if `path` is ``bearing``, the housing's spring and damper are removed. For a bearing without dimensions
+    only the model changes, to ``impulse``. Raises the errors of `load_bearing`.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
@@ -134,8 +134,8 @@ def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
     """Scale the values of `base` to a bearing `size` times as large at the same shaft speed, see `SIZE_POWERS`.
 
     Returns changes of a scene's table, in SI. Natural periods, and so the step, scale with the size; stresses and the
-    friction law's velocity do not change (dimensional analysis with the same materials; Bridgman 1922). Bearings
-    that are not `spherical` have another model: the step stays, and the housing's damping ratio is `DAMPING_RATIO`.
+    friction law's velocity do not change (dimensional analysis with the same materials; Bridgman 1922). If the bearing
+    is not `spherical`, its model ignores the step; the housing's damping ratio is then `DAMPING_RATIO`.
     """
     table: dict[str, Any] = {part: {} for part in ("load", "contact", "housing", "bodies", "defect")}
     for part, changes in table.items():
@@ -185,11 +185,11 @@ def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class RigInput:
-    """Uncertain value of the scene `rig`, from `low` to `high`, in `unit` as in a scene file.
+    """Uncertain input of the scene `rig`: its value is between `low` and `high`, in `unit` as in a scene file.
 
-    `key`: dotted path in a scene file; `points`: number of evenly spaced values that a study tries; `stands_for`: its
-    physical meaning. `high_from`: key of an earlier input whose value replaces `high` and `nominal`, e.g. the inner
-    osculation is at most the outer one.
+    `key`: dotted path in a scene file; `points`: number of evenly spaced values that a study tries; `stands_for`:
+    physical meaning of the input. `high_from`: key of an earlier input whose value replaces `high` and `nominal`, e.g.
+    the inner osculation is at most the outer one.
     """
 
     key: str
@@ -201,13 +201,6 @@ class RigInput:
     source: str
     unit: str = ""
     high_from: str = ""
-
-    def __post_init__(self) -> None:
-        if not (self.low <= self.nominal <= self.high and self.low < self.high and self.points >= 2):
-            raise ConfigurationError(
-                f"{self.key}: low = {self.low:g}, nominal = {self.nominal:g}, high = {self.high:g} must rise in this "
-                f"order, and points = {self.points} must be 2 or more."
-            )
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -231,7 +224,7 @@ def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that put each input at a share (0 to 1) of its range; with `points` 2, at the nearer end."""
+    """Build scene changes that set each input to a share (0 to 1) of its range, rounded to 0 or 1 if `points` is 2."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):
@@ -246,7 +239,8 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))
-    return [[float(share) for share in row] for row in sequence.random_base2(power)]
+    found: list[list[float]] = sequence.random_base2(power).tolist()
+    return found
 
 
 def draw_rig_changes(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:

@@ -78,9 +78,9 @@ class SensorPath(Limited):
 
 
 def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> FloatArray:
-    """Split accelerations [n, 3 or 2] into parts along and across the load, projected on the sensor's axis: [n, 2].
+    """Split accelerations, [n, 3 or 2], along the sensor's axis into two parts, [n, 2]; their sum is the whole.
 
-    The sum of both columns is the acceleration along the sensor's axis.
+    The first part is due to the motion along the load, the second to the motion across it.
     """
     angle = load_direction_rad
     axes = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])

@@ -76,7 +76,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """Compute the factor of the waves' power law by roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
+        """Compute the constant g of the page "Surfaces" for the roughness class [m^(3 - 2 `exponent`)]; 0 without."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(__file__).with_name("roughness.toml"))

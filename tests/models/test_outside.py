@@ -34,63 +34,45 @@ def bundled(scene):
 def times(scene):
     return np.arange(round((scene.settle_s + scene.duration_s) * scene.output_rate_hz)) / scene.output_rate_hz
 
+def signal(scene):
+    return np.sin(5000 * times(scene)) * np.exp(-5 * ((97 * times(scene)) % 1))
+
 def ring(scene):
-    time_s = times(scene)
-    return time_s, np.sin(5000 * time_s) * np.exp(-5 * ((97 * time_s) % 1))
-
-def raises(scene):
-    raise ValueError("not today")
-
-def exits(scene):
-    sys.exit("enough")
-
-def not_finite(scene):
-    time_s, signal = ring(scene)
-    signal[100:] = np.nan
-    return time_s, signal
-
-def uneven(scene):
-    time_s, signal = ring(scene)
-    return time_s**1.1, signal
-
-def constant(scene):
-    return times(scene), np.ones(len(times(scene)))
-
-def short(scene):
-    time_s, signal = ring(scene)
-    return time_s[:-500], signal[:-500]
-
-def text(scene):
-    return "nothing"
-
-def sleeps(scene):
-    subprocess.Popen(["sleep", "600"])
-    time.sleep(600)
-
-def allocates(scene):
-    return np.ones(int(2.5e9))
-
-def grows(scene):
-    held = []
-    while True:
-        held.append(bytes(1_000_000) + b"1")
-
-def dies(scene):
-    os._exit(7)
+    return times(scene), signal(scene)
 """
-FAILURES = {
-    "raises": (RunStatus.RAISED, r"ValueError: not today, in models\.py line \d+"),
-    "exits": (RunStatus.RAISED, "SystemExit: enough"),
-    "not_finite": (RunStatus.NOT_FINITE, "values of acceleration_m_s2 are not finite, the first at 0.0048"),
-    "uneven": (RunStatus.UNUSABLE_SIGNALS, "times are uneven, in steps of .* t_eval"),
-    "constant": (RunStatus.SILENT, "constant although the bearing has a defect"),
-    "short": (RunStatus.UNUSABLE_SIGNALS, r"it returned .* the scene records 0\.1 s, after 0\.02 s"),
-    "text": (RunStatus.UNUSABLE_SIGNALS, r"it returned str; return \(time_s"),
-    "sleeps": (RunStatus.OUT_OF_TIME, "did not end within 5 s; the environment variable SRBVAL_MODEL_SECONDS"),
-    "allocates": (RunStatus.OUT_OF_MEMORY, "more memory than 0.5 GB"),
-    "grows": (RunStatus.OUT_OF_MEMORY, "more memory than 0.5 GB"),
-    "dies": (RunStatus.DIED, "its process ended .exit code 7"),
+FAILURES = {  # by name: what the function does, the run's status and reason
+    "raises": ('raise ValueError("not today")', RunStatus.RAISED, r"ValueError: not today, in models\.py line \d+"),
+    "exits": ('sys.exit("enough")', RunStatus.RAISED, "SystemExit: enough"),
+    "not_finite": (
+        "return times(scene), np.append(signal(scene)[:100], np.full(len(times(scene)) - 100, np.nan))",
+        RunStatus.NOT_FINITE,
+        "values of acceleration_m_s2 are not finite, the first at 0.0048",
+    ),
+    "uneven": (
+        "return times(scene) ** 1.1, signal(scene)",
+        RunStatus.UNUSABLE_SIGNALS,
+        "times are uneven, in steps of .* t_eval",
+    ),
+    "constant": (
+        "return times(scene), 0 * times(scene) + 1",
+        RunStatus.SILENT,
+        "constant although the bearing has a defect",
+    ),
+    "short": (
+        "return times(scene)[:-500], signal(scene)[:-500]",
+        RunStatus.UNUSABLE_SIGNALS,
+        r"it returned .* the scene records 0\.1 s, after 0\.02 s",
+    ),
+    "text": ('return "nothing"', RunStatus.UNUSABLE_SIGNALS, r"it returned str; return \(time_s"),
+    "sleeps": (
+        'subprocess.Popen(["sleep", "600"]).wait()',
+        RunStatus.OUT_OF_TIME,
+        "did not end within 5 s; the environment variable SRBVAL_MODEL_SECONDS",
+    ),
+    "grows": ("list(map(bytes, [10**6] * 10**6))", RunStatus.OUT_OF_MEMORY, "more memory than 0.5 GB"),
+    "dies": ("os._exit(7)", RunStatus.DIED, "its process ended .exit code 7"),
 }
+MODELS += "".join(f"\ndef {name}(scene):\n    {body}\n" for name, (body, *_) in FAILURES.items())
 
 
 @pytest.fixture(autouse=True)
@@ -111,7 +93,7 @@ def scene(function: str = "ring", **changes: Any) -> Scene:
 def test_a_failure_is_the_status_of_the_run(function, monkeypatch, capfd):
     monkeypatch.setenv("SRBVAL_MODEL_GB", "0.5")
     monkeypatch.setenv("SRBVAL_MODEL_SECONDS", "5" if function == "sleeps" else "120")
-    status, reason = FAILURES[function]
+    _, status, reason = FAILURES[function]
     run = simulate(scene(function))
     assert run.status is status
     assert re.search(reason, run.reason), run.reason

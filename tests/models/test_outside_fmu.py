@@ -108,10 +108,10 @@ def test_an_fmu_that_fails_is_a_status(load, status, reason):
     [
         ('"a_y"', '"a_z"', "acceleration_m_s2: the FMU has no variable 'a_z'; did you mean 'a_y'"),
         ('unit = "rad/s"', 'unit = "rpm"', "the unit 'rpm' differs from the FMU's 'rad/s'"),
-        ('unit = "kN"', 'unit = "bar"', "'radial_load' is in 'bar'. Known units: N, kN, MN"),
+        ('unit = "kN"', 'unit = "bar"', "'radial_load' has the unit 'bar'. Known units: N, kN, MN"),
         (', unit = "m/s2"', "", "'a_y' has no unit in the FMU's description; state it here"),
         ("shaft_speed_rad_s", "shaft_speed", "'shaft_speed' is not known; did you mean 'shaft_speed_rad_s'"),
-        ("acceleration_m_s2", "ring_displacement_m", "is in 'm/s2'"),
+        ("acceleration_m_s2", "ring_displacement_m", "has the unit 'm/s2'"),
     ],
 )
 def test_a_wrong_table_is_an_error_with_its_remedy(old, new, text):
@@ -132,8 +132,7 @@ COMMANDS = {"bench": ("--quick",), "validate": ("--measured", RECORD, "--no-pdf"
     [
         ("", "", (0, 0), r"bearing\.fmu own +61440 .* ok|cage ratio +1 +0\.4304 +0\.43 "),
         ('"kN"', '"N"', (0, 4), r"its process ended \(exit code 9\)"),
-        ('"kN"', '"bar"', (2, 2), "'radial_load' is in 'bar'. Known units: N, kN, MN"),
-        ('"a_y"', '"a_z"', (2, 2), "the FMU has no variable 'a_z'; did you mean 'a_y'"),
+        ('"kN"', '"bar"', (2, 2), "'radial_load' has the unit 'bar'. Known units: N, kN, MN"),
     ],
 )
 def test_an_fmu_on_the_bench_and_in_a_validation(old, new, codes, text, command, srbval_text):

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from srbval import RunStatus, load_bearing, load_scene
-from srbval.models import film
+from srbval.models.oil import line_film_m, thermal_factor
 from srbval.models.simulate import Step, simulate
 
 CLOSED = 1e-3  # of the drive's power that no source accounts for
@@ -31,7 +31,7 @@ def test_films_are_the_formulas(run):
     assert run.lambda_min == pytest.approx(run.film_um["min"] * 1e-6 / run.scene.oil.roughness_m, rel=1e-12)
     assert run.film_um["min"] < run.film_um["mean"]
     heaviest = float(run.load_n.sum(axis=-1).max()) / 0.0325  # per length that touches
-    line = film.line_film_m(run.scene.oil, 6.2, heaviest, 0.0172) * film.thermal_factor(run.scene.oil, 6.2)
+    line = line_film_m(run.scene.oil, 6.2, heaviest, 0.0172) * thermal_factor(run.scene.oil, 6.2)
     assert 0.7 < run.film_um["mean"] * 1e-6 / line < 1.1  # an ellipse's, at less load
 
 

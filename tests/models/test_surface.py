@@ -83,13 +83,6 @@ def test_a_raised_piece_adds_what_its_points_do(patch, depth_m, middle_m, shape)
     assert added == pytest.approx(direct, rel=EDGE, abs=EDGE_N)
 
 
-def test_loads_in_balance_are_those_of_dense_points():
-    line = line_parameters(dense_scene(500), geometry())
-    dense = make_parameters(dense_scene(16_000), geometry())
-    state = equilibrium_state(line)
-    assert rates(line, 0.0, state).load_n == pytest.approx(rates(dense, 0.0, state).load_n, rel=LOAD, abs=LOAD_N)
-
-
 def pull(model: Parameters, state: np.ndarray, spin: float) -> float:
     """Traction on one loaded roller, its spin changed by `spin` [N]."""
     roller, rollers = 5, len(model.slot_angle)
@@ -99,11 +92,12 @@ def pull(model: Parameters, state: np.ndarray, spin: float) -> float:
     return float(rates(model, 0.0, turned).rate[place]) * model.roller_axial / model.law.roller_radius
 
 
-def test_friction_of_a_patch_is_that_of_dense_points():
-    """From sticking to sliding."""
+def test_loads_in_balance_and_friction_are_those_of_dense_points():
+    """Friction from sticking to sliding."""
     line = line_parameters(dense_scene(500), geometry())
     dense = make_parameters(dense_scene(16_000), geometry())
     state = equilibrium_state(line)
+    assert rates(line, 0.0, state).load_n == pytest.approx(rates(dense, 0.0, state).load_n, rel=LOAD, abs=LOAD_N)
     spins = (-3.0, -1.0, -0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.5, 1.0, 3.0)
     own, right = (np.array([pull(model, state, spin) for spin in spins]) for model in (line, dense))
     assert np.abs(own - right).max() < TRACTION * np.abs(right).max()

@@ -172,7 +172,7 @@ def test_power_is_answered_from_the_table_in_oil():
 def test_free_rollers_lie_outside_the_tables_in_words():
     plan = make_plan(load_scene("rig", {"bodies": {"free_rollers": True}}), question=Question.SLIP)
     assert [reason for reason in plan.outside if "tilt and slide" in reason]
-    assert "does not let rollers tilt" in candidate(plan, "line").why
+    assert "does not simulate tilting rollers" in candidate(plan, "line").why
 
 
 @pytest.mark.parametrize(

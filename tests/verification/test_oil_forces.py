@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from srbval.models.film import thermal_factor
 from srbval.models.full import columns as col
+from srbval.models.oil import thermal_factor
 from srbval.models.slices import sliced_contacts
 from srbval.scene import Scene, load_scene
 from tests.verification.harness import (

@@ -1,7 +1,7 @@
 """Kernels: effects of oil besides traction: rolling resistance, drag, friction in the cage's pockets.
 
 These forces are small beside the load and change slowly, so steps treat them explicitly: rolling resistance alone would
-stop a roller's spin in 0.3 s. For the equations see `srbval.models.film` and `.oil`. The push of a pocket's friction
+stop a roller's spin in 0.3 s. For the equations see `srbval.models.oil`. The push of a pocket's friction
 along the slot, some 10 N, is left out.
 """
 

@@ -39,7 +39,7 @@ FMU_SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for ax
 class FmuVariable(NamedTuple):
     """Variable `name` of an FMU, which receives the scene's setting `key` or computes the signal `key`.
 
-    `unit`: the variable's unit in SI, such as 1000 for kN; `codes`: numbers that encode words, such as outer = 1.
+    `unit`: the variable's unit in SI units, such as 1000 for kN; `codes`: numbers that stand for words, as outer = 1.
     """
 
     key: str
@@ -102,20 +102,25 @@ def load_fmu(path: Path) -> Any:
     return simulate
 
 
-def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowed: tuple[str, ...]) -> FmuVariable:
-    """Convert a TOML entry; an error if `key` is not `allowed`, its variable not `known`, or the unit does not fit."""
-    if key not in allowed:
-        raise UnknownNameError.of(f"{place}: {key!r} is not known", key, allowed)
+def _variable(place: str, key: str, entry: Any, variables: Mapping[str, Any], keys: tuple[str, ...]) -> FmuVariable:
+    """Convert the `entry` of a `key` in the TOML table `place`; an error if key, variable or unit is wrong.
+
+    `variables`: variables of the FMU by name; `keys`: keys that the table may have.
+    """
+    if key not in keys:
+        raise UnknownNameError.of(f"{place}: {key!r} is not known", key, keys)
     codes: dict[str, Any] = {"variable": entry} if isinstance(entry, str) else dict(entry)
     name, stated = str(codes.pop("variable", "")), str(codes.pop("unit", ""))
-    if name not in known:
-        raise UnknownNameError.of(f"{place} {key}: the FMU has no variable {name!r}", name, tuple(known))
-    described = known[name].unit or getattr(known[name].declaredType, "unit", None) or ""
+    if name not in variables:
+        raise UnknownNameError.of(f"{place} {key}: the FMU has no variable {name!r}", name, tuple(variables))
+    described = variables[name].unit or getattr(variables[name].declaredType, "unit", None) or ""
     if stated and described and stated != described:
-        raise ConfigurationError(f"{place} {key}: the unit {stated!r} differs from the FMU's {described!r}: omit it.")
+        raise ConfigurationError(
+            f"{place} {key}: the unit {stated!r} differs from the FMU's {described!r}: leave out unit = {stated!r}."
+        )
     units = SUFFIXES.get(max((suffix for suffix in SUFFIXES if key.endswith(suffix)), key=len, default=""), {"": 1.0})
     unit = stated or described
     if unit not in units and (unit or len(units) > 1):
-        said = f"is in {unit!r}" if unit else "has no unit in the FMU's description; state it here"
-        raise ConfigurationError(f"{place} {key}: the variable {name!r} {said}. Known units: {', '.join(units)}.")
+        has = f"the unit {unit!r}" if unit else "no unit in the FMU's description; state it here"
+        raise ConfigurationError(f"{place} {key}: the variable {name!r} has {has}. Known units: {', '.join(units)}.")
     return FmuVariable(key, name, units.get(unit, 1.0), codes)

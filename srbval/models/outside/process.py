@@ -139,7 +139,7 @@ def command_model(text: str) -> Model:
 
 
 def _place_and_text(error: BaseException) -> str:
-    """Describe an exception in one line, with file and line number of the model's code where it occurred."""
+    """Describe an exception in one line, with the file and line of the model's code at which it occurred."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [f for f in frames if f.filename != __file__ and "-packages" not in f.filename and f.filename[:1] != "<"]
     place = f", in {Path(own[-1].filename).name} line {own[-1].lineno}" if own else ""
@@ -152,12 +152,5 @@ def _worked_s() -> float:
     return time.process_time() + spent.children_user + spent.children_system
 
 
-def import_server() -> Callable[[Any], Any]:
-    """Import this module under its full name, not as ``__main__``, and return the function that serves requests."""
-    from srbval.models.outside import process  # not as __main__, because results are pickled
-
-    return process.run_requested_model
-
-
-if __name__ == "__main__":
-    serve_calls(import_server)
+if __name__ == "__main__":  # the function is imported by its module's name, because its results are pickled
+    serve_calls(lambda: importlib.import_module("srbval.models.outside.process").run_requested_model)

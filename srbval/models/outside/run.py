@@ -34,7 +34,7 @@ _ending: list[None] = []  # an entry for each active `models_ended`; models cann
 
 
 def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run a model from outside; arguments as in `srbval.models.hierarchy`. A failure yields one interval of NaN."""
+    """Run a model from outside; arguments as in `srbval.models.hierarchy`. A failed run has one interval of NaN."""
     scene = stats.scene
     if scene.solver.name == OWN_SOLVER:  # for bundled models that the model may call
         scene = replace(scene, solver=replace(scene.solver, name=default_solver()))
@@ -91,7 +91,7 @@ def run_in_process(scene: Scene) -> OutsideResult:
 
 @contextlib.contextmanager
 def models_ended() -> Iterator[None]:
-    """Stop all external models that are running; callers get `CancelledError`. None can start in the ``with`` block."""
+    """Stop the running models from outside the package; callers get `CancelledError`. No other starts in the block."""
     _ending.append(None)
     try:
         while _running:
@@ -110,7 +110,7 @@ def _announce(name: str) -> None:
 
 
 def _limit(variable: str, usual: float) -> float:
-    """Read a limit of time or memory from the environment `variable`; `usual` if it is not set."""
+    """Read a limit of time or memory from an environment variable; `usual` if the variable is not set."""
     text = os.environ.get(variable) or str(usual)
     with contextlib.suppress(ValueError):
         if 0 < float(text) < math.inf:
