@@ -22,8 +22,8 @@ FS_HZ = 20480.0
 NEAR_DB = 0.1  # of the response away from the edges of its bands
 FLAT = 0.3  # of half a band, 0.5: beyond, its edge begins to show
 DOWN = -math.pi / 2  # of the load
-MIDDLES_HZ = (1000.0, 1258.9254, 1584.8932)
-PATH = SensorPath(frequency_hz=MIDDLES_HZ, load=(2.0, 0.5, 1.0), cross=(6.0, 1.5, 3.0), source="test")
+MIDDLES_HZ = tuple(10 ** (n / 10) for n in (31, 32, 33))
+PATH = SensorPath(frequency_hz=MIDDLES_HZ, load=(0.5, 2.0, 1.2), cross=(2.0, 8.0, 3.0), source="test")
 
 
 @pytest.mark.parametrize("fs_hz", [5800.0, FS_HZ, 245_760.0])
@@ -84,9 +84,9 @@ def test_a_run_moves_as_without_a_path_and_its_file_holds_what_the_sensor_shows(
 
 
 def test_each_band_has_its_gains_and_outside_them_nothing_is_changed():
-    found = PATH.response(np.array([0.0, 880.0, 900.0, 1100.0, 1130.0, 1600.0, 1770.0, 1790.0, 5000.0]))
-    assert found[0].tolist() == [1, 1, 2, 2, 0.5, 1, 1, 1, 1]  # edges at 891, 1122 and 1778 Hz
-    assert found[1].tolist() == [1, 1, 6j, 6j, 1.5j, 3j, 3j, 1, 1]  # a quarter turn: powers of both directions add
+    found = PATH.response(np.array([0.0, 1100.0, 1130.0, 1400.0, 1420.0, 1790.0, 2230.0, 2250.0, 5000.0]))
+    assert found[0].tolist() == [1, 1, 0.5, 0.5, 2, 1.2, 1.2, 1, 1]  # edges at 1122, 1413, 1778 and 2239 Hz
+    assert found[1].tolist() == [1, 1, 2j, 2j, 8j, 3j, 3j, 1, 1]  # a quarter turn: powers of both directions add
 
 
 def test_the_parts_along_the_sensor_are_those_of_the_load_and_across_it():
@@ -101,7 +101,7 @@ def test_paths_are_drawn_as_widely_as_they_are_known():
     random = np.random.default_rng(1)
     drawn = [replace(PATH, u_db=(1.0, 0.0, 3.0), cross_u_db=2.0).drawn(random) for _ in range(400)]
     off = 20 * np.log10([np.array(one.load) / PATH.load for one in drawn])
-    ratio = 20 * np.log10([one.cross[0] / one.load[0] / 3.0 for one in drawn])
+    ratio = 20 * np.log10([one.cross[0] / one.load[0] / 4.0 for one in drawn])
     assert off.std(axis=0) == pytest.approx([1.0, 0.0, 3.0], rel=0.1)  # 400 draws know a deviation to 3.5 %
     assert ratio.std() == pytest.approx(2.0, rel=0.1)
 
@@ -114,7 +114,7 @@ def test_a_file_comes_back_as_it_was(tmp_path):
     assert read is not None
     assert read.frequency_hz == pytest.approx(MIDDLES_HZ, rel=1e-5)
     assert (read.load, read.cross, read.u_db, read.used) == (path.load, path.cross, path.u_db, path.used)
-    assert json.loads(json.dumps(scene_dict(scene)))["sensor_path"]["cross"] == [6.0, 1.5, 3.0]
+    assert json.loads(json.dumps(scene_dict(scene)))["sensor_path"]["cross"] == [2.0, 8.0, 3.0]
     assert paper_scene(sensor_path="none") == paper_scene()
     with pytest.raises(DataError, match="no such file"):
         paper_scene(sensor_path="./nothing.toml")
