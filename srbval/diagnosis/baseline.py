@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from srbval.recordings.registry import (
     registered_settings,
 )
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
-from srbval.signal import LEAST_SNR, NORMAL_95
+from srbval.signal import LEAST_SNR, NORMAL_95, power_density
 
 SAME_SHARE = 0.03  # largest difference of speeds and loads of one operating point: a motor slips under load
 COMPARED_SAMPLES = 2**22  # largest number of samples of two records that are compared with each other
@@ -51,28 +50,27 @@ class Baseline:
 class BaselineComparison:
     """Comparison of the fault lines of a record with the same lines of a healthy record.
 
-    A line's modulation is its amplitude in the squared envelope, in (m/s2)^2 if `by_level`, otherwise as a share of the
-    squared envelope's mean. `ratios` contains, by line, the modulation in this record over the modulation in the
-    healthy record, with its 95 % interval. A line has risen if its ratio is at least `RISEN_RATIO` and the interval is
-    above 1. `line` is the risen line with the greatest modulation depth, `risen` the part of the bearing to which it
-    belongs, `baseline` the file of the healthy record.
+    `ratios` maps the name of a line to its modulation in this record over its modulation in the healthy record, and to
+    the 95 % interval of this ratio. The modulation is the line's amplitude in the squared envelope, in (m/s2)^2 if
+    `by_level`, otherwise as a share of the squared envelope's mean. A line has risen if its ratio is at least
+    `RISEN_RATIO` and the interval is above 1. `line` is the name of the risen line with the greatest modulation depth,
+    None if no line has risen. `baseline` is the file of the healthy record.
     """
-
-    JSON_OMITTED: ClassVar = ("ratios",)
 
     sentence: str
     ratios: Mapping[str, tuple[float, tuple[float, float]]] = field(default_factory=dict)
-    risen: Fault | None = None
     line: str | None = None
-    ratio: float | None = None
-    ratio_ci95: tuple[float, float] | None = None
     baseline: str | None = None
     by_level: bool = True
 
     @property
-    def times(self) -> str:
-        """Words after a ratio in a sentence: "times as high" for levels, "times as deep" for modulation depths."""
-        return "times as high" if self.by_level else "times as deep"
+    def risen(self) -> Fault | None:
+        """Part of the bearing to which the risen `line` belongs; None if no line has risen."""
+        return Fault.of_line(self.line) if self.line else None
+
+    def times(self, ratio: float) -> str:
+        """Ratio in words, such as "2.1 times as high" for levels or "2.1 times as deep" for modulation depths."""
+        return f"{_three_digits(ratio)} times as {'high' if self.by_level else 'deep'}"
 
 
 NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same machine, speed and load to compare.")
@@ -90,19 +88,19 @@ def registered_baseline(analysis: Analysis) -> Recording | None:
 
 def _is_same_signal(one: Recording, other: Recording) -> bool:
     """True if two records contain the same signal, apart from rounding to single precision."""
-    if None not in (one.sha256, other.sha256) and one.sha256 == other.sha256:
+    if one.sha256 is not None and one.sha256 == other.sha256:
         return True
     (a, b), same = (one_signal(x.part(0, COMPARED_SAMPLES)) for x in (one, other)), one.samples == other.samples
     return same and a.size == b.size and bool(np.allclose(a, b, rtol=0, atol=1e-6 * float(np.abs(a).max())))
 
 
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
-    """Load a healthy record with the `settings` of the record that is compared with it.
+    """Load a healthy record with the `settings` that the user stated for the record compared with it.
 
-    Bearing state and loads in `settings` are ignored; the speed is used if the healthy file has none, unit and
-    sensitivity if none are registered for it. `scale` is the value of one of its samples in its unit (default: the
-    registered scale). Raises `ConfigurationError` if the healthy file is declared faulty, or if `settings` contains a
-    scale but the healthy file has none.
+    Bearing state and loads in `settings` are ignored. The speed in `settings` is used if the healthy file has none,
+    unit and sensitivity if none are registered for the healthy file. `scale` is the value of the number 1 in the
+    healthy file, in the unit of this file (default: the registered scale). Raises `ConfigurationError` if the healthy
+    file is declared faulty, or if `settings` contains a scale but the healthy file has none.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)
@@ -112,9 +110,9 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
             f"--scale {settings.scale:g} does not apply to the healthy record {path}. State its scale with "
             "--healthy-scale F, or register it: `srbval data add FILE --scale F`."
         )
-    of_the_record = dict.fromkeys(("state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"))
-    kept = replace(settings, **of_the_record, scale=scale)
-    kept = replace(kept, **{name: None for name in ("unit", "sensitivity_mv_per_g") if getattr(own, name)})
+    ignored = ["state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"]
+    ignored += [name for name in ("unit", "sensitivity_mv_per_g") if getattr(own, name)]
+    kept = replace(settings, **dict.fromkeys(ignored), scale=scale)
     healthy = load_registered(path, replace(kept, rpm=None, rpm_tolerance_pct=None))
     if healthy.speed is None and settings.rpm is not None:
         healthy = load_registered(path, kept)
@@ -138,8 +136,9 @@ def baseline_of(analysis: Analysis, healthy: RecordSource) -> Baseline:
         )
     if processed.band_hz[1] >= healthy.fs_hz / 2:
         raise ConfigurationError(
-            f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz, the healthy record does not contain the band to "
-            f"{processed.band_hz[1]:g} Hz; give a band that both contain (--band LO HI), or leave --healthy out."
+            f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz, the healthy record has no frequencies up to "
+            f"{processed.band_hz[1]:g} Hz, the end of the band; give a band that both records contain (--band LO HI), "
+            "or leave --healthy out."
         )
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
@@ -174,17 +173,14 @@ def baseline_of(analysis: Analysis, healthy: RecordSource) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if one record's noise is about 9.81 times the other's: probably one is in g."""
+    """Raise `ConfigurationError` if one record's background is about 9.81 times the other's: probably one is in g."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
         return
-    spectra = []
-    for one in (ours, healthy):
-        signal = one_signal(one.part(0, COMPARED_SAMPLES))
-        segments = signal[: signal.size // SEGMENT_SAMPLES * SEGMENT_SAMPLES].reshape(-1, SEGMENT_SAMPLES)
-        spectra.append(np.mean(np.abs(np.fft.rfft(segments * np.hanning(SEGMENT_SAMPLES)))[:, 2:] ** 2, axis=0))
-    ratio = float(np.quantile(np.sqrt(spectra[0] / np.maximum(spectra[1], np.finfo(float).tiny)), QUIET_QUANTILE))
+    signals = (one_signal(one.part(0, COMPARED_SAMPLES)) for one in (ours, healthy))
+    here, there = (power_density(signal, ours.fs_hz, SEGMENT_SAMPLES / ours.fs_hz)[1][2:] for signal in signals)
+    ratio = float(np.quantile(np.sqrt(here / np.maximum(there, np.finfo(float).tiny)), QUIET_QUANTILE))
     if ratio > 0 and abs(max(ratio, 1 / ratio) / STANDARD_GRAVITY_M_S2 - 1) < UNIT_TOLERANCE:
         raise ConfigurationError(
             f"{healthy.name}: the background of the record is {ratio:.3g} times the healthy record's, about the ratio "
@@ -214,35 +210,28 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
         )
     lines = [x for x in analysis.lines if x.is_first and (x.detected or x.stands_out)]
     ratios = {x.name: found for x in lines if (found := _modulation_ratio(analysis, x, healthy))}
-    high = {name for name, (ratio, ci95) in ratios.items() if ratio >= RISEN_RATIO and ci95[0] > 1}
-    risen = [x for x in detected_fault_lines(lines) if x.name in high]
+    above = {name for name, (ratio, ci95) in ratios.items() if ratio >= RISEN_RATIO and ci95[0] > 1}
+    risen = [x for x in detected_fault_lines(lines) if x.name in above]
     compared = BaselineComparison(
         sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_both_in_m_s2(analysis, healthy)
     )
     said = f"Compared with the healthy record {name},"
     if not risen:
-        return replace(compared, sentence=f"{said} no line is {RISEN_RATIO:g} {compared.times} or more.")
+        return replace(compared, sentence=f"{said} no line is {compared.times(RISEN_RATIO)} or more.")
     first, *others = risen
-    ratio, ci95 = ratios[first.name]
+    ratio, (low, high) = ratios[first.name]
     also = "; also risen, less deep: " if others else ""
-    also += ", ".join(f"{x.name} {short_ratio(ratios[x.name][0])} times" for x in others)
-    return replace(
-        compared,
-        risen=Fault.of_line(first.name),
-        line=first.name,
-        ratio=ratio,
-        ratio_ci95=ci95,
-        sentence=f"{said} the {first.name} line is {short_ratio(ratio)} {compared.times} "
-        f"(95 %: {short_ratio(ci95[0])} to {short_ratio(ci95[1])}){also}.",
-    )
+    also += ", ".join(f"{x.name} {_three_digits(ratios[x.name][0])} times" for x in others)
+    interval = f"(95 %: {_three_digits(low)} to {_three_digits(high)})"
+    sentence = f"{said} the {first.name} line is {compared.times(ratio)} {interval}{also}."
+    return replace(compared, line=first.name, sentence=sentence)
 
 
 def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
     return one.recording.unit == other.recording.unit == "m/s2"
 
 
-def short_ratio(ratio: float) -> str:
-    """Format a ratio with three digits and without an exponent."""
+def _three_digits(ratio: float) -> str:
     return f"{float(f'{ratio:.3g}'):,g}"
 
 

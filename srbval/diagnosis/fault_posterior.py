@@ -14,7 +14,6 @@ import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.reading.families import (
-    HARMONICS,
     LOG_RATIO_ONSET,
     LOG_RATIO_SLOPE,
     OWN_SIDEBANDS,
@@ -25,6 +24,7 @@ from srbval.reading.families import (
 from srbval.reading.pipeline import whitened_bands
 from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import ShaftSpeed
+from srbval.signal.comb import HARMONICS
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART
 
@@ -55,8 +55,8 @@ class Comb:
     """Line at `found_hz` with its harmonics; `found_hz` is None if the spectrum does not reach to this line.
 
     `excess` is the comb's score (see `CombSpectrum`) minus the score of a typical comb of the record, `depth` the
-    modulation depth of its first line. `explained_by` names another source of which the comb is a multiple: the mains,
-    the shaft, or a comb of lower frequency whose score is at least as high, and whose depth is at least half as great.
+    modulation depth of its first line. `explained_by` names another source with a multiple at the comb's frequency: the
+    mains, the shaft, or a lower comb whose score is at least as high and whose depth is at least half as great.
     """
 
     excess: float = 0.0
@@ -66,15 +66,20 @@ class Comb:
 
     @property
     def log_ratio(self) -> float:
-        """Log likelihood ratio of a fault to no fault.
+        """Log likelihood ratio of a fault to no fault: smooth minimum of a ratio for `excess` and one for `depth`.
 
-        One ratio is computed from `excess`, another from `depth`; the result is a smooth minimum of these two. Both
-        ratios rise equally if the depth of all lines doubles, because `excess` then rises by 2 log 2 for each line.
+        If all five lines of a clear comb become twice as deep, `excess` rises by 10 log 2; both ratios then rise by the
+        same amount.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET
         by_depth = LOG_RATIO_SLOPE * 2 * HARMONICS * math.log(self.depth / EVEN_ODDS_DEPTH)
         return -float(np.logaddexp(LOG_RATIO_ONSET - LOG_RATIO_SLOPE * self.excess, -by_depth))
+
+    @property
+    def is_clear(self) -> bool:
+        """True if so great an `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
+        return LOG_RATIO_SLOPE * self.excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +87,7 @@ class FaultScores:
     """Strongest combs of a record by cause: one for each fault, and `OTHER_CAUSE` for a comb without a known cause.
 
     `first` are the combs of the whole spectrum, `second` the combs found after the lines of the `strongest` comb are
-    removed (empty if no comb indicates a fault).
+    removed (empty if no comb indicates a fault). `shaft_hz` is the shaft speed.
     """
 
     first: Mapping[str, Comb]
@@ -105,7 +110,7 @@ def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> Fau
         rate_hz = one.processed.squared_fs_hz * speed.value_hz / one.speed.value_hz
         every.append(replace(one.processed, squared_fs_hz=rate_hz))
     bands = [whitened_bands(one, bearing, speed) for one in every]
-    spectrum = CombSpectrum.of(bands, LOWEST_ORDER * speed.value_hz, HARMONICS)
+    spectrum = CombSpectrum.of(bands, LOWEST_ORDER * speed.value_hz)
     relative = bearing.largest_slip + speed.ci95_hz / speed.value_hz
     typical = spectrum.typical(relative)
     first, second = _combs(spectrum, analysis, relative, typical), dict[str, Comb]()
@@ -128,7 +133,10 @@ def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: 
 
 
 def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typical: float) -> dict[str, Comb]:
-    """Find the best comb within a share `relative` of each fault's frequency, and the best without a known cause."""
+    """Find the comb with the highest score near each fault's frequency, and at frequencies without a known cause.
+
+    Near means within `relative` times the fault's frequency; `typical` is the score of a typical comb of the record.
+    """
     speed, found = analysis.speed, dict[str, Comb]()
     families = families_of(analysis.bearing, speed.value_hz)
     for fault, family in zip(DEFECTS, families, strict=False):
@@ -141,7 +149,7 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
-    """Name the source (mains, shaft, lower comb) of which the comb with index `at` is a multiple; empty if none is."""
+    """Name the source (mains, shaft, lower comb) of which the comb at index `at` is a multiple; empty if none."""
     found_hz = float(spectrum.frequency_hz[at])
     near_hz = max(spectrum.bin_hz / 2, SLIP_SPREAD * found_hz)
     for mains_hz in MAINS_HZ:
@@ -166,12 +174,12 @@ def log_likelihood(
 ) -> dict[str, float]:
     """Log likelihood ratio of each state in `CLASSES` to healthy, for use with any prior.
 
-    `views` are the comb scores of each channel and speed; their likelihoods are averaged, because a fault may be
-    visible in only one of them. `lines` is, by part, 0 without a peak at its line, 1 for a peak that neither noise nor
-    a healthy record explains, 2 if the line has risen over the healthy record. `stands` is true if any line or comb of
-    the record is unexplained (see `Diagnosis.standing`). `elsewhere` are the comb scores at another shaft speed, if the
-    record fits a speed outside the tolerance of the stated speed: if they indicate another cause than `views`, a fault
-    of an unknown part is more likely.
+    `views` contains the comb scores for each channel, and for each shaft speed that was tried; their likelihoods are
+    averaged, because a fault may be visible in only one of them. `lines` contains a number for each part: 0 without a
+    peak at the part's line, 1 for a peak that neither noise nor a healthy record explains, 2 for a line that has risen
+    in comparison with the healthy record. `stands` is true if any line or comb of the record is unexplained (see
+    `Diagnosis.standing`). If the record's lines fit a shaft speed outside the stated tolerance, `elsewhere` contains
+    the comb scores at that speed: a fault of an unknown part is more likely if its strongest comb has another cause.
     """
     found = [_comb_log_ratios(view) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
@@ -185,7 +193,7 @@ def log_likelihood(
 
 
 def _comb_log_ratios(view: FaultScores) -> dict[str, float]:
-    """Log likelihood ratio of each state, also of two faulty parts, to healthy, from one channel at one speed."""
+    """Log likelihood ratio to healthy of each state, also of two faulty parts, for one channel and shaft speed."""
     ratios = {name: view.first[name].log_ratio for name in SINGLE_CAUSES} | {Fault.HEALTHY.value: 0.0, OPEN: 0.0}
     ratios |= dict.fromkeys(FAULT_PAIRS.values(), 2 * Comb().log_ratio)
     for name, second in view.second.items():
@@ -238,11 +246,6 @@ def decide(probabilities: Mapping[str, float]) -> str:
     best = most_probable(probabilities)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED
-
-
-def stands_out(excess: float) -> bool:
-    """True if a comb of this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
-    return LOG_RATIO_SLOPE * excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
 def faults_of(name: str) -> tuple[Fault, ...]:

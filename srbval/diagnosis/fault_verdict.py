@@ -1,8 +1,9 @@
 """Verdict on a record: a fault is named, nothing is found, or the state is undecided.
 
 `diagnose` computes the probability of each state from combs (lines with their harmonics), single lines and the
-comparison with a healthy record. A fault is named if it has at least two thirds. Nothing is found if healthy has at
-least one half, and a fault of either race would have been detected. A declared state is not used.
+comparison with a healthy record. A fault is named if its probability is at least two thirds. Nothing is found if the
+probability of a healthy bearing is at least one half, and a fault of either race would have been detected. The declared
+state of a record is not used.
 """
 
 import enum
@@ -13,6 +14,7 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.bridges import NotebookObject
+from srbval.diagnosis import fault_posterior as posterior
 from srbval.diagnosis.baseline import (
     NO_HEALTHY,
     RISEN_RATIO,
@@ -20,23 +22,8 @@ from srbval.diagnosis.baseline import (
     BaselineComparison,
     baseline_of,
     compare_with_baseline,
-    short_ratio,
 )
-from srbval.diagnosis.fault_posterior import (
-    LABELS,
-    MIN_NAMED_PROBABILITY,
-    OTHER_CAUSE,
-    SECOND_CAUSE_SHARE,
-    FaultScores,
-    decide,
-    fault_scores,
-    faults_of,
-    log_likelihood,
-    most_probable,
-    probabilities,
-    share_of,
-    stands_out,
-)
+from srbval.diagnosis.fault_posterior import LABELS, OTHER_CAUSE, SECOND_CAUSE_SHARE, FaultScores, fault_scores
 from srbval.diagnosis.long_records import LongAnalysis
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
@@ -88,7 +75,7 @@ class Diagnosis(NotebookObject):
         """Probabilities, named fault, and strongest unexplained comb in sentences."""
         shares = ", ".join(f"{name} {100 * share:.0f} %" for name, share in self.shown_probabilities.items())
         answer = "no fault is named" if self.state == Fault.HEALTHY else "no part is probable enough to be named"
-        if faults_of(self.state):
+        if posterior.faults_of(self.state):
             answer = f"named: {LABELS[self.state]}"
         said = [
             f"By combs and lines, compared with records of known state of {CALIBRATION_RIGS} rigs, and with a healthy "
@@ -111,7 +98,17 @@ def diagnose(
     With `all_channels` the combs in the other channels of the record are used too. If the speed was estimated from the
     record, the combs are also scored at the stated speed: the estimate may belong to another shaft.
     """
-    return weigh_evidence(score_views(analysis, all_channels=all_channels), analysis, comparison)
+    if isinstance(analysis, LongAnalysis):
+        return weigh_evidence(analysis.views, analysis, comparison)
+    recording, done = analysis.recording, analysis.processed
+    views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
+    for name, x in recording.channels.items() if all_channels else ():
+        if name != recording.channel and own is not None and x.size == own.size and x.min() < x.max():
+            other = process(replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
+            views.append((name, replace(analysis, processed=other)))
+    if analysis.speed.source is SpeedSource.ESTIMATED and recording.speed is not None:
+        views += [(name, replace(view, speed=recording.speed)) for name, view in views]
+    return weigh_evidence([(name, fault_scores(view)) for name, view in views], analysis, comparison)
 
 
 def weigh_evidence(
@@ -127,33 +124,20 @@ def weigh_evidence(
     if (outside := analysis.outside_speed) is not None:
         speed = ShaftSpeed(value_hz=outside.value_hz, ci95_hz=outside.ci95_hz, source=SpeedSource.ESTIMATED)
         elsewhere = fault_scores(replace(analysis, speed=speed))
-    together = log_likelihood([scores for _, scores in views], lines, stands=bool(standing), elsewhere=elsewhere)
-    shares = probabilities(together)
-    found = most_probable(shares)
-    best, scores = max(views, key=lambda one: log_likelihood([one[1]], lines, stands=bool(standing))[found])
+    together = posterior.log_likelihood(
+        [scores for _, scores in views], lines, stands=bool(standing), elsewhere=elsewhere
+    )
+    shares = posterior.probabilities(together)
+    found = posterior.most_probable(shares)
+    best, scores = max(views, key=lambda one: posterior.log_likelihood([one[1]], lines, stands=bool(standing))[found])
     return Diagnosis(
-        state=decide(shares),
+        state=posterior.decide(shares),
         probabilities=shares,
         log_likelihood=together,
         standing=standing,
         scores=scores,
         channel=best if len(dict(views)) > 1 and found != Fault.HEALTHY else None,
     )
-
-
-def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Score the combs of one channel or of all usable ones; also at the stated speed if another speed was estimated."""
-    if isinstance(analysis, LongAnalysis):
-        return list(analysis.views)
-    recording, done = analysis.recording, analysis.processed
-    views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
-    for name, x in recording.channels.items() if all_channels else ():
-        if name != recording.channel and own is not None and x.size == own.size and x.min() < x.max():
-            other = process(replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
-            views.append((name, replace(analysis, processed=other)))
-    if analysis.speed.source is SpeedSource.ESTIMATED and recording.speed is not None:
-        views += [(name, replace(view, speed=recording.speed)) for name, view in views]
-    return [(name, fault_scores(view)) for name, view in views]
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
@@ -167,7 +151,8 @@ def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
 def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
     """Describe each line and comb that neither noise nor a healthy record explains, the risen line first."""
     if comparison.line is not None:
-        yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
+        ratio, _ = comparison.ratios[comparison.line]
+        yield f"{comparison.line} {comparison.times(ratio)} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):
         if _is_unexplained(line, comparison):
             if line.name != comparison.line:
@@ -213,8 +198,8 @@ class FaultVerdict:
         """Headline and probability of the most probable state in one sentence."""
         if self.diagnosis is None:
             return self.sentence
-        name = most_probable(self.diagnosis.probabilities)
-        share = f"{LABELS[name]} {100 * share_of(name, self.diagnosis.probabilities):.0f} %"
+        name = posterior.most_probable(self.diagnosis.probabilities)
+        share = f"{LABELS[name]} {100 * posterior.share_of(name, self.diagnosis.probabilities):.0f} %"
         return f"{self.headline} ({share}, against records of known state of {CALIBRATION_RIGS} rigs)."
 
     @property
@@ -237,6 +222,7 @@ class FaultVerdict:
     def to_dict(self) -> dict[str, Any]:
         """Verdict in the form of the entry ``fault`` of a JSON document."""
         named, compared = self.diagnosis, self.comparison
+        ratio, ratio_ci95 = compared.ratios.get(compared.line or "", (None, None))
         return {
             "verdict": self.finding,
             "called": self.part,
@@ -250,7 +236,10 @@ class FaultVerdict:
             "unexplained_order": named and named.scores.unexplained_order,
             "channel": named and named.channel,
             "parts": [{"fault": f, **vars(named.scores.first[f])} for f in DEFECTS] if named else [],
-            **{name: getattr(compared, name) for name in ("line", "ratio", "ratio_ci95", "baseline")},
+            "line": compared.line,
+            "ratio": ratio,
+            "ratio_ci95": ratio_ci95,
+            "baseline": compared.baseline,
         }
 
 
@@ -272,15 +261,16 @@ def fault_verdict(
 def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagnosis) -> FaultVerdict:
     """Derive the verdict on a measured record from the probabilities of its diagnosis."""
     first, shares = diagnosis.scores.first, diagnosis.probabilities
-    parts = tuple(sorted(faults_of(diagnosis.state), key=lambda part: -first[part].excess))
-    unseen = [name for name in RACE_LINES if smallest_detectable_depth(analysis.line(name), comparison) >= STRUCK_DEPTH]
+    parts = tuple(sorted(posterior.faults_of(diagnosis.state), key=lambda part: -first[part].excess))
+    seen = {x.line or "": smallest_detectable_depth(analysis.line_of(x), comparison) for x in DEFECTS}
+    unseen = [name for name in RACE_LINES if seen[name] >= STRUCK_DEPTH]
     limits = advice = ""
     if parts:
         finding, line = Finding.NAMED, analysis.line_of(parts[0])
         shown = "the comb of its lines is detected in the whole band of this record"
         if comparison.risen is parts[0]:
-            ratio = short_ratio(comparison.ratio or 0.0)
-            shown = f"the {line.name} line is {ratio} {comparison.times} as in the healthy record"
+            ratio, _ = comparison.ratios[line.name]
+            shown = f"the {line.name} line is {comparison.times(ratio)} as in the healthy record"
         elif line.detected:
             shown = f"the {line.name} line is {line.snr:,.0f} times the noise"
         headline = f"{parts[0].label.capitalize()} fault: {shown}"
@@ -298,32 +288,33 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
             f"The comb at {Fault(name).line}, {comb.found_hz:.2f} Hz, is {comb.explained_by}: "
             "it does not identify a fault."
             for name, comb in first.items()
-            if comb.explained_by and stands_out(comb.excess)
+            if comb.explained_by and comb.is_clear
         )
         deep = (x for x in detected_fault_lines(analysis.lines) if (x.depth or 0.0) >= SHALLOW_DEPTH)
         part = next((Fault.of_line(x.name) for x in deep), None)
         if not advice and part is not None:
-            decidable = share_of(part, shares) > DECIDABLE and not comparison.ratios
+            share, needed = posterior.share_of(part, shares), posterior.MIN_NAMED_PROBABILITY
+            decidable = share > DECIDABLE and not comparison.ratios
             advice = (
-                f"Not named: without tones and exact repetitions, {part.label} has "
-                f"{100 * share_of(part, shares):.0f} %; {100 * MIN_NAMED_PROBABILITY:.0f} % is needed. The spacing of "
-                "impacts of rolling elements scatters by slip; impacts of a gear or a synthetic signal repeat exactly."
+                f"Not named: without tones and exact repetitions, {part.label} has {100 * share:.0f} %; "
+                f"{100 * needed:.0f} % is needed. The spacing of impacts of rolling elements scatters by slip; impacts "
+                "of a gear or a synthetic signal repeat exactly."
                 f"{' A healthy record can decide: --healthy FILE.' * decidable}"
             )
     elif unseen:
         finding = Finding.UNDECIDED
-        lines = " and ".join(unseen)
-        headline = f"Undecided: {lines} could not have been detected in this record at any fault size"
+        headline = f"Undecided: {' and '.join(unseen)} could not have been detected in this record at any fault size"
     else:
         finding = Finding.NOTHING_FOUND
-        seen = {f: smallest_detectable_depth(analysis.line_of(f), comparison) for f in DEFECTS}
         least = max(limit for limit in seen.values() if limit < STRUCK_DEPTH)
         steady = "" if analysis.processed.tracking.used else " at a steady speed"
         headline = (
             "Nothing found: no fault is named and no strong line is unexplained; a fault would have been detected from "
             f"a modulation of about {100 * least:.2g} % up{steady}"
         )
-        each = (f"{f.line} {f'from {100 * x:.2g} % up' if x < STRUCK_DEPTH else 'not at all'}" for f, x in seen.items())
+        each = (
+            f"{name} {f'from {100 * x:.2g} % up' if x < STRUCK_DEPTH else 'not at all'}" for name, x in seen.items()
+        )
         limits = (
             "Modulation of the squared envelope in this band from which a line would have been detected: "
             f"{', '.join(each)}. An impact at every passage modulates it by 100 % or more, less under other vibration."

@@ -3,13 +3,14 @@
 A comb is a line with its harmonics up to the fifth, which stays within one frequency bin only while the shaft turns
 evenly. If the speed changes by 1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as
 strong in parts of 10 s as in parts of 20 s, and are lost in parts of 60 s. Parts of 10 s are long enough: in a band of
-2 kHz, a line as deep as `fault_posterior.EVEN_ODDS_DEPTH` still has 80 times the power of the noise.
+2 kHz, a line whose depth makes a fault as probable as none (`fault_posterior.EVEN_ODDS_DEPTH`) still has 80 times the
+power of the noise.
 
 Fault probabilities follow from the mean likelihood of all parts, but lines are read in one part only. To choose it, the
-parts are ranked by their strongest fault comb, from 1 for the strongest of all. Of n parts, those of rank n/2, n/4, n/8
-and so on to 1 are read in turn until a fault line is detected; if none is, the part of rank n/2 is used. A choice among
-more parts finds a false line more often: false-alarm probabilities are corrected for n / rank trials, such as four for
-rank n/4.
+parts are ranked by their strongest fault comb: rank 1 is the part with the strongest comb of all. Of n parts, the part
+of rank n/2 is read first; if no fault line is detected in it, the part of rank n/4, then n/8 and so on to rank 1. If no
+part has a fault line, the part of rank n/2 is used. A choice among more parts finds a false line more often:
+false-alarm probabilities are corrected for n / rank trials, such as four for rank n/4.
 """
 
 import itertools

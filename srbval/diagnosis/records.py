@@ -9,14 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.diagnosis import fault_posterior as posterior
-from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, registered_baseline, require_one_unit
+from srbval.diagnosis.baseline import (
+    NO_HEALTHY,
+    Baseline,
+    baseline_of,
+    load_healthy,
+    registered_baseline,
+    require_one_unit,
+)
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.diagnosis.long_records import analyse_by_parts
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, ShortRecordError, bearing_of
-from srbval.reading.features import features_of, read_short, snapshot_of
+from srbval.reading.features import features_of, read_short
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, declared_band
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, questions_error, subject_of
@@ -50,8 +57,9 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 class RecordRequest:
     """Request to analyse a `file` or a loaded `recording`; fields as in `analyse`, `bearing_of`, `load_healthy`.
 
-    A band that the request or the data set states is used, except with `auto_band`. If no stated band is
-    used, a band is chosen from the record, or with `one_band` the whole band is used, so that levels can be compared.
+    The band is the one that the request states, else the one that the data set states. If neither states a band, a band
+    is chosen from the record, or with `one_band` the whole band is used, so that levels of records can be compared.
+    With `auto_band` a band is always chosen from the record.
     """
 
     file: str = ""
@@ -129,14 +137,10 @@ def read_record(request: RecordRequest) -> RecordReading:
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
     recording = request.recording or load_registered(request.file, request.settings, request.band_hz)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
-    known = {
-        BEARING_QUESTION: recording.bearing or recording.own_bearing or request.bearing,
-        SPEED_QUESTION: recording.speed,
-    }
-    missing = [question for question, answer in known.items() if not answer]
-    if len(missing) > 1:  # a single missing statement raises its own error below
+    known = recording.bearing or recording.own_bearing or request.bearing
+    if not known and recording.speed is None:  # if only one of them is missing, its own error is raised below
         subject = subject_of(Path(recording.file)) if recording.file else recording.name
-        raise questions_error(ConfigurationError, subject, missing)
+        raise questions_error(ConfigurationError, subject, (BEARING_QUESTION, SPEED_QUESTION))
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     if overload := bearing.overload(recording.radial_n, recording.axial_n):
         recording = replace(recording, cautions=(*recording.cautions, overload))
@@ -397,7 +401,9 @@ def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, An
         if not request.one_band:
             raise
     recording, bearing = _loaded(request)
-    return snapshot_of(read_short(recording, bearing, declared_band(recording, request.band_hz, bearing)))
+    analysis = read_short(recording, bearing, declared_band(recording, request.band_hz, bearing))
+    verdict = FaultVerdict(finding=None, headline="The record is too short", reasons=(), comparison=NO_HEALTHY)
+    return RecordReading(analysis=analysis, baseline=None, verdict=verdict).to_dict() | {"snapshot": True}
 
 
 def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
@@ -406,7 +412,10 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 
 def _dependencies(request: RecordRequest, register: str) -> str:
-    """Key of a stored result: text of all inputs on which it depends; empty if the result cannot be stored."""
+    """Key of a stored result: text of all inputs on which it depends; empty if the result cannot be stored.
+
+    `register` is the text of all entries in the register of recordings.
+    """
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:

@@ -12,7 +12,9 @@ Bonferroni's inequality the chance of any false alarm in the whole history is at
 not change. A change of load or temperature can raise a level, too, without a fault.
 """
 
+import contextlib
 import csv
+import itertools
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -45,11 +47,12 @@ DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelTrend:
-    """Records of one channel in the order of time; each of the `points` has file, time, rpm, velocity and ISO zone.
+    """Trend of one channel: its records in the order of time, and the limits of its levels.
 
-    A point also has the `levels` of lines and RMS in the recording's unit, their 95 % half widths `ci95_db` [dB], names
-    of `risen` levels, and `comparable`, false if the speed differs from the baseline's. `reference` contains geometric
-    means of the baseline's levels, `limits` the levels above which they have risen, `zones` the smallest velocities of
+    Each of the `points` is a record: its file, time, speed [rpm], RMS velocity and ISO zone; the `levels` of lines and
+    RMS in the recording's unit; the 95 % half widths `ci95_db` of the lines' levels [dB]; the names of the `risen`
+    levels; and `comparable`, false if the speed differs from the baseline's. `reference` contains the geometric mean of
+    each level over the baseline, `limits` the value above which a level has risen, `zones` the least velocities of
     zones B, C and D [mm/s]. `velocity_missing` is the reason for a missing velocity or zone.
     """
 
@@ -128,14 +131,14 @@ class Trend:
         chance = f"the chance of any false alarm in the whole history is at most {100 * self.false_alarm:.0f} %"
         if first is None or first.first_alarm is None:
             return f"No alarm in {count} records: no level rose above the first {self.baseline} records; {chance}."
-        risen = [
-            (name != RMS, one.rise_db(point["levels"], name) or 0.0, n, name, one)
-            for one in self.channels
-            for name in one.limits
+        last_rises = {  # of each level that has risen, in its last record above the limit; a later one replaces it
+            (number, name): (name != RMS, one.rise_db(point["levels"], name) or 0.0, n)
+            for number, one in enumerate(self.channels)
             for n, point in enumerate(one.points)
-            if name in point["risen"] and not any(name in later["risen"] for later in one.points[n + 1 :])
-        ]
-        _, rise_db, _, name, one = max(risen, key=lambda each: each[:3])
+            for name in point["risen"]
+        }
+        number, name = max(last_rises, key=last_rises.__getitem__)
+        one, (_, rise_db, _) = self.channels[number], last_rises[number, name]
         n = next(n for n, point in enumerate(one.points) if name in point["risen"])
         since, part = one.points[n:], Fault.of_line(name)
         lasting, where = sum(name in point["risen"] for point in since), f" of {one.channel}" if one.channel else ""
@@ -148,17 +151,15 @@ class Trend:
         )
 
 
-def machine_classes() -> dict[str, tuple[float, ...]]:
-    """Velocities [mm/s] between zones A, B, C and D of ISO 20816-3, by class of machine."""
-    found = read_toml(Path(__file__).with_name("iso_20816_3.toml"))["boundaries_mm_s"]
-    return {name: tuple(values) for name, values in found.items()}
-
-
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
-    """Velocities [mm/s] between the ISO 20816-3 zones of a class, empty for None; `UnknownNameError` if unknown."""
-    if machine_class is not None and machine_class not in machine_classes():
-        raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, machine_classes())
-    return machine_classes()[machine_class] if machine_class else ()
+    """Velocities [mm/s] between zones A, B, C, D of ISO 20816-3 for a class of machine; empty for None.
+
+    Raises `UnknownNameError` for an unknown class.
+    """
+    classes = read_toml(Path(__file__).with_name("iso_20816_3.toml"))["boundaries_mm_s"]
+    if machine_class is not None and machine_class not in classes:
+        raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, classes)
+    return tuple(classes[machine_class]) if machine_class else ()
 
 
 def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | None:
@@ -188,11 +189,9 @@ def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[
             ) from None
     dates = {file: match for file, name in names.items() if (match := DATE.search(name))}
     if len(dates) == len(files):
-        try:
+        with contextlib.suppress(ValueError):  # numbers, but no date
             shown = {f: "{}-{}-{}T{}:{}:{}".format(*match.groups("00")) for f, match in dates.items()}
             return {f: datetime.fromisoformat(text) for f, text in shown.items()}, "the files' names"
-        except ValueError:  # numbers, but no date
-            pass
     numbers = {file: re.findall(r"\d+", Path(name).stem) for file, name in names.items()}
     if all(numbers.values()) and len({float(one[-1]) for one in numbers.values()}) == len(files):
         return {file: float(one[-1]) for file, one in numbers.items()}, "the last number in the files' names"
@@ -226,11 +225,11 @@ def trend_of(
     """
     import pandas as pd
 
-    by_channel: dict[str | None, list[Mapping[str, Any]]] = {}
-    for one in sorted(documents, key=lambda one: (one["channel"] or "", times[one["file"]])):
-        by_channel.setdefault(one["channel"], []).append(one)
+    in_order = sorted(documents, key=lambda one: (one["channel"] or "", times[one["file"]]))
+    groups = itertools.groupby(in_order, key=lambda one: one["channel"])
+    by_channel: dict[str | None, Sequence[Mapping[str, Any]]] = {channel: [*own] for channel, own in groups}
     if all(one.get("snapshot") for one in documents):
-        by_channel = {channel: [*pool_snapshots(own, MIN_POOLED_GROUPS)] for channel, own in by_channel.items()}
+        by_channel = {channel: pool_snapshots(own, MIN_POOLED_GROUPS) for channel, own in by_channel.items()}
         time_from += f"; {len(documents)} snapshots, pooled for lines"
     share = round(BASELINE_SHARE * max(map(len, by_channel.values())))
     count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))

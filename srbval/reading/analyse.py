@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, make_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from srbval.reading.pipeline import (
     process,
     whole_band_of,
 )
-from srbval.reading.speed_search import OutsideFamily, OutsideSpeed, SpeedSearch, course_by_comb, search
+from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
 from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.recordings.registry import RecordSource, recording_of
 from srbval.recordings.settings import settings_of
@@ -55,9 +55,9 @@ class Analysis(SpeedSearch, NotebookObject):
         """
         expected, expected_ci = (self.bearing.rolling_elements * hz for hz in (self.speed.value_hz, self.speed.ci95_hz))
         closure: dict[str, Any] = {"expected_hz": expected, "expected_ci95_hz": expected_ci}
-        races = [line for line in self.lines if line.name in RACE_LINES and line.harmonic == 1]
+        closure |= dict.fromkeys(("sum_hz", "sum_ci95_hz", "difference_pct", "ci95_pct", "closed"))
+        races = [self.line(name) for name in RACE_LINES]
         if missing := [line.name for line in races if not line.detected]:
-            closure |= dict.fromkeys(("sum_hz", "sum_ci95_hz", "difference_pct", "ci95_pct", "closed"))
             why = f"{' and '.join(missing)} not detected in this recording, so there is no sum to compare."
             return closure | {"why": why}
         total = sum(line.found_hz or 0.0 for line in races)
@@ -82,12 +82,11 @@ class Analysis(SpeedSearch, NotebookObject):
         """First harmonic of a fault's line."""
         return self.line(fault.line or "")
 
-    def to_frame(self, rows: str = "lines") -> "pandas.DataFrame":
-        """Pandas table of all lines or, if `rows` is ``families``, of the first harmonics (see `families`)."""
+    def to_frame(self) -> "pandas.DataFrame":
+        """Pandas table of all lines."""
         import pandas
 
-        lines = [vars(line) | {"false_alarm": line.false_alarm} for line in self.lines]
-        return pandas.DataFrame(self.families if rows == "families" else lines)
+        return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
 
     @property
     def families(self) -> list[dict[str, Any]]:
@@ -150,17 +149,9 @@ class Analysis(SpeedSearch, NotebookObject):
 READINGS = ContentStore(kind="reading", computed_by=__name__)
 
 
-@dataclass(frozen=True, kw_only=True)
-class StoredReading:
-    """Stored part of an `Analysis`; its other fields are the record, the bearing and the quickly processed signal."""
-
-    lines: tuple[Line, ...]
-    speed: ShaftSpeed
-    tried: int
-    span: tuple[float, float]
-    outside: OutsideFamily | None
-    outside_speed: OutsideSpeed | None
-    band: BandChoice
+# Fields of an analysis that take long to compute: all but the record, the bearing and the processed signal.
+_SLOW_FIELDS = [(x.name, x.type) for x in fields(Analysis) if x.name not in ("recording", "bearing", "processed")]
+StoredReading = make_dataclass("StoredReading", _SLOW_FIELDS, frozen=True)
 
 
 @one_thread()
@@ -175,10 +166,10 @@ def analysis_once(recording: Recording, bearing: Bearing, **bands: Any) -> Analy
         found = analyse(recording, bearing=bearing, **bands)
         if found.recording is not recording:  # it got a caution: its speed drifts
             return found
-        table = {one.name: getattr(found, one.name) for one in fields(StoredReading)}
+        table = {name: getattr(found, name) for name, _ in _SLOW_FIELDS}
         table = json.loads(json.dumps(table | {"lines": [vars(line) for line in found.lines]}, default=to_json))
         READINGS.save(content, table)
-    stored = build(StoredReading, table, "reading")
+    stored: Any = build(StoredReading, table, "reading")
     tracking = choose_tracking(recording, bearing, recording.known_speed)
     processed = process(recording, band_hz=stored.band.band_hz, tracking=tracking)
     return Analysis(**vars(stored), recording=recording, bearing=bearing, processed=processed)
@@ -224,15 +215,14 @@ def analyse(
         ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)
         known_speed = replace(known_speed, ci95_hz=ci95_hz)
     bands = tuple(replace(band, trials=trials * band.trials) for band in bands)
-    found, band = _clearest(recording, bearing, known_speed, bands, tracking, trials)
+    found = _clearest(recording, bearing, known_speed, bands, tracking, trials)
     if tracking.course is None and recording.origin is Origin.MEASURED and not detected_fault_lines(found.lines):
         drifting = course_by_comb(found.processed, bearing, known_speed)
         if drifting is not None:
             followed = _clearest(recording, bearing, known_speed, bands, drifting, trials)
-            if detected_fault_lines(followed[0].lines):  # else the comb may be rounding or another source
-                found, band = followed
-                recording = replace(recording, cautions=(*recording.cautions, drifting.why))
-    return Analysis(**vars(found), recording=recording, band=band)
+            if detected_fault_lines(followed.lines):  # else the comb may be rounding or another source
+                return replace(followed, recording=replace(recording, cautions=(*recording.cautions, drifting.why)))
+    return found
 
 
 def _clearest(
@@ -242,9 +232,9 @@ def _clearest(
     bands: tuple[BandChoice, ...],
     tracking: Tracking,
     trials: int,
-) -> tuple[SpeedSearch, BandChoice]:
-    """Search for the lines in each of `bands`; returns the search and the band in which the lines are clearest."""
-    readings = []
+) -> Analysis:
+    """Search for the lines in each of `bands`; returns the analysis in the band in which the lines are clearest."""
+    analyses = []
     for band in bands:
         check_band(band.band_hz, recording.fs_hz)
         ends_s = end_s(band.band_hz)
@@ -259,19 +249,19 @@ def _clearest(
         processed = replace(process(recording, band_hz=band.band_hz, tracking=tracking), trials=trials)
         found = search(processed, bearing, known_speed)
         lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * len(bands) * trials)
-        readings.append((replace(found, lines=lines), band))
-    return max(readings, key=lambda reading: clearness(reading[0].lines))
+        analyses.append(Analysis(**vars(found) | {"lines": lines}, recording=recording, band=band))
+    return max(analyses, key=lambda one: clearness(one.lines))
 
 
 def bearing_of(
     recording: Recording, given: Bearing | str | Path | None = None, *, largest_slip_pct: float | None = None
 ) -> Bearing:
     """Return the `given` bearing (object, name or file) or the record's; `largest_slip_pct` replaces its slip limit."""
-    name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
-    if bearing is None and name is None:
+    known = given or recording.own_bearing or recording.bearing
+    if known is None:
         raise ConfigurationError(
             f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: a known one "
             "(srbval bearing list) or a TOML file."
         )
-    bearing = bearing or load_bearing(name or "")
+    bearing = load_bearing(known)
     return bearing if largest_slip_pct is None else bearing.with_slip(largest_slip_pct)

@@ -1,4 +1,4 @@
-"""Families (a bearing line, its harmonics and sidebands): search windows, and frequencies without a bearing line."""
+"""Lines of a bearing with their harmonics and sidebands (families), and frequencies without a bearing line."""
 
 import math
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, LARGEST_SLIP, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import NORMAL_95, LineReading, Periodogram
+from srbval.signal.comb import HARMONICS
 from srbval.signal.false_alarm import APART, fundamentals
 
-HARMONICS = 5
 OWN_SIDEBANDS = 3  # sidebands that belong to a found line when a weaker line is read
 PLACEBO_REACH = 2.0  # placebos are drawn up to this factor from a family's frequency, an octave to either side
 # A weaker line at one of these ratios of a stronger line's frequency is taken as part of it.
@@ -72,7 +72,11 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Frequencies [Hz], [n], within an octave of the family's line, at which the bearing has no line (placebos)."""
+    """Frequencies [Hz], [n], within an octave of a family's line, at which the bearing has no line.
+
+    The line was searched at `scale` times its kinematic frequency, in the window of `reading`, and with as many
+    harmonics. `families` are all lines of the bearing.
+    """
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -86,7 +90,7 @@ def is_placebo_order(
     """True for each of `candidates_hz` [n] near neither a shaft harmonic nor a simple multiple (1, 3/2, ...) of a line.
 
     Lines are expected at `scale` times their frequencies at `speed`. A candidate is near a line if their relative
-    distance is below `APART` times `relative`, the relative half width of a search window.
+    distance is below `APART` times `relative`, the half width of a search window over its frequency.
     """
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in SIMPLE_RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
@@ -102,28 +106,28 @@ def is_placebo_order(
 def identity_probability(
     reading: LineReading, centre_hz: float, speed_ci95: float, other_chance: float, largest_slip: float
 ) -> float:
-    """Probability that the peak of `reading`, searched about `centre_hz`, is the bearing's line and not another source.
+    """Probability that the peak of `reading`, searched about `centre_hz`, is the bearing's line, not another source's.
 
-    d is the peak's distance from the centre, w the half width of the window, both as shares of `centre_hz`. The odds of
-    the line are t(d / s) 2 w / (s F B). For the line, d has Student's density t with the scale s, the root sum of
-    squares of `SLIP_SPREAD`, half of the excess of `largest_slip` over the usual `LARGEST_SLIP`, and the relative
-    standard uncertainty of reading and speed; F is the probability that the line is inside the window. For another
-    source, d is uniform in the window, and B = -e p ln p (1 from p = 1/e) is the least Bayes factor in favour of such a
-    source, if p = `other_chance` is the probability that it has so strong a peak (Sellke, Bayarri & Berger 2001, Am.
-    Stat. 55, 62, quoted from memory, not checked).
+    d is the distance of the peak from `centre_hz`, w the half width of the search window, both as shares of
+    `centre_hz`. The odds that the peak is the line are t(d / s) 2 w / (s F B)::
+
+        t: Student's density of d / s, if the peak is the line
+        s: root sum of squares of `SLIP_SPREAD`, (`largest_slip` - `LARGEST_SLIP`) / 2, and the relative standard
+           uncertainties of reading and speed
+        F: probability that the line is inside the window
+        B: least Bayes factor for another source, -e p ln p for p < 1/e, otherwise 1, in which p = `other_chance` is the
+           probability of so strong a peak of another source (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted
+           from memory, not checked); such a peak is equally probable everywhere in the window
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2
     spread = math.hypot(SLIP_SPREAD, more, reading.ci95_hz / reading.found_hz / NORMAL_95, speed_ci95 / NORMAL_95)
     off = (reading.found_hz / centre_hz - 1) / spread
     within = 2 * float(scipy.special.stdtr(SLIP_FREEDOM, window / spread)) - 1
-    log_place = math.log(2 * window / spread / within) + log_student(off, SLIP_FREEDOM)
+    half = SLIP_FREEDOM / 2
+    log_student = math.lgamma(half + 0.5) - math.lgamma(half) - math.log(2 * math.pi * half) / 2
+    log_student -= (half + 0.5) * math.log1p(off**2 / SLIP_FREEDOM)
+    log_place = math.log(2 * window / spread / within) + log_student
     chance = max(other_chance, 1e-300)
     against = -math.e * chance * math.log(chance) if chance < 1 / math.e else 1.0
     return float(scipy.special.expit(log_place - math.log(against)))
-
-
-def log_student(value: float, freedom: float) -> float:
-    """Logarithm of the density of Student's t distribution at `value`."""
-    scale = math.lgamma((freedom + 1) / 2) - math.lgamma(freedom / 2) - math.log(math.pi * freedom) / 2
-    return scale - (freedom + 1) / 2 * math.log1p(value**2 / freedom)

@@ -10,10 +10,11 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
 from srbval.reading.analyse import Analysis
+from srbval.reading.families import families_of
+from srbval.reading.lines import Line
 from srbval.reading.pipeline import BandChoice, one_signal, process, whole_band_of
 from srbval.recordings import Recording
 from srbval.recordings.units import ACCELERATION_UNIT, DISPLACEMENT_UNIT, VELOCITY_UNIT
-from srbval.signal import kurtosis
 from srbval.signal.envelope import END_PERIODS
 
 # Power of 2 pi f that makes a velocity of a unit, and the factor from there to m/s.
@@ -43,10 +44,8 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
     for first, end in itertools.pairwise(np.linspace(0, recording.samples, parts + 1).astype(int).tolist()):
         signal = one_signal(recording.part(first, end))
         signal = signal - signal.mean()
-        square, velocity = float(np.var(signal)), 0.0
-        if not missing:
-            velocity = velocity_rms(signal, recording.fs_hz, band_hz, recording.unit)
-        powers.append((square, kurtosis(signal) * square**2 if square else 0.0, velocity**2))
+        velocity = 0.0 if missing else velocity_rms(signal, recording.fs_hz, band_hz, recording.unit)
+        powers.append((float(np.var(signal)), float(np.mean(np.square(signal**2))), velocity**2))
         peak = max(peak, float(np.abs(signal).max()))
     square, fourth, velocity = np.mean(powers, axis=0).tolist()
     return {
@@ -75,43 +74,29 @@ def velocity_rms(
 
 
 def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None = None) -> Analysis:
-    """Process a record that is too short to search for lines, in a `band` (default: the whole); returns no lines."""
-    band = band or whole_band_of(recording.fs_hz)
-    done = process(recording, band_hz=band.band_hz, ends_s=END_PERIODS / (band.band_hz[1] - band.band_hz[0]))
-    speed = recording.known_speed
-    return Analysis(processed=done, bearing=bearing, lines=(), speed=speed, recording=recording, band=band)
-
-
-def snapshot_of(read: Analysis) -> dict[str, Any]:
-    """Convert the analysis of a snapshot (a short record, see `read_short`) to a document with the values for a trend.
+    """Analyse a snapshot, a record too short to search for lines, in a `band` (default: the whole band).
 
     `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over the
     power nearby. A shaft harmonic closer to the line than 2 / duration cannot be separated from it.
     """
-    done, shaft_hz = read.processed, read.speed.value_hz
+    band, speed = band or whole_band_of(recording.fs_hz), recording.known_speed
+    done = process(recording, band_hz=band.band_hz, ends_s=END_PERIODS / (band.band_hz[1] - band.band_hz[0]))
     time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
     modulation, lines = window * (done.squared / done.squared.mean() - 1), []
-    for fault in DEFECTS:
-        at_hz = fault.line_order(read.bearing.orders) * shaft_hz + 2 / done.seconds * np.array((0.0, *NOISE_OFFSETS))
+    for family in families_of(bearing, speed.value_hz)[: len(DEFECTS)]:
+        at_hz = family.kinematic_hz + 2 / done.seconds * np.array((0.0, *NOISE_OFFSETS))
         waves = np.exp(-2j * math.pi * np.outer(at_hz, time_s))
         power, *beside = np.abs(2 * waves @ modulation / window.sum()) ** 2
-        depth, snr = math.sqrt(power), float(power / np.mean(beside))
-        lines.append({"name": fault.line, "harmonic": 1, "depth": depth, "snr": snr, "detected": False})
-    return {
-        **{key: getattr(read.recording, key) for key in ("file", "name", "channel", "fs_hz", "seconds")},
-        "declared_state": read.recording.state,
-        "bearing": read.bearing.name,
-        "band_hz": done.band_hz,
-        "snapshot": True,
-        "shaft_hz": {"value": shaft_hz},
-        "features": features_of(read),
-        "lines": lines,
-        "fault": {"verdict": None, "called": None, "probabilities": {}},
-    }
+        depth, snr, kinematic_hz = math.sqrt(power), float(power / np.mean(beside)), family.kinematic_hz
+        lines.append(Line(name=family.name, harmonic=1, kinematic_hz=kinematic_hz, depth=depth, snr=snr))
+    return Analysis(processed=done, bearing=bearing, lines=tuple(lines), speed=speed, recording=recording, band=band)
 
 
 def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
-    """Average the powers of short records in successive groups, at least `groups`; returns one document per group."""
+    """Average the powers of short records in groups of successive records; returns one document for each group.
+
+    There are at least `groups` groups, and more if each group still has `POOLED_REVOLUTIONS` shaft revolutions.
+    """
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
     found = []

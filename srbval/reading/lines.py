@@ -15,7 +15,6 @@ import numpy as np
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.reading.families import (
-    HARMONICS,
     OWN_SIDEBANDS,
     SIMPLE_RATIOS,
     Family,
@@ -56,10 +55,10 @@ class Line:
     """Line of a bearing in a record; values that `LineReading` also has are None if the line cannot be read.
 
     `deviation_pct` is the deviation from `kinematic_hz`; `deviation_ci95_pct` includes the uncertainty of the speed,
-    `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics and is ranked among combs at
-    frequencies without a bearing line (placebos); harmonics and sidebands are read one by one. `explained_by`
-    names a stronger line at a simple ratio or another explanation of the peak. `identity_probability` is the
-    probability that a first harmonic's peak is this line.
+    `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics. It is compared with combs at
+    frequencies without a bearing line (placebos): `placebo_false_alarm` and `comb_false_alarm` are its ranks among
+    them. Higher harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio, or
+    another explanation of the peak. `identity_probability` is the probability that the peak is this line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -87,7 +86,7 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """False-alarm probability from noise and from combs without a bearing line; None if the line is not ranked."""
+        """False-alarm probability from noise and from combs without a bearing line; None if there was no such comb."""
         noise, mixed, whole = self.noise_false_alarm, self.placebo_false_alarm, self.comb_false_alarm
         return None if noise is None or mixed is None or whole is None else joint_false_alarm(noise, mixed, whole)
 
@@ -168,10 +167,13 @@ def read_lines(
     share = window_share(bearing, speed)
     lines = {f.name: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
     stronger: list[Line] = []
-    bare = record
+    shaft_masked = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Add a family's lines to `lines`; True if its first harmonic is detected, unexplained by `stronger` lines."""
+        """Put a family's lines into `lines`, and its first harmonic into `stronger` if detected; True if detected.
+
+        A line at a simple ratio to one of the `stronger` lines is not detected.
+        """
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
@@ -206,45 +208,48 @@ def read_lines(
         if add(strongest, reading, record, stronger):
             record = _mask_family(record, strongest, reading)
             read = _readings(record, waiting, speed, scale, share)
-    for family, reading in _readings(bare, [cage], speed, scale, share).items():
-        add(family, reading, bare, [])
+    for family, reading in _readings(shaft_masked, [cage], speed, scale, share).items():
+        add(family, reading, shaft_masked, [])
 
     every = itertools.chain.from_iterable(lines.values())
-    return tuple(every if brief else (_with_cover(x, scale, share, bare, record, stronger) for x in every))
+    return tuple(every if brief else (_explained(x, scale, share, shaft_masked, record, stronger) for x in every))
 
 
 def _readings(
     record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
 ) -> dict[Family, LineReading]:
-    """Read each family near `scale` times its kinematic frequency, in a window of relative half width `share`."""
+    """Read each family near `scale` times its kinematic frequency f, within `share` times f."""
     found = {}
     for family in families:
         centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz
         half_hz, period_s = max(share * centre, record.bin_hz), 1 / speed.value_hz
-        reading = read_comb(record, centre, half_hz, harmonics=HARMONICS, sideband_hz=sideband_hz, period_s=period_s)
+        reading = read_comb(record, centre, half_hz, sideband_hz=sideband_hz, period_s=period_s)
         if reading is not None:
             found[family] = reading
     return found
 
 
-def _with_cover(
-    line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
+def _explained(
+    line: Line, scale: float, share: float, shaft_masked: Periodogram, all_masked: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain an undetected line by a masked shaft line, a line in `stronger`, or a peak beside its search window."""
+    """Explain an undetected line by a shaft harmonic, a line in `stronger`, or a peak beside its search window.
+
+    Shaft harmonics are masked in `shaft_masked`, the harmonics and sidebands of `stronger` lines also in `all_masked`.
+    """
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
-    if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
+    if line.detected or line.explained_by or (unread and (1 + share) * centre > all_masked.limit_hz):
         return line
     if line.covered or flank:
         centre = line.found_hz or centre
-    reach = max(share * centre, (SIDE_LOBE_BINS if flank else 1.0) * record.bin_hz) * (not line.covered)
+    reach = max(share * centre, (SIDE_LOBE_BINS if flank else 1.0) * all_masked.bin_hz) * (not line.covered)
     near = centre + reach * np.linspace(-1, 1, 401)
-    top = near[[np.argmax(record.power_at(near))]]
-    height = float(record.power_at(top)[0]) / record.noise_near(centre, reach).mean_power
+    top = near[[np.argmax(all_masked.power_at(near))]]
+    height = float(all_masked.power_at(top)[0]) / all_masked.noise_near(centre, reach).mean_power
     others = [other.name for other in stronger if not line.name.startswith(other.name)]
-    if height > LEAST_SNR and bare.masked(top)[0]:
-        depth = record.depth_at(float(top[0]))
+    if height > LEAST_SNR and shaft_masked.masked(top)[0]:
+        depth = all_masked.depth_at(float(top[0]))
         return replace(line, covered=True, explained_by=NotDetected.HIDDEN, snr=height, depth=depth)
-    if height > LEAST_SNR and others and record.masked(top)[0]:
+    if height > LEAST_SNR and others and all_masked.masked(top)[0]:
         return replace(line, explained_by=f"lines of {', '.join(others)}")
     return replace(line, explained_by=NotDetected.FLANK) if unread or flank else line
 
@@ -324,19 +329,18 @@ def _with_reading(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
 
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
-    """Clearness of a band's clearest race or roller line: -log of its noise false-alarm probability, and its S/N."""
-    firsts = (
-        x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, NotDetected.HIDDEN)
-    )
-    chance = ((x.noise_false_alarm, x.snr or 0.0) for x in firsts)
-    return max(((-math.log(max(p, 1e-300)), snr) for p, snr in chance if p is not None), default=(0.0, 0.0))
+    """Clearness of the clearest race or roller line: -log of its false-alarm probability from noise, and its S/N."""
+    faults = [x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.noise_false_alarm is not None]
+    shown = (x for x in faults if x.explained_by in (None, NotDetected.HIDDEN))
+    return max(((-math.log(max(x.noise_false_alarm or 0.0, 1e-300)), x.snr or 0.0) for x in shown), default=(0.0, 0.0))
 
 
 def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | None = None) -> tuple[Line, ...]:
     """Correct false-alarm probabilities for the number of `trials` (bands, speeds), and decide again what is detected.
 
     The corrected value 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials and
-    too high for overlapping bands. If given, `trials_of_rank` is the number for ranks among combs without a line.
+    too high for overlapping bands. Ranks among combs without a bearing line are corrected for `trials_of_rank` trials
+    (default: `trials`).
     """
     if trials == 1:
         return lines

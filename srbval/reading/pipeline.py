@@ -47,10 +47,10 @@ CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` says why.
+    """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` is the reason.
 
-    Frequencies in tracked spectra are those at the speed `mean_hz`. `drift_bins` is the shift of the higher race line
-    within the record [bins], None if the record is not tracked.
+    Frequencies in tracked spectra are those at the speed `mean_hz`. `drift_bins` is the number of bins by which the
+    race line of higher frequency moves within the record without order tracking, None if the record is not tracked.
     """
 
     why: str
@@ -217,7 +217,10 @@ def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all rec
 def bands_of_record(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> tuple[BandChoice, ...]:
-    """Bands to try: the whole band and, if narrower bands fit, the most impulsive one; all below `within_fs_hz` / 2."""
+    """Bands to try, all below half the rate `within_fs_hz`: the whole band and the most impulsive narrower band.
+
+    Only the whole band if all narrower bands contain too few harmonics of the race lines, or have too long ends.
+    """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
     count, whole = picture.kurtosis.size, "the whole band"
@@ -262,8 +265,8 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
 def whitened_bands(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> tuple[Periodogram, ...]:
     """Periodograms of the squared envelope in equal parts of the whole band.
 
-    There are `WHITENED_BANDS` parts, or fewer so that each is wide enough for all lines. The record is prewhitened by
-    its cepstrum; squared envelopes are clipped so that single knocks imitate no fault.
+    There are `WHITENED_BANDS` parts, or fewer if these would be too narrow for the lines of the bearing. The record is
+    prewhitened by its cepstrum; squared envelopes are clipped so that single knocks imitate no fault.
     """
     low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

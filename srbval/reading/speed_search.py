@@ -12,7 +12,7 @@ from typing import TypeGuard
 import numpy as np
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.reading.families import HARMONICS, LOG_RATIO_ONSET, LOG_RATIO_SLOPE, families_of, window_share
+from srbval.reading.families import LOG_RATIO_ONSET, LOG_RATIO_SLOPE, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, Tracking, periodogram_of
 from srbval.recordings import ShaftSpeed, SpeedSource
@@ -119,16 +119,20 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 
     A line outside all windows is used only if its sidebands give a speed within the tolerance that explains it.
     """
+
+    def read_at(speed: ShaftSpeed) -> SpeedSearch:
+        lines = _read_lines_at(processed, bearing, speed)
+        return SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=speed)
+
     if stated.source is not SpeedSource.NOMINAL:
-        lines = _read_lines_at(processed, bearing, stated)
-        found = SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=stated)
+        found = read_at(stated)
         return replace(found, outside=_find_outside_family(found)[0])
 
     def estimate(at: ShaftSpeed, lines: tuple[Line, ...]) -> ShaftSpeed | None:
         line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
         half_hz = max(SEARCH_SHARE, stated.ci95_hz / stated.value_hz) * stated.value_hz
         record = periodogram_of(processed, bearing, at).unmasked()
-        found = shaft_by_lines(record, line_hz, stated.value_hz, half_hz, harmonics=HARMONICS)
+        found = shaft_by_lines(record, line_hz, stated.value_hz, half_hz)
         if found is None:
             return None
         ci95_hz = math.hypot(found[1], ALLOWANCE * found[0])
@@ -140,11 +144,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         return abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
 
     fits = estimate(stated, ())
-    if is_within(fits):
-        lines = _read_lines_at(processed, bearing, fits)
-        found = SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=fits)
-    else:
-        found = _search_trial_speeds(processed, bearing, stated)
+    found = read_at(fits) if is_within(fits) else _search_trial_speeds(processed, bearing, stated)
     # Trials made before a speed was read from the record still count.
     lines, outside = sidak_corrected(found.lines, found.tried), None
     if not detected_fault_lines(lines):
@@ -174,7 +174,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 def _read_lines_at(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
-    """Read lines at `scale` times the speed `at`, with shaft harmonics masked; deviations refer to `at` unscaled."""
+    """Read lines at `scale` times the speed `at`, with shaft harmonics masked; deviations refer to the speed `at`."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
     combs = max(MIN_PLACEBOS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
@@ -203,7 +203,7 @@ def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tupl
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
     for family in families_of(found.bearing, found.speed.value_hz)[: len(DEFECTS)]:
         half_hz, (low, high) = SEARCH_SHARE * family.kinematic_hz, found.windows[family.name]
-        reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, period_s=None)
+        reading = read_comb(record, family.kinematic_hz, half_hz, period_s=None)
         if reading is None or not reading.detected or low <= reading.found_hz <= high:
             continue
         if sum(s > LEAST_SNR for s in reading.snr) > 1:
@@ -224,10 +224,10 @@ def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tupl
     return None, ()
 
 
-def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
-    """Ratios of trial speeds to the nominal speed, `apart` apart, at which search windows cover its whole tolerance."""
-    steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9))
-    return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
+def trial_scales(nominal: ShaftSpeed, interval: float) -> tuple[float, ...]:
+    """Ratios of trial speeds to the nominal speed, in steps of `interval`, whose search windows cover its tolerance."""
+    steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / interval - 1e-9))
+    return (1.0, *(1 + side * step * interval for step in steps for side in (-1, 1)))
 
 
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
@@ -244,7 +244,7 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     parts = [replace(processed, squared=processed.squared[n * size : (n + 1) * size]) for n in range(DRIFT_PARTS)]
     families = families_of(bearing, speed.value_hz)
     lowest_hz = min(family.kinematic_hz for family in families) / 2
-    combs = [CombSpectrum.of([[periodogram_of(one, bearing, speed)]], lowest_hz, HARMONICS) for one in parts]
+    combs = [CombSpectrum.of([[periodogram_of(one, bearing, speed)]], lowest_hz) for one in parts]
     hz, best, course = combs[0].frequency_hz, LOG_RATIO_ONSET / LOG_RATIO_SLOPE, np.ones(DRIFT_PARTS)
     for family in families[: len(DEFECTS)]:
         inside = np.abs(hz / family.kinematic_hz - 1) <= SEARCH_SHARE

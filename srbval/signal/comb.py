@@ -13,7 +13,7 @@ from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
 from srbval.signal.periodogram import Noise, Periodogram, Phasors
 from srbval.signal.slip import NORMAL_95, frequency_error_hz, track_slip
 
-FITTED_HARMONICS = 5  # harmonics fitted together, if they are below the limit of the record
+HARMONICS = 5  # lines of a comb that are read together, if they are below the limit of the record
 # Limits for a detected line: its probability on noise alone, the share of the record's placebos that are as strong, and
 # its first harmonic over the local noise in the squared envelope spectrum, which separates the records that Smith &
 # Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the others.
@@ -65,7 +65,7 @@ def read_comb(
     expected_hz: float,
     half_window_hz: float,
     *,
-    harmonics: int = FITTED_HARMONICS,
+    harmonics: int = HARMONICS,
     sideband_hz: float = 0.0,
     period_s: float | None = 0.0,
 ) -> LineReading | None:
@@ -155,7 +155,7 @@ def _ratio(record: Periodogram, frequency_hz: FloatArray, noise: Noise) -> Float
 
 
 def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray:
-    """Power over noise of each harmonic of `found_hz`, from the exact Fourier sums."""
+    """Power of each harmonic of `found_hz`, from its exact Fourier sum, over the `noise` near it."""
     at = np.arange(1, len(noise) + 1, dtype=np.float64) * found_hz
     power = record.exact_power_at(at) / np.array([n.mean_power for n in noise])
     return np.where(record.masked(at), 0.0, power)
@@ -164,7 +164,10 @@ def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray
 def fit(
     record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
 ) -> tuple[float, float, float | None, float | None]:
-    """Fit a line's frequency, and the spacing of its sidebands if any; returns each with its 95 % half width [Hz]."""
+    """Fit a line's frequency, and the spacing of its sidebands if any; returns each with its 95 % half width [Hz].
+
+    `noise` is the noise near each harmonic; for `period_s` see `read_comb`.
+    """
     number, side, noise_power, snr = _present(record, start_hz, noise, sideband_hz)
     directions = np.column_stack((number, side)[: 2 if np.any(side != 0) else 1])
     phasors = Phasors.of(record.samples, record.fs_hz, number * start_hz + side * sideband_hz)
@@ -194,9 +197,9 @@ def fit(
 
 
 def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> FloatArray:
-    """Select unmasked harmonics h of `line_hz`, and those sidebands, k = -1 or 1, that clearly exceed the noise.
+    """Select lines to fit at h `line_hz` + k `sideband_hz`: unmasked harmonics (k = 0), clear sidebands (k = -1 or 1).
 
-    Returns h, k (0 for a harmonic), mean noise power in a bin, and power over noise as rows, [4, lines].
+    Returns the rows h, k, mean noise power in a bin, and power over noise, [4, lines].
     """
     harmonics = len(noise)
     terms = [(h, 0) for h in range(1, harmonics + 1)]
@@ -214,9 +217,12 @@ def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideba
 
 
 def _maximise(phasors: Phasors, directions: FloatArray, snr: FloatArray, noise_power: FloatArray) -> FloatArray:
-    """Maximise the weighted power of lines by Newton steps; returns the shifts [Hz] of line and sideband spacing."""
-    # Components that rise little above the noise carry little information: weight by the line's share of the power.
-    weight = np.maximum(snr - 1, 0.05) / np.maximum(snr, 1.05) / noise_power
+    """Maximise the sum of the lines' powers by Newton steps; returns the shifts [Hz] of the unknown frequencies.
+
+    The unknowns are a line's frequency or its sideband spacing, or both; `directions` [lines, unknowns] are the
+    derivatives of the lines' frequencies with respect to them. Lines that rise little above the noise count less.
+    """
+    weight = np.maximum(snr - 1, 0.05) / np.maximum(snr, 1.05) / noise_power  # the line's share of the power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))
     shift, time = np.zeros(directions.shape[1]), phasors.time_s
     for _ in range(6):

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from srbval.arrays import FloatArray
+from srbval.signal.comb import HARMONICS
 from srbval.signal.periodogram import MASK_BINS, Periodogram
 
 _OVERSAMPLING = 2  # candidates per bin of the highest line
@@ -18,7 +19,7 @@ MASKED = 0.5963473623  # score of a masked line: the mean of log(1 + x) for an e
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CombSpectrum:
-    """Score [n] of a comb of `harmonics` lines at each fundamental `frequency_hz` [n], `step` apart in the logarithm.
+    """Score [n] of a comb of `HARMONICS` lines at each fundamental `frequency_hz` [n], `step` apart in the logarithm.
 
     The score is the sum of log(1 + power over local noise): one strong line does not outweigh all others. `lines` [m]
     are these logarithms at the frequencies `line_hz` [m]. `depth` [m] is the modulation depth there, in that frequency
@@ -29,16 +30,16 @@ class CombSpectrum:
     lines: FloatArray
     depth: FloatArray
     score: FloatArray
-    harmonics: int
     step: float
     bin_hz: float
 
     @classmethod
-    def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float, harmonics: int) -> CombSpectrum:
-        """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`, equally many per record.
+    def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float) -> CombSpectrum:
+        """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`.
 
-        The mean of n records scatters less by the root of n, so the distances of log(1 + S/N) from their median are
-        multiplied by this root, to be comparable with those of one record. Depths of several records exclude the noise.
+        Each record has the same number of bands. The mean of n records scatters less by the root of n, so the distances
+        of log(1 + S/N) from their median are multiplied by this root, to be comparable with those of one record. From
+        depths of several records the share of the noise is subtracted.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)
@@ -51,8 +52,8 @@ class CombSpectrum:
             lines = MASKED + math.sqrt(count) * (lines - np.median(lines))
             square *= np.maximum(0, 1 - 1 / np.maximum(snr.mean(axis=0), 1))
         depth = np.sqrt(square.mean(axis=0).max(axis=0))
-        kept = {"line_hz": hz, "depth": depth, "harmonics": harmonics, "step": step, "bin_hz": first[0].bin_hz}
-        return cls(lines=lines, score=_summed(lines, harmonics, step), **kept)
+        kept = {"line_hz": hz, "depth": depth, "step": step, "bin_hz": first[0].bin_hz}
+        return cls(lines=lines, score=_summed(lines, step), **kept)
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -78,11 +79,11 @@ class CombSpectrum:
         np.add.at(edges, np.searchsorted(self.line_hz, centre_hz - reach), 1)
         np.add.at(edges, np.searchsorted(self.line_hz, centre_hz + reach), -1)
         lines = np.where(np.cumsum(edges[:-1]) > 0, MASKED, self.lines)
-        return replace(self, lines=lines, score=_summed(lines, self.harmonics, self.step))
+        return replace(self, lines=lines, score=_summed(lines, self.step))
 
 
-def _summed(lines: FloatArray, harmonics: int, step: float) -> FloatArray:
-    """Sum the line scores [m] over all harmonics of each fundamental, [n]."""
-    shift = [round(math.log(number) / step) for number in range(1, harmonics + 1)]
+def _summed(lines: FloatArray, step: float) -> FloatArray:
+    """Sum the line scores [m], which are `step` apart in the log of frequency, over the harmonics of each comb, [n]."""
+    shift = [round(math.log(number) / step) for number in range(1, HARMONICS + 1)]
     size = max(0, lines.size - shift[-1])
     return np.asarray(np.sum([lines[at : at + size] for at in shift], axis=0))

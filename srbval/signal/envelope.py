@@ -54,7 +54,7 @@ def end_s(band_hz: tuple[float, float]) -> float:
     return max(MIN_END_S, END_PERIODS / (band_hz[1] - band_hz[0]))
 
 
-def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = MIN_END_S) -> FloatArray:
+def drop_ends(samples: FloatArray, fs_hz: float, seconds: float) -> FloatArray:
     """Remove `seconds` [s] at each end of the record, [n - 2 fs seconds]; `DataError` if nothing is left."""
     end = math.ceil(seconds * fs_hz)
     if samples.size <= 2 * end:

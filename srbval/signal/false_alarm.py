@@ -42,9 +42,10 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
 
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """Expected ratio of a noise peak to the true noise, if it is `snr` [..., h] times the noise estimated from `bins`.
+    """Expected power of a noise peak over the true noise, if it is `snr` [..., h] times the estimate from `bins`.
 
-    A peak of noise far above the estimate mostly means a low estimate. With S = `neg_log_p` the ratio is `snr` dS/dsnr.
+    It is less than `snr`, because the estimated noise is probably too low beside so high a peak of noise. With S =
+    `neg_log_p` it is `snr` dS/dsnr.
     """
     ratio = np.asarray(snr) / math.log(2)
     rise = scipy.special.digamma(bins + 1 + ratio) - scipy.special.digamma((bins + 1) / 2 + ratio)
@@ -70,9 +71,10 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
     """Mean number of rises of a comb's summed `neg_log_p` above `level` within +-`half_window_hz`, on noise alone.
 
     Rice's formula (1945, Bell Syst. Tech. J. 24, 46) for a sum of squared moduli of Gaussian spectra. The spectrum of a
-    record of T = `seconds`, without a window, has the mean square derivative (pi T)^2 / 3; harmonic h moves h times as
-    fast. S is the `level`, p its gamma density, R the `ratio` (sum of `true_noise_ratio`; S if the noise is known), d_h
-    the random share of harmonic h in R, all shares with sum one being equally likely, E the mean over these shares::
+    record of T = `seconds`, without a window, has the mean square derivative (pi T)^2 / 3; if the fundamental moves by
+    1 Hz, harmonic h moves by h Hz. S is the `level`, p its gamma density, R the `ratio` (sum of `true_noise_ratio`; S
+    if the noise is known), d_h the random share of harmonic h in R, all shares with sum one being equally likely, E the
+    mean over these shares::
 
         N = 2 w T sqrt(pi R / 3) E[sqrt(sum h^2 d_h)] p(S)
 
@@ -117,7 +119,11 @@ def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
 
 
 class PlaceboRank(NamedTuple):
-    """Ranks of a comb among mixed placebos, counted and by `neg_log_rank`, and among whole ones (see the module)."""
+    """Probabilities that a placebo (see the module) scores as high as a comb.
+
+    `false_alarm` is the comb's rank among mixed placebos, `tail_false_alarm` the same extended beyond the highest of
+    them by `neg_log_rank`, `whole_false_alarm` its rank among whole placebos.
+    """
 
     false_alarm: float
     tail_false_alarm: float
@@ -125,7 +131,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], at equal ratios: `GRID_PER_HALF_WINDOW` of them over each relative distance `relative`."""
+    """Frequencies [Hz], [n], at equal ratios, `GRID_PER_HALF_WINDOW` of them from f to f (1 + `relative`)."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 
@@ -151,7 +157,7 @@ def rank_among_placebos(
     step = 1 / (_OVERSAMPLING * record.seconds * record.limit_hz)
     log_hz = np.arange(math.log(lowest), math.log(record.limit_hz), step)
     hz = np.exp(log_hz)
-    visible, snr = ~record.masked(hz), record.snr_at(hz, to_limit=True)
+    visible, snr = ~record.masked(hz), record.snr_at(hz)
     # Single precision halves the memory and is enough to rank.
     scores = neg_log_p(snr[:, None], np.array([NOISE_BINS]))[:, 0].astype(np.float32)
     width = 2 * max(1, round(math.log1p(relative) / step)) + 1

@@ -1,8 +1,9 @@
 """Part of a signal that repeats at each passage over a defect, and a steady tone between the passages.
 
-The level between passages is read in the quietest quarter of the passage period. This quarter is selected in every
-other passage, and the level is read in the remaining passages, and vice versa: the least of many noisy means is biased
-low, the mean over other passages is not.
+The passage period is the time from one passage of a rolling element over the defect to the next. The level between
+passages is the mean in that quarter of the passage period in which the signal is lowest. This quarter is found in every
+second period, and the mean is computed in the other periods, and vice versa: the least of many noisy means is biased
+low, the mean over other periods is not.
 """
 
 import math
@@ -22,7 +23,7 @@ LEAST_PASSAGES = 4 * MIN_JACKKNIFE_BLOCKS  # two in each block of either half
 
 @dataclass(frozen=True, kw_only=True)
 class LockedMean:
-    """Mean of a signal minus its mean in the quietest quarter of the passage period, in the signal's unit.
+    """Mean of a signal minus its level between passages (see the module), in the signal's unit.
 
     `u` is its standard deviation by the jackknife over `blocks` successive parts (Efron & Stein 1981).
     """
@@ -59,8 +60,9 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Fit A exp(2 pi i (`tone` + s k / n)) to samples k of an analytic signal [n]; returns amplitude A and slip s.
 
-    `tone` [n] is the expected phase of the tone, in periods; s is at most `slip` periods. With `periods` [n], the
-    number of passages up to each sample, only the quarter of the passage period with the least residual is fitted.
+    `tone` [n] is the expected phase of the tone, in turns of 2 pi; s is at most `slip` turns. With `periods` [n], the
+    number of passages up to each sample, the tone is fitted in that quarter of the passage period (see the module) in
+    which it leaves the least residual.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

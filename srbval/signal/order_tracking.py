@@ -58,7 +58,7 @@ class ShaftAngle:
         """
         at_s = start_s + np.arange(samples.size) / fs_hz
         knots_s, turns = _extended(self.time_s, self.turns, at_s[0], at_s[-1])
-        first, last = self.turns_at(at_s)[[0, -1]]
+        first, last = spline(knots_s, turns, at_s[[0, -1]])
         count = math.floor((last - first) * fs_hz / mean_hz) + 1
         wanted = first + np.arange(count) * (mean_hz / fs_hz)
         instants_s = spline(turns, knots_s, wanted)

@@ -39,9 +39,9 @@ class Phasors:
     seconds: float
 
     @classmethod
-    def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray, blocks: int = PHASOR_BLOCKS) -> Phasors:
-        """Compute the sums of `samples` [n] at `frequency_hz` [c] over `blocks` parts, each of one sample or more."""
-        bounds = np.linspace(0, samples.size, min(blocks, samples.size) + 1).astype(int)
+    def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray) -> Phasors:
+        """Compute the sums of `samples` [n] at `frequency_hz` [c] over `PHASOR_BLOCKS` blocks."""
+        bounds = np.linspace(0, samples.size, min(PHASOR_BLOCKS, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
         # Phases start at a block's first sample, so that one short table serves all; real products, for speed.
@@ -187,11 +187,11 @@ class Periodogram:
         mean = float(np.median(power)) / math.log(2)
         return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
 
-    def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
-        """Power over the local noise, a running median of unmasked bins; `to_limit` omits bins far above `limit_hz`."""
+    def snr_at(self, frequency_hz: FloatArray) -> FloatArray:
+        """Power over the local noise, a running median of unmasked bins, at frequencies up to `limit_hz`."""
         spacing = POINTS_PER_BIN * self.step_hz
         last = self.power.size // POINTS_PER_BIN
-        bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS) if to_limit else last)
+        bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS))
         bins = bins[~self.masked(np.asarray(bins * spacing, dtype=np.float64))]
         if bins.size == 0:
             return np.zeros(frequency_hz.shape)

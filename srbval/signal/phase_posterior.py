@@ -103,17 +103,20 @@ def _rotations(number: FloatArray, circle: int) -> ComplexArray:
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood ratio of a line to no line for each block, set of amplitudes and phase, [blocks, sets, CIRCLE]."""
+    """Log likelihood ratio of a line to no line, for each block and phase and each row of `amplitude` [sets, c].
+
+    The shape is [blocks, sets, CIRCLE].
+    """
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for b trial walks of the phase.
+    """Log likelihood [b] of the record for b pairs of slip and mean frequency.
 
-    `steps` [b, frequencies]: transform of each walk's change of phase from block to block; `which` [b]: number of the
-    set of line amplitudes that it uses.
+    For each pair `steps` [b, CIRCLE / 2 + 1] contains the distribution of the phase's step from block to block (see
+    `_steps`), and `which` [b] the index of its set of amplitudes in `block_likelihood` (see `_block_likelihood`).
     """
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
@@ -128,7 +131,7 @@ def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[n
 
 
 def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Probability of each phase in each block, given all blocks and a set of amplitudes, [blocks, sets, CIRCLE]."""
+    """Probability of each phase in each block, given the likelihoods of all blocks, [blocks, sets, CIRCLE]."""
     likelihood = np.exp(block_likelihood - block_likelihood.max(axis=2, keepdims=True))
     forward = np.empty_like(likelihood)
     density = np.ones(likelihood.shape[1:])

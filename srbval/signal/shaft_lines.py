@@ -6,6 +6,7 @@ import math
 import numpy as np
 import scipy.special
 
+from srbval.signal.comb import HARMONICS
 from srbval.signal.periodogram import Periodogram
 from srbval.signal.slip import frequency_error_hz
 
@@ -21,7 +22,7 @@ LEAST_PEAK_ERROR_BINS = 0.01  # least standard error of a peak: it is read by a 
 
 
 def shaft_by_lines(
-    record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float, *, harmonics: int
+    record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float
 ) -> tuple[float, float] | None:
     """Estimate a shaft speed within `half_hz` of a nominal speed, and its 95 % half width [Hz], from its lines.
 
@@ -33,7 +34,7 @@ def shaft_by_lines(
     bin_hz = record.bin_hz
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, bin_hz / 16)
     score, used = np.zeros(speeds.size), 0  # joint -log p of all terms
-    for harmonic, order in _terms(line_hz, harmonics):
+    for harmonic, order in _terms(line_hz):
         frequencies = harmonic * line_hz + order * speeds
         ends = frequencies[0], frequencies[-1]
         if min(ends) < 3 * bin_hz or max(ends) > record.limit_hz:
@@ -52,21 +53,21 @@ def shaft_by_lines(
         return None
     if trials * scipy.special.gammaincc(used, float(score[best])) >= SHAFT_FALSE_ALARM:
         return None
-    found = _fit(record, line_hz, float(speeds[best]), harmonics)
+    found = _fit(record, line_hz, float(speeds[best]))
     return None if found is None or abs(found[0] - nominal_hz) > half_hz else found
 
 
-def _terms(line_hz: float, harmonics: int) -> list[tuple[int, int]]:
+def _terms(line_hz: float) -> list[tuple[int, int]]:
     """Pairs (h, k) for lines at h times the fault line plus k times the shaft: shaft harmonics and sidebands."""
     orders = [k for k in range(-SIDEBANDS_PER_SIDE, SIDEBANDS_PER_SIDE + 1) if k]
-    sides = itertools.product(range(1, harmonics + 1), orders) if line_hz else ()
+    sides = itertools.product(range(1, HARMONICS + 1), orders) if line_hz else ()
     return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]
 
 
-def _fit(record: Periodogram, line_hz: float, shaft_hz: float, harmonics: int) -> tuple[float, float] | None:
+def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> tuple[float, float] | None:
     """Fit fault line and shaft speed by least squares to all clear peaks: speed and its 95 % half width [Hz]."""
-    whole = [(h, 0) for h in range(1, harmonics + 1)] if line_hz else []
-    terms = whole + _terms(line_hz, harmonics)
+    whole = [(h, 0) for h in range(1, HARMONICS + 1)] if line_hz else []
+    terms = whole + _terms(line_hz)
     read = [(k, h, *p) for h, k in terms if (p := _peak(record, h * line_hz + k * shaft_hz))]
     order, harmonic, peak_hz, sigma = np.array(read, dtype=np.float64).reshape(-1, 4).T
     unknowns = 2 if np.any(harmonic) else 1

@@ -41,23 +41,24 @@ def frequency_error_hz(information: float, seconds: float) -> float:
 def slip_interval() -> dict[str, Any]:
     """Calibrated table of interval widths (`slip_interval.toml`).
 
-    The log spread s is the mean of log(1 + ratio of walk to noise), weighted by the posterior of the ratio. The half
-    width is ``floor`` standard errors for s up to ``start``, and above it ``factor`` times exp(s / 2) standard errors,
-    with ``factor`` linear between the knots ``log_spread``. For weak lines see `weak_factor`.
+    Slip gives a line's frequency r times the variance that noise gives it. The log spread s is the mean of log(1 + r)
+    over the posterior of r. The half width is ``floor`` standard errors from noise if s is below ``start``, otherwise
+    exp(s / 2) times a factor, which is interpolated in s between the values ``factor`` at ``log_spread``. For weak
+    lines see `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def walk_share(log_spread: float) -> float:
-    """Confidence, from 0 to 1, in a random walk of the phase; `log_spread`: see `slip_interval`."""
+    """Confidence, from 0 to 1, that the phase is a random walk, for a log spread (see `slip_interval`)."""
     return -math.expm1(-(max(log_spread - slip_interval()["start"], 0.0) ** 2))
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
-    """95 % half width of a line's frequency, in standard errors from noise; the spread is from `blocks` phases.
+    """95 % half width of a line's frequency, in standard errors from noise, for a log spread (see `slip_interval`).
 
-    The table is valid for many blocks of a strong line. For few blocks (Student's t) or a low `snr` the half width is
+    The table is valid for many blocks of a strong line. For few `blocks` (Student's t) or a low `snr` the half width is
     multiplied by a factor, in proportion to the confidence that the phase is a random walk (`walk_share`).
     """
     table = slip_interval()
@@ -68,7 +69,11 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor for a weak line's interval; `steady`: probability of no slip, `wide`: width over width by noise alone."""
+    """Factor by which the credible interval of a weak line is multiplied.
+
+    `steady` is the probability that the line does not slip, `wide` the width of the credible interval over the width
+    that noise alone would give it.
+    """
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
     return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))
@@ -135,7 +140,10 @@ def track_slip(
 def weak_sums(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, period_s: float = 0.0
 ) -> ComplexArray | None:
-    """Block sums [c, blocks], in units of noise, of a line too weak to track its phase; None if it is strong enough."""
+    """Sums of a line's harmonics over blocks, if the line is too weak to track its phase; otherwise None.
+
+    The sums [c, blocks] are divided by the noise; for the arguments see `track_slip`.
+    """
     for sums, snr in _in_blocks(phasors, noise_power, period_s, most=WEAK_BLOCKS):
         return sums if float(number**2 @ np.maximum(snr, 0)) * sums.shape[1] < WEAK_INFORMATION else None
     return None
@@ -144,7 +152,10 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Yield, for each number of blocks, sums over blocks [components, blocks] and mean power over noise [component]."""
+    """Yield, for each usable number of blocks up to `most`, sums over blocks divided by noise, [components, blocks].
+
+    With them the mean power of each component over the noise in a block, [components].
+    """
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
@@ -154,14 +165,17 @@ def _in_blocks(
 
 
 def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> float:
-    """Standard error of the frequency of a steady line from noise alone [Hz]."""
+    """Standard error [Hz] that noise gives the frequency of a steady line, from the `sums` of `weak_sums`."""
     blocks = sums.shape[1]
     snr = np.abs(sums.sum(axis=1)) ** 2 / blocks - 1
     return frequency_error_hz(max(float(number**2 @ np.maximum(snr, 0)), 1.0), blocks * block_s)
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Refine the phase `path_rad`; returns log evidence for a line, mean phase step per block, its half width [rad]."""
+    """Refine the phases `path_rad` of the blocks.
+
+    Returns the log evidence for a line, the mean step of the phase from block to block [rad], and its 95 % half width.
+    """
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share
@@ -183,7 +197,11 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at a line over noise nearby (1 unless residuals are far larger), weights of `WALK_RATIOS`, log evidence."""
+    """Noise at a line over noise nearby, posterior weights of `WALK_RATIOS`, and log evidence.
+
+    `residual` are contrasts (see `Modes`) of phases that noise nearby gives the `variance`. The first result is 1,
+    unless the residuals are far larger.
+    """
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
@@ -194,11 +212,13 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Modes:
-    """Orthonormal `contrasts` [n - 2, n] of n phases about a straight line, in which walk and noise are uncorrelated.
+    """Weighted sums of n phases that separate a random walk of the phase from noise.
 
-    `slope` [n] are weights that give the slope of the phases, `slope_variance` is its variance from noise of variance
-    one. For a random walk that gives the slope as much variance as this noise, `share` [n - 2] is the variance of the
-    contrasts and `with_slope` [n - 2] their covariance with the slope.
+    The `contrasts` [n - 2, n] are orthonormal weights whose sums vanish for phases on a straight line and are
+    uncorrelated both for a random walk and for noise. The weights `slope` [n] give the slope of the phases;
+    `slope_variance` is its variance if the phases have noise of variance 1. For a random walk that gives the slope the
+    same variance, `share` [n - 2] are the variances of the contrasts, `with_slope` [n - 2] their covariances with the
+    slope.
     """
 
     contrasts: FloatArray
@@ -208,10 +228,10 @@ class Modes:
     slope_variance: float
 
 
-def weigh_walk_ratios(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
-    """Posterior weights of `WALK_RATIOS`, and log evidence, for residuals `modes` of variance 1 + ratio x `share`."""
+def weigh_walk_ratios(residual: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
+    """Posterior weights of the `WALK_RATIOS` r, and log evidence, if each `residual` has the variance 1 + r `share`."""
     spread = 1 + WALK_RATIOS[:, None] * share
-    likelihood = -0.5 * (np.log(spread).sum(axis=1) + (modes**2 / spread).sum(axis=1))
+    likelihood = -0.5 * (np.log(spread).sum(axis=1) + (residual**2 / spread).sum(axis=1))
     weight = WALK_RATIO_PRIOR * np.exp(likelihood - likelihood.max())
     total = float(weight.sum())
     return weight / total, math.log(total / float(WALK_RATIO_PRIOR.sum())) + float(likelihood.max())
@@ -239,7 +259,7 @@ def modes_of(count: int) -> Modes:
 
 
 def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArray:
-    """Most likely path of the phase [rad], [blocks], from its clearest harmonic, for steps of variance `step_rad2`."""
+    """Most likely phase of a line in each block [rad], [blocks], if its steps between blocks vary by `step_rad2`."""
     grid = np.arange(PHASES) * (2 * math.pi / PHASES)
     rotation = np.exp(-1j * np.outer(number, grid))
     step = np.abs(grid[:, None] - grid)
@@ -267,7 +287,7 @@ def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> F
 def _refined(
     sums: ComplexArray, number: FloatArray, path_rad: FloatArray, amplitude: ComplexArray
 ) -> tuple[FloatArray, float]:
-    """Phase of each block [rad], to first order about the path `path_rad` [blocks], and the variance of each [rad2]."""
+    """Phase of a line in each block [rad], to first order about `path_rad`, and its variance by noise [rad2]."""
     rotation = np.exp(-1j * np.outer(number, path_rad))
     parts = number**2 * np.abs(amplitude) ** 2
     # At least the value of noise alone.
@@ -281,7 +301,7 @@ def _refined(
 
 
 def _amplitudes(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> ComplexArray:
-    """Complex amplitude of each harmonic along a path, minus the amplitude of noise alone, [c]."""
+    """Complex amplitude [c] of each harmonic if its phases are `path_rad`, without the power that noise adds."""
     mean = np.mean(sums * np.exp(-1j * np.outer(number, path_rad)), axis=1)
     power = np.abs(mean) ** 2
     share = np.maximum(power - 1 / sums.shape[1], 0) / np.maximum(power, np.finfo(float).tiny)

@@ -185,9 +185,9 @@ def morlet_scalogram(
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], as in the paper's Figure 14, with at most `rows` and `columns`.
 
-    The amplitudes of ``pywt.cwt`` are too low by the factor sin(x)/x, x = pi f / fs: rows are divided by it, at
-    frequencies whose wavelet is sampled symmetrically. Raises `ConfigurationError` if the record is too short or too
-    coarsely sampled for `range_hz`.
+    The rows are at frequencies whose wavelet has samples symmetric about its middle. At these the amplitudes of
+    ``pywt.cwt`` are too low by the factor sin(x)/x, x = pi f / fs, and are divided by it. Raises `ConfigurationError`
+    if the record is too short or too coarsely sampled for `range_hz`.
     """
     import pywt
 

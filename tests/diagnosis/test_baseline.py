@@ -36,7 +36,8 @@ def healthy_analysis():
 def test_fault_stands_above_the_healthy_record():
     call = compare_with_baseline(faulted_analysis(), healthy_analysis())
     assert (call.risen, call.line) == (Fault.INNER, "BPFI")
-    assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
+    ratio, (low, high) = call.ratios["BPFI"]
+    assert 2 < low < ratio < high
 
 
 def test_what_differs_is_named():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing
 from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD, identity_probability, window_share
@@ -94,20 +95,18 @@ def test_no_row_contradicts_itself(trials):
 HALF, LINE_HZ = 0.01, 100.0
 
 
-def probability(
-    deviation: float, speed_ci95: float, chance: float, *, half: float = HALF, largest_slip: float = LARGEST_SLIP
-) -> float:
+def probability(deviation: float, speed_ci95: float, chance: float) -> float:
     reading = LineReading(
         found_hz=LINE_HZ * (1 + deviation),
         ci95_hz=0.0,
         snr=(20.0,),
         noise_false_alarm=chance,
-        half_window_hz=half * LINE_HZ,
+        half_window_hz=HALF * LINE_HZ,
         isolated=True,
         depth=0.1,
         resolution_hz=0.1,
     )
-    return identity_probability(reading, LINE_HZ, speed_ci95, chance, largest_slip)
+    return identity_probability(reading, LINE_HZ, speed_ci95, chance, LARGEST_SLIP)
 
 
 def test_probability_is_the_share_of_lines_whatever_they_slip():
@@ -118,6 +117,9 @@ def test_probability_is_the_share_of_lines_whatever_they_slip():
     places = np.concatenate((slips, rng.uniform(-HALF, HALF, count)))
     is_line = np.arange(2 * count) < count
     called = np.array([probability(float(d), 0.0, 1.0) for d in places])
+    of_line = scipy.stats.t(SLIP_FREEDOM, scale=SLIP_SPREAD)
+    density = of_line.pdf(places) / (of_line.cdf(HALF) - of_line.cdf(-HALF))
+    assert called == pytest.approx(density / (density + 0.5 / HALF))
     for low, high in ((0.0, 0.05), (0.05, 0.1), (0.1, 0.3), (0.3, 0.6), (0.6, 0.8), (0.8, 1.0)):
         group = (called >= low) & (called < high)
         scatter = 0.5 / np.sqrt(group.sum())

@@ -154,7 +154,7 @@ COMB_S, LINE_HZ, COMB_SHAFT_HZ, COMB_LIMIT_HZ = 6.0, 61.7, 17.3, 600.0
 
 def combs(samples: FloatArray) -> CombSpectrum:
     record = Periodogram.of(3 + samples, FS_HZ, limit_hz=COMB_LIMIT_HZ, shaft_hz=COMB_SHAFT_HZ)
-    return CombSpectrum.of([[record]], 1.1 * COMB_SHAFT_HZ, 5)
+    return CombSpectrum.of([[record]], 1.1 * COMB_SHAFT_HZ)
 
 
 def noise(seed: int) -> FloatArray:
