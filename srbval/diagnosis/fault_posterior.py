@@ -230,11 +230,6 @@ def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, 
     return together | {OPEN: max(one[OPEN] for one in log_likelihoods)}
 
 
-def most_probable(probabilities: Mapping[str, float]) -> str:
-    """State with the highest probability."""
-    return max(probabilities, key=lambda name: probabilities[name])
-
-
 def share_of(state: str, probabilities: Mapping[str, float]) -> float:
     """Probability that all parts named in `state` are faulty, alone or with other parts; at most `MAX_PROBABILITY`."""
     parts = set(state.split("+"))
@@ -243,7 +238,7 @@ def share_of(state: str, probabilities: Mapping[str, float]) -> float:
 
 def decide(probabilities: Mapping[str, float]) -> str:
     """Most probable state, or `UNDECIDED` if its probability is below `MIN_NAMED_PROBABILITY` (for healthy: 1/2)."""
-    best = most_probable(probabilities)
+    best = max(probabilities, key=probabilities.__getitem__)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED
 

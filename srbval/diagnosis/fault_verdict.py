@@ -128,7 +128,7 @@ def weigh_evidence(
         [scores for _, scores in views], lines, stands=bool(standing), elsewhere=elsewhere
     )
     shares = posterior.probabilities(together)
-    found = posterior.most_probable(shares)
+    found = max(shares, key=shares.__getitem__)
     best, scores = max(views, key=lambda one: posterior.log_likelihood([one[1]], lines, stands=bool(standing))[found])
     return Diagnosis(
         state=posterior.decide(shares),
@@ -198,8 +198,9 @@ class FaultVerdict:
         """Headline and probability of the most probable state in one sentence."""
         if self.diagnosis is None:
             return self.sentence
-        name = posterior.most_probable(self.diagnosis.probabilities)
-        share = f"{LABELS[name]} {100 * posterior.share_of(name, self.diagnosis.probabilities):.0f} %"
+        shares = self.diagnosis.probabilities
+        name = max(shares, key=shares.__getitem__)
+        share = f"{LABELS[name]} {100 * posterior.share_of(name, shares):.0f} %"
         return f"{self.headline} ({share}, against records of known state of {CALIBRATION_RIGS} rigs)."
 
     @property

@@ -309,7 +309,7 @@ def _of_machine(together: Mapping[str, float], how: str) -> dict[str, Any]:
     """Verdict on a machine from the log likelihood ratios of its records, `together`; `how` is the method in words."""
     shares = posterior.probabilities(together)
     state = posterior.decide(shares)
-    parts, best = posterior.faults_of(state), posterior.most_probable(shares)
+    parts, best = posterior.faults_of(state), max(shares, key=shares.__getitem__)
     answer = state if state == posterior.UNDECIDED else posterior.LABELS[state]
     answer += " fault" if parts else ", no fault named" if state != posterior.UNDECIDED else ""
     share = f"{posterior.LABELS[best]} {100 * posterior.share_of(best, shares):.0f} %"

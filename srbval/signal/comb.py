@@ -164,10 +164,7 @@ def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray
 def fit(
     record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
 ) -> tuple[float, float, float | None, float | None]:
-    """Fit a line's frequency, and the spacing of its sidebands if any; returns each with its 95 % half width [Hz].
-
-    `noise` is the noise near each harmonic; for `period_s` see `read_comb`.
-    """
+    """Fit a line's frequency, and the spacing of its sidebands if any; returns each with its 95 % half width [Hz]."""
     number, side, noise_power, snr = _present(record, start_hz, noise, sideband_hz)
     directions = np.column_stack((number, side)[: 2 if np.any(side != 0) else 1])
     phasors = Phasors.of(record.samples, record.fs_hz, number * start_hz + side * sideband_hz)
@@ -217,10 +214,9 @@ def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideba
 
 
 def _maximise(phasors: Phasors, directions: FloatArray, snr: FloatArray, noise_power: FloatArray) -> FloatArray:
-    """Maximise the sum of the lines' powers by Newton steps; returns the shifts [Hz] of the unknown frequencies.
+    """Maximise the sum of the lines' powers by Newton steps; returns the shifts of the unknowns [Hz].
 
-    The unknowns are a line's frequency or its sideband spacing, or both; `directions` [lines, unknowns] are the
-    derivatives of the lines' frequencies with respect to them. Lines that rise little above the noise count less.
+    `directions` [lines, unknowns] are the derivatives of the lines' frequencies with respect to the unknowns.
     """
     weight = np.maximum(snr - 1, 0.05) / np.maximum(snr, 1.05) / noise_power  # the line's share of the power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))

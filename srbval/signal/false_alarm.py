@@ -119,11 +119,7 @@ def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
 
 
 class PlaceboRank(NamedTuple):
-    """Probabilities that a placebo (see the module) scores as high as a comb.
-
-    `false_alarm` is the comb's rank among mixed placebos, `tail_false_alarm` the same extended beyond the highest of
-    them by `neg_log_rank`, `whole_false_alarm` its rank among whole placebos.
-    """
+    """Rank of a comb among mixed and whole placebos (see the module); `tail_false_alarm`: mixed, by `neg_log_rank`."""
 
     false_alarm: float
     tail_false_alarm: float

@@ -1,9 +1,8 @@
 """Part of a signal that repeats at each passage over a defect, and a steady tone between the passages.
 
-The passage period is the time from one passage of a rolling element over the defect to the next. The level between
-passages is the mean in that quarter of the passage period in which the signal is lowest. This quarter is found in every
-second period, and the mean is computed in the other periods, and vice versa: the least of many noisy means is biased
-low, the mean over other periods is not.
+A passage period is the time from one passage of a rolling element over the defect to the next. The level between
+passages is the mean in that quarter of the period in which the signal is lowest. This quarter is found in every second
+period, and the mean is computed in the other periods, and vice versa: the least of many noisy means is biased low.
 """
 
 import math

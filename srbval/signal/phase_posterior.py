@@ -103,10 +103,7 @@ def _rotations(number: FloatArray, circle: int) -> ComplexArray:
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood ratio of a line to no line, for each block and phase and each row of `amplitude` [sets, c].
-
-    The shape is [blocks, sets, CIRCLE].
-    """
+    """Log likelihood ratio of a line with amplitudes [sets, c] to no line, [blocks, sets, phases of the circle]."""
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])

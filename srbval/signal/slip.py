@@ -42,8 +42,8 @@ def slip_interval() -> dict[str, Any]:
     """Calibrated table of interval widths (`slip_interval.toml`).
 
     Slip gives a line's frequency r times the variance that noise gives it. The log spread s is the mean of log(1 + r)
-    over the posterior of r. The half width is ``floor`` standard errors from noise if s is below ``start``, otherwise
-    exp(s / 2) times a factor, which is interpolated in s between the values ``factor`` at ``log_spread``. For weak
+    over the posterior of r. The half width is ``floor`` standard errors from noise; if s is above ``start`` and this is
+    more, it is exp(s / 2) times a factor, interpolated in s between the values ``factor`` at ``log_spread``. For weak
     lines see `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
@@ -69,10 +69,9 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor by which the credible interval of a weak line is multiplied.
+    """Factor for the credible interval of a weak line.
 
-    `steady` is the probability that the line does not slip, `wide` the width of the credible interval over the width
-    that noise alone would give it.
+    `steady` is the probability of no slip, `wide` the interval's width over the width that noise alone gives it.
     """
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
@@ -140,10 +139,7 @@ def track_slip(
 def weak_sums(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, period_s: float = 0.0
 ) -> ComplexArray | None:
-    """Sums of a line's harmonics over blocks, if the line is too weak to track its phase; otherwise None.
-
-    The sums [c, blocks] are divided by the noise; for the arguments see `track_slip`.
-    """
+    """Sums of a weak line's harmonics over blocks, divided by noise, [c, blocks]; None if its phase can be tracked."""
     for sums, snr in _in_blocks(phasors, noise_power, period_s, most=WEAK_BLOCKS):
         return sums if float(number**2 @ np.maximum(snr, 0)) * sums.shape[1] < WEAK_INFORMATION else None
     return None
@@ -152,10 +148,7 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Yield, for each usable number of blocks up to `most`, sums over blocks divided by noise, [components, blocks].
-
-    With them the mean power of each component over the noise in a block, [components].
-    """
+    """Yield, for each usable number of blocks, sums over blocks divided by noise [c, blocks], power over noise [c]."""
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
@@ -172,10 +165,7 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Refine the phases `path_rad` of the blocks.
-
-    Returns the log evidence for a line, the mean step of the phase from block to block [rad], and its 95 % half width.
-    """
+    """Refine the phases `path_rad`; returns log evidence of a line, mean step per block, its 95 % half width [rad]."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share
@@ -197,11 +187,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at a line over noise nearby, posterior weights of `WALK_RATIOS`, and log evidence.
-
-    `residual` are contrasts (see `Modes`) of phases that noise nearby gives the `variance`. The first result is 1,
-    unless the residuals are far larger.
-    """
+    """Noise at a line over noise nearby, posterior weights of `WALK_RATIOS`, log evidence; see `weigh_walk_ratios`."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
