@@ -11,8 +11,9 @@ doubles every 2 ms. Simulations with such rollers last only 12 ms, so that round
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
@@ -60,24 +61,26 @@ SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
-    """Compute the numbers that characterise program parts (default: all), by part and name; this takes about 20 s."""
-    probes = {name: PROBES[name] for name in parts or PROBES}
-    found = {}
+    """Compute the named numbers that characterise each program part (default: of all parts); this takes about 20 s."""
+    names, found = parts or tuple(PROBES), dict[str, ProbeOutputs]()
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
-        for name, values in zip(probes, pool.map(lambda probe: probe(), probes.values()), strict=True):
+        for name, values in zip(names, pool.map(lambda name: PROBES[name](), names), strict=True):
             found[name] = values
-            progress("probe the program's behaviour", len(found) / len(probes))
+            progress("probe the program's behaviour", len(found) / len(names))
     return found
 
 
-def _probe_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
-    """Yield named scenes for the regression check, one per roller diameter (`fits`) and bearing state in `axes`."""
-    for fit in axes.get("fits", ("play",)):
-        seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
-        common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
-        for state in axes.get("states", STATES):
-            changes = common | {"defect": {"kind": state.scene_word}} | axes.get("changes", {})
-            yield f"{base} {fit} {state}", load_scene(base, changes)
+def _probe_scenes(
+    model: str, base: str, *, fits: Iterable[str] = ("play",), states: Iterable[Fault] = STATES, **changes: Any
+) -> Iterator[tuple[str, Scene]]:
+    """Yield short scenes for `model`, by name: the bundled scene `base`, for each roller diameter (`fits`) and state.
+
+    `changes` are further changes of the scene, by key.
+    """
+    for fit, state in itertools.product(fits, states):
+        own = {"model": model, "duration_s": RATTLING_S if fit == "play" else SMOOTH_S, "settle_s": 0.0}
+        own |= {"contact": {"roller_fit": fit}, "defect": {"kind": state.scene_word}}
+        yield f"{base} {fit} {state}", load_scene(base, own | changes)
 
 
 def _numbers_of_run(run: Run) -> ProbeOutputs:
@@ -99,22 +102,21 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
     return found | {f"step error of {one.of}": round(one.error, 9) for one in estimates}
 
 
-def _probe_model(model: str, base: str, **axes: Any) -> ProbeOutputs:
-    """Simulate a model's regression-check scenes, made from scene `base`; return the results by scene and quantity."""
-    step = axes.get("step", Step.UNCHECKED)
+def _probe_model(model: str, base: str, *, step: Step = Step.UNCHECKED, **options: Any) -> ProbeOutputs:
+    """Simulate the scenes of `_probe_scenes`, called with `options`; return the results by scene and quantity."""
     return {
-        f"{scene}{SEPARATOR}{name}": value
-        for scene, made in _probe_scenes(model, base, **axes)
-        for name, value in _numbers_of_run(simulate(made, step=step)).items()
+        f"{name}{SEPARATOR}{quantity}": value
+        for name, scene in _probe_scenes(model, base, **options)
+        for quantity, value in _numbers_of_run(simulate(scene, step=step)).items()
     }
 
 
 def _probe_full() -> ProbeOutputs:
     """Compute regression-check numbers of the point-cloud model, for two roller diameters and several solvers."""
     found = _probe_model("full", "paper", fits=("play", "printed"))
-    own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
+    own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "duration_s": RATTLING_S}
     for solver in PROBED_SOLVERS:
-        values = _probe_model("full", "paper", changes={"solver": {"name": solver, "step_s": SOLVER_STEP_S}}, **own)
+        values = _probe_model("full", "paper", solver={"name": solver, "step_s": SOLVER_STEP_S}, **own)
         found |= {f"{solver} {name}": value for name, value in values.items()}
     checked = _probe_model("full", "paper", fits=("printed",), states=(Fault.INNER,), step=Step.CHECKED)
     return found | {f"checked {name}": value for name, value in checked.items()}
@@ -122,8 +124,7 @@ def _probe_full() -> ProbeOutputs:
 
 def _probe_slices() -> ProbeOutputs:
     """Compute regression-check numbers of the slices model, in the scene `rig` at its own speed and at 340 rpm."""
-    slow = {"shaft_speed_rad_s": 340 * math.pi / 30}
-    values = _probe_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
+    values = _probe_model("slices", "rig", states=(Fault.OUTER,), shaft_speed_rad_s=340 * math.pi / 30)
     return _probe_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
 
 
@@ -178,7 +179,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute for the regression check cage ratios of shipped recordings, and checksums of two tables of inputs."""
+    """Compute for the regression check cage ratios of shipped recordings, and checksums of files with input ranges."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -195,12 +196,10 @@ def _probe_comparison() -> ProbeOutputs:
 
 def _numbers_in(table: Any) -> Iterator[float]:
     """Yield every number of a nested table, in order."""
-    if isinstance(table, Mapping):
-        table = table.values()
     if isinstance(table, int | float):
         yield float(table)
-    elif not isinstance(table, str) and hasattr(table, "__iter__"):
-        for value in table:
+    elif isinstance(table, dict | list):
+        for value in table.values() if isinstance(table, dict) else table:
             yield from _numbers_in(value)
 
 
@@ -236,24 +235,19 @@ class CheckResult:
         return not self.stale and all(check.ok for check in self.checks)
 
 
-def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progress = silent) -> CheckResult:
-    """Compute the numbers of program `parts` (default: all); compare them with `reference` (default: as shipped).
+def run_check(*, progress: Progress = silent) -> CheckResult:
+    """Compare the numbers of all program parts with the reference fingerprint, and check all stored results.
 
-    Stored results are checked only if all parts are computed. Raises `ConfigurationError` for an unknown part, and the
-    errors of running a bundled scene and of reading a shipped recording.
+    Raises the errors of running a bundled scene and of reading a shipped recording.
     """
-    unknown = [part for part in parts if part not in PROBES]
-    if unknown:
-        raise ConfigurationError(f"program part {unknown[0]!r} is not known. Choose from: {', '.join(PROBES)}.")
-    known = reference_fingerprint() if reference is None else reference
-    now = fingerprint(*parts, progress=progress)
+    known, now = reference_fingerprint(), fingerprint(progress=progress)
     checks = [
         replace(one, name=f"{part}{SEPARATOR}{one.name}")
         for part, values in now.items()
         for one in compare_part(values, known.get(part, {}))
     ]
-    results = () if parts else shipped_results()
-    stale = tuple({"file": one.path.name, "why": why} for one in results if (why := one.why_stale(now)) is not None)
+    reasons = ((one.path.name, one.why_stale(now)) for one in shipped_results())
+    stale = tuple({"file": file, "why": why} for file, why in reasons if why is not None)
     return CheckResult(checks=tuple(checks), stale=stale, now=now)
 
 
@@ -269,11 +263,12 @@ def reference_path() -> Path:
 
 
 def write_reference(now: Fingerprint) -> None:
-    """Replace the reference fingerprint by `now`; raises `ConfigurationError` if a cage ratio in it is not finite."""
+    """Replace the reference fingerprint by `now`; refuses a cage ratio that is not finite (`ConfigurationError`)."""
     for part, values in now.items():
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):
-                raise ConfigurationError(f"{part}: {name} is {value}, not a finite number; reference not replaced.")
+                what = f"{name} of part {part} is {value}, not a finite number"
+                raise ConfigurationError(f"reference of the regression check not replaced: its new value {what}.")
     origin = stored_result.REFERENCE_ORIGIN | {"srbval": __version__, "git_revision": git_revision()}
     write_json(reference_path(), origin | {"parts": now})
     reference_fingerprint.cache_clear()

@@ -136,7 +136,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """Run example code (`kind`: python or sh) beside copies of the shipped recordings; return its picture as HTML."""
+    """Run example code (`kind`: python or sh) in a folder with the shipped recordings; return its picture as HTML."""
     import matplotlib
 
     from srbval.cli import run_command_line
@@ -239,7 +239,7 @@ def table(titles: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
 
 
 def mathml(formula: str, *, as_block: bool = False) -> str:
-    """Convert a LaTeX formula to MathML; braces are added where Docutils would misread digits, as in ``frac32``."""
+    """Convert a LaTeX formula to MathML; fractions of two digits, such as ``frac32``, get the braces Docutils needs."""
     from docutils.utils.math.latex2mathml import tex2mathml
 
     return str(tex2mathml(re.sub(r"frac\s*(\d)(\d)", r"frac{\1}{\2}", formula), as_block=as_block))

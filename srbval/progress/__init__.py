@@ -75,7 +75,7 @@ class ProgressDisplay:
         now = time.monotonic()
         with self._lock:
             if task not in self._running:
-                self._write(f"{task} ...", passing=True)
+                self._write(f"{task} ...", temporary=True)
             _, started_at, reported_at, count = self._running.get(task, (None, now, now, 0))
             self._running[task] = fraction, started_at, reported_at, count
             if fraction is not None and fraction >= 1:
@@ -96,7 +96,7 @@ class ProgressDisplay:
                     self._report_if_due(task)
 
     def _report_if_due(self, task: str) -> None:
-        """Write a progress line of `task` if the last is old and, except on a terminal, the task has advanced."""
+        """Write a progress line of `task`: on a terminal at intervals, elsewhere only after it has advanced enough."""
         now, (fraction, started_at, reported_at, count) = time.monotonic(), self._running[task]
         elapsed = now - started_at
         if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:
@@ -110,14 +110,14 @@ class ProgressDisplay:
         self._running[task] = fraction, started_at, now, count + 1
         done = "" if fraction is None else f" {100 * fraction:.0f} %"
         remaining = f", about {_span(elapsed * (1 / fraction - 1))} to go" if fraction else ""
-        self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", passing=True)
+        self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", temporary=True)
 
-    def _write(self, line: str, *, passing: bool = False) -> None:
-        """Write a line; on a terminal, the next line overwrites a `passing` line."""
+    def _write(self, line: str, *, temporary: bool = False) -> None:
+        """Write a line; on a terminal, a `temporary` line is overwritten by the next line."""
         self._written_at, end = time.monotonic(), "\n"
         if self._terminal:
-            before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if passing else line
-            end, self._drawn = ("", len(shown)) if passing else ("\n", 0)
+            before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if temporary else line
+            end, self._drawn = ("", len(shown)) if temporary else ("\n", 0)
             line = f"\r{shown.ljust(before)}"
         with contextlib.suppress(OSError):  # a closed stream must not stop the work
             print(line, file=self._stream, flush=True, end=end)

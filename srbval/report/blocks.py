@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, ClassVar
 
 from srbval.report.figures.style import Drawing
 
@@ -49,11 +49,6 @@ class TableColumn:
     unit: str = ""
     format: str = ""
 
-    @property
-    def align(self) -> str:
-        """Alignment of the column's cells: right if the column has a number format, otherwise left."""
-        return "right" if self.format else "left"
-
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
@@ -65,9 +60,14 @@ class Cell:
 
     value: CellValue
     ci95: float | None = None
-    badge: Badge | None = None
+    badge: str | None = None
     tone: Tone | None = None
     note: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the cell's entry in ``report.json``: its value, and what else is given."""
+        further = {name: getattr(self, name) for name in ("ci95", "badge", "tone", "note")}
+        return {"value": self.value} | {name: given for name, given in further.items() if given not in (None, "")}
 
     def text(self, column: TableColumn) -> str:
         """Return the value and its 95 % interval as text, in the number format of `column`."""
@@ -92,24 +92,15 @@ def format_value(value: CellValue, spec: str) -> str:
     return shown.lstrip("+-") if reads_as_zero else shown
 
 
-def _check(part: Any, kind: str, *needed: str) -> None:
-    """Raise ValueError if the id of a report part is invalid, or if a text attribute listed in `needed` is empty."""
-    if not _IDENTIFIER.fullmatch(part.id):
-        raise ValueError(
-            f"{kind} id {part.id[:80]!r}: use at most 64 lower-case letters, digits, hyphens, starting with a letter."
-        )
-    for name in needed:
-        if not getattr(part, name).strip():
-            raise ValueError(f"{kind} {part.id!r} needs a text `{name}`.")
-
-
 @dataclass(frozen=True, kw_only=True)
 class ReportTable:
     """Table with a caption; the first cell of each row is the header of the row.
 
-    `label` ("Table 6") precedes the caption, `notes` follow the table. Raises ValueError if the caption is empty or if
-    a row does not have one cell for each column.
+    `label` ("Table 6") precedes the caption, `notes` follow the table. Raises ValueError if a row does not have a cell
+    for each column.
     """
+
+    JSON_OMITTED: ClassVar = ("notes",)
 
     id: str
     caption: str
@@ -119,7 +110,6 @@ class ReportTable:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _check(self, "table", "caption")
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
                 raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
@@ -179,28 +169,37 @@ class Figure:
     alternative text or the caption is empty.
     """
 
+    JSON_OMITTED: ClassVar = ("draw", "badge", "wide", "small_of", "explore")
+    JSON_PROPERTIES: ClassVar = ("synthetic", "file", "data")
+
     id: str
     caption: str
     alt: str
     draw: Drawing
     label: str = ""
-    badge: Badge | None = None
+    badge: str | None = None
     wide: bool = True
     small_of: str = ""
     explore: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        _check(self, "figure", "alt", "caption")
+        if not (self.alt.strip() and self.caption.strip()):
+            raise ValueError(f"figure {self.id!r} needs an alternative text and a caption.")
 
     @property
     def synthetic(self) -> bool:
         """True if the figure is marked as drawn from synthetic data."""
-        return self.badge is Badge.STAND_IN
+        return self.badge == Badge.STAND_IN
 
     @property
-    def files(self) -> dict[str, str]:
-        """Paths of the picture and of its data, relative to the report's folder."""
-        return {"picture": f"{FIGURES_FOLDER}/{self.id}.svg", "data": f"{FIGURES_FOLDER}/{self.id}.csv"}
+    def file(self) -> str:
+        """Path of the picture relative to the report's folder."""
+        return f"{FIGURES_FOLDER}/{self.id}.svg"
+
+    @property
+    def data(self) -> str:
+        """Path of the plotted data (CSV) relative to the report's folder."""
+        return f"{FIGURES_FOLDER}/{self.id}.csv"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,15 +239,13 @@ class Section:
     blocks: tuple[Block, ...] = ()
     open: bool = False
 
-    def __post_init__(self) -> None:
-        _check(self, "section")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """Complete report; `data` is the content of ``report.json``, to which tables and figures are added.
+    """Complete report; `data` is the content of ``report.json`` except for its tables and figures.
 
-    Each list in `rows` is written as a CSV file, named after its key. Raises ValueError if two parts have the same id.
+    Each list in `rows` is written as a CSV file, named after its key. Raises ValueError if two parts have the same id,
+    or if an id cannot be the name of a file.
     """
 
     title: str
@@ -263,20 +260,21 @@ class Report:
         seen = {"verdict", "contents", "main"}  # anchors that the page defines
         parts: tuple[Section | ReportTable | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
         for name in (*(part.id for part in parts), *self.rows):
-            if name in seen:
-                raise ValueError(f"report id {name!r} is used twice.")
+            if name in seen or not _IDENTIFIER.fullmatch(name):
+                why = "used twice" if name in seen else "not at most 64 lower-case letters, digits and hyphens"
+                raise ValueError(f"report id {name[:80]!r} is {why}.")
             seen.add(name)
 
     def _blocks(self) -> Iterator[Block | None]:
-        yield from (self.verdict.figure, *self.verdict.blocks)
-        for section in self.sections:
-            yield from section.blocks
+        """Iterate over all blocks in the order of the page, and over the figures of each grid."""
+        of_sections = (block for section in self.sections for block in section.blocks)
+        for block in (self.verdict.figure, *self.verdict.blocks, *of_sections):
+            yield from block.figures if isinstance(block, FigureGrid) else (block,)
 
-    def figures(self) -> Iterator[Figure]:
-        """Iterate over all figures of the report, first the figure of the verdict box, then those in sections."""
-        for block in self._blocks():
-            yield from block.figures if isinstance(block, FigureGrid) else (block,) if isinstance(block, Figure) else ()
+    def figures(self) -> list[Figure]:
+        """Return all figures in the order of the page."""
+        return [block for block in self._blocks() if isinstance(block, Figure)]
 
-    def tables(self) -> Iterator[ReportTable]:
-        """Iterate over all tables in the order of the page."""
-        yield from (block for block in self._blocks() if isinstance(block, ReportTable))
+    def tables(self) -> list[ReportTable]:
+        """Return all tables in the order of the page."""
+        return [block for block in self._blocks() if isinstance(block, ReportTable)]

@@ -21,8 +21,8 @@ def stored_content(results: StoredResults, name: str) -> Mapping[str, Any]:
 class Page:
     """Section of the report, made from the stored results named in `results`; sections are sorted by `place`.
 
-    `data` returns further keys of ``report.json``; lists under an existing key are appended. `tile` returns a short
-    answer for the report's first screen, or None if no result is stored.
+    `data` returns further keys of ``report.json``; a list under an existing key extends the list that is there. `tile`
+    returns a short answer for the report's first screen, or None if no result is stored.
     """
 
     name: str
@@ -77,16 +77,15 @@ def study_page(
     )
 
 
-def origin_line(results: StoredResults, name: str) -> Block:
-    """Describe the origin of a stored result; if no result is stored, name the command that computes it."""
-    if name in results:
-        return describe_origin(results[name])
-    return STORED_TEXTS.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")
+def origin_line(results: StoredResults, name: str) -> Callout | Paragraph:
+    """State kind, date, machine, command and data sets of a stored result, and the reason if it is out of date.
 
-
-def describe_origin(result: StoredResult) -> Paragraph:
-    """Describe a stored result: kind, date, machine, command, data sets, and the reason if it is out of date."""
-    origin, facts = result.origin, ("name", "records", "revision", "date")
+    If no result is stored, the block names the command that computes it.
+    """
+    if name not in results:
+        return STORED_TEXTS.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")
+    result, facts = results[name], ("name", "records", "revision", "date")
+    origin = result.origin
     sets = [
         ", ".join(f"{one[fact]}{' records' * (fact == 'records')}" for fact in facts if one.get(fact))
         for one in result.content.get("data_sets", ())

@@ -7,16 +7,19 @@ through `literal` first, so that it cannot become markup.
 
 import dataclasses
 import enum
+import itertools
 import re
 from datetime import UTC
+from operator import itemgetter
 from typing import Any
 
 from srbval import __version__
-from srbval.report.blocks import Cell, Figure, KeyValues, Report, ReportTable, TableColumn, format_value
+from srbval.report.blocks import Cell, KeyValues, Report, ReportTable, TableColumn, format_value
 from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
 MAX_OPEN_SECTIONS = 3  # sections of a page without folds; a page with more sections folds them
+UNSHOWN = {"draw", "value", "ci95"}  # fields that the renderers do not read: the text of a cell contains its numbers
 MARKUP = {"caption", "headline", "items", "kicker", "notes", "points", "text"}  # fields with inline markup
 
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
@@ -41,22 +44,15 @@ def mask_controls(text: str) -> str:
 
 def spans(text: str) -> tuple[Span, ...]:
     """Split a text with markup into (kind, text) pieces; join a number and its unit by a no-break space."""
-    found: list[Span] = []
-
-    def append(kind: str, part: str) -> None:
-        part = mask_controls(part) if kind == "code" else _WITHIN_QUANTITY.sub("\u00a0", mask_controls(part))
-        if part and kind == "text" and found and found[-1][0] == "text":
-            found[-1] = ("text", found[-1][1] + part)
-        elif part:
-            found.append((kind, part))
-
-    position = 0
+    pieces, position = list[Span](), 0
     for match in _TOKEN.finditer(text):
-        append("text", text[position : match.start()])
         kind = match.lastgroup or "text"
-        append("text" if kind == "escaped" else kind, match[kind])
+        pieces += [("text", text[position : match.start()]), ("text" if kind == "escaped" else kind, match[kind])]
         position = match.end()
-    append("text", text[position:])
+    found = list[Span]()
+    for kind, neighbours in itertools.groupby([*pieces, ("text", text[position:])], key=itemgetter(0)):
+        if part := mask_controls("".join(piece for _, piece in neighbours)):
+            found.append((kind, part if kind == "code" else _WITHIN_QUANTITY.sub("\u00a0", part)))
     return tuple(found)
 
 
@@ -90,27 +86,17 @@ def _plain(value: Any, name: str = "") -> Any:
         return {key: mask_controls(item) if isinstance(item, str) else item for key, item in value.items()}
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
-    parts = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.name != "draw"}
+    names = (*(field.name for field in dataclasses.fields(value)), *getattr(value, "JSON_PROPERTIES", ()))
+    parts = {name: getattr(value, name) for name in names if name not in UNSHOWN}
     if isinstance(value, KeyValues):
         parts["pairs"] = [(str(key), format_value(item, "")) for key, item in value.pairs.items()]
-    if isinstance(value, Figure):
-        parts |= value.files | {"synthetic": value.synthetic}
     if isinstance(value, ReportTable):
-        parts |= {"columns": [vars(column) | {"align": column.align} for column in value.columns]}
-        parts |= {"rows": [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]}
+        parts["rows"] = [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]
     found = {"kind": type(value).__name__} | {key: _plain(item, key) for key, item in parts.items()}
-    if "tone" in parts:
+    if parts.get("tone"):
         found["sign"] = parts["tone"].sign
     return found
 
 
 def _cell(cell: Cell, column: TableColumn) -> dict[str, Any]:
-    return {
-        "text": cell.text(column),
-        "number": not isinstance(cell.value, str),
-        "align": column.align,
-        "badge": cell.badge and cell.badge.value,
-        "tone": cell.tone and cell.tone.value,
-        "sign": cell.tone.sign if cell.tone else "",
-        "note": cell.note,
-    }
+    return _plain(cell) | {"text": cell.text(column), "number": not isinstance(cell.value, str)}

@@ -12,31 +12,20 @@ recording. A missing value (not given, None, not finite) raises ValueError: no t
 import math
 import re
 from collections.abc import Iterable, Mapping
-from enum import Enum
 from functools import cached_property
 from importlib import resources
 from string import Formatter
 from typing import TYPE_CHECKING, Any
 
 from srbval.report import blocks
-from srbval.report.blocks import (
-    Badge,
-    Cell,
-    CellValue,
-    Figure,
-    FigureGrid,
-    ReportTable,
-    Section,
-    TableColumn,
-    Tone,
-    format_value,
-)
+from srbval.report.blocks import Cell, Figure, FigureGrid, ReportTable, Section, TableColumn, Tone, format_value
 from srbval.report.figures.style import Drawing
 from srbval.report.plain import literal
 
 if TYPE_CHECKING:
     import pandas as pd
 
+FIGURE_OPTIONS = ("badge", "wide", "small_of", "explore")
 WHOLE_NUMBER_FORMATS = ("d", ",d")  # a frame with gaps stores whole numbers as floats
 _TITLE = re.compile(r"#\s+(?P<title>.+?)\s*\{#(?P<id>[a-z0-9-]+)\}\s*")
 _PART_HEADING = re.compile(r"^##[ \t]+(\S+)[ \t]*$", re.MULTILINE)
@@ -68,8 +57,8 @@ class Prose:
         try:
             return _FILL.vformat(" ".join(source.split()), (), values)
         except (ValueError, KeyError, AttributeError, TypeError, IndexError) as error:
-            where = f"{self._file} of {self._package}, part {name!r}"
-            raise ValueError(f"{where}: a value cannot be inserted ({type(error).__name__}: {error}).") from error
+            why = f"a value cannot be inserted into the part {name!r} ({type(error).__name__}: {error})"
+            raise ValueError(f"{self._file} of {self._package}: {why}.") from error
 
     def has(self, name: str) -> bool:
         """True if the text file has a part called `name`."""
@@ -91,34 +80,22 @@ class Prose:
         """Make a boxed remark from the part `name` of the file, with `values` inserted; `tone` sets its colour."""
         return blocks.Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
 
-    def figure(
-        self,
-        name: str,
-        draw: Drawing,
-        /,
-        *,
-        id: str = "",
-        badge: str | None = None,
-        wide: bool = True,
-        small_of: str = "",
-        explore: Mapping[str, Any] | None = None,
-        **values: Any,
-    ) -> Figure:
-        """Make a figure with the caption, alternative text and label in `texts.md`; `id` is `name` by default."""
+    def figure(self, name: str, draw: Drawing, /, *, id: str = "", label: str = "", **values: Any) -> Figure:
+        """Make a figure with the caption, alternative text and label in the file; `id` is `name` by default.
+
+        `values` are values to insert, and options of `Figure`: `badge`, `wide`, `small_of`, `explore`.
+        """
         return Figure(
             id=id or name,
             draw=draw,
-            badge=Badge(badge) if badge else None,
-            wide=wide,
-            small_of=small_of,
-            explore=explore,
-            label=self._optional(f"{name}.label", values),
+            label=label or self._optional(f"{name}.label", values),
             caption=self.text(f"{name}.caption", **values),
             alt=self.text(f"{name}.alt", **values),
+            **{option: values[option] for option in FIGURE_OPTIONS if option in values},
         )
 
     def grid(self, name: str, figures: Iterable[Figure], label: str = "", most: int = 2, **values: Any) -> FigureGrid:
-        """Arrange figures with at most `most` in a row; the text `name` is their common caption."""
+        """Arrange figures in rows of at most `most`; `label` and the part `name` of the file are the common caption."""
         shown = tuple(figures)
         return FigureGrid(figures=shown, columns=min(most, len(shown)), label=label, caption=self.text(name, **values))
 
@@ -143,11 +120,11 @@ class Prose:
         import pandas as pd
 
         table = frame if isinstance(frame, pd.DataFrame) else pd.DataFrame(list(frame))
+        rows = table.astype(object).where(table.notna(), None).to_dict("records")
         shown = self.columns(name, **values) if columns is None else columns
         missing = next((key for key in shown if key not in table.columns), None)
         if missing and len(table):
             raise KeyError(f"table {name!r}: the frame has no column {missing!r}; it has {', '.join(table.columns)}.")
-        rows = (dict(zip(table.columns, row, strict=True)) for row in table.itertuples(index=False, name=None))
         notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
         return ReportTable(
             id=id or name,
@@ -190,26 +167,10 @@ _FILL = _Fill()
 
 
 def _cell(row: Mapping[str, Any], name: str, column: TableColumn) -> Cell:
-    ci95, badge, tone, note = (_plain(row.get(f"{name}_{of}"), column) for of in ("ci95", "badge", "tone", "note"))
-    return Cell(
-        value=_plain(row[name], column),
-        ci95=None if ci95 is None else float(ci95),
-        badge=Badge(str(badge)) if badge else None,
-        tone=Tone(str(tone)) if tone else None,
-        note=str(note or ""),
-    )
-
-
-def _plain(value: Any, column: TableColumn) -> CellValue:
-    """Convert a value of a frame to a plain Python value; a missing value (None, NaN, NaT, pandas.NA) becomes None."""
-    import pandas as pd
-
-    if isinstance(value, Enum):
-        value = value.value
+    """Make the cell of a table row from the value `name` and its companions, such as ``NAME_ci95``."""
+    value, ci95, badge, tone, note = (row.get(f"{name}{of}") for of in ("", "_ci95", "_badge", "_tone", "_note"))
     if isinstance(value, list | tuple | set | Mapping):
         raise TypeError(f"column {column.title!r}: a cell must be one value, not {type(value).__name__}.")
-    if value is None or pd.isna(value):
-        return None
-    plain: CellValue = value.item() if hasattr(value, "item") else value
-    whole = column.format in WHOLE_NUMBER_FORMATS and isinstance(plain, float) and plain.is_integer()
-    return int(plain) if whole and isinstance(plain, float) else plain
+    if column.format in WHOLE_NUMBER_FORMATS and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    return Cell(value=value, ci95=ci95, badge=badge or None, tone=Tone(tone) if tone else None, note=note or "")

@@ -34,20 +34,14 @@ def render_html(report: Report, folder: Path) -> str:
 
     The template engine escapes all text. Raises FileNotFoundError if a file of a figure is missing.
     """
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
+    from jinja2 import Environment, StrictUndefined
 
-    environment = Environment(
-        loader=FunctionLoader(_template),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     style, script = _template("report.css"), _template("report.js")
     if any(figure.explore for figure in report.figures()):
         style += _template("uplot/uPlot.min.css")
         script = f"/* {_template('uplot/LICENSE')} */ {_template('uplot/uPlot.iife.min.js')}{script}"
-    return environment.get_template("report.html.j2").render(
+    return environment.from_string(_template("report.html.j2")).render(
         report=as_plain(report),
         style=style,
         script=script,
@@ -72,7 +66,7 @@ def require_typst() -> Any:
     try:
         import typst
     except ImportError:
-        raise MissingLibraryError("writing a PDF (--no-pdf omits the PDF)", "typst") from None
+        raise MissingLibraryError("writing the report as PDF (omitted with --no-pdf)", "typst") from None
     return typst
 
 
@@ -118,7 +112,7 @@ def _known_characters() -> frozenset[int]:
 def _displayable(value: Any) -> Any:
     """Replace characters that the PDF's font lacks in all strings, and allow line breaks inside long words."""
     if isinstance(value, dict):
-        shown = {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
+        shown = {key: item if key in ("file", "kind") else _displayable(item) for key, item in value.items()}
         for key in ("text", "note") if "number" in value else ():  # a cell, such as a file's name
             parts = re.sub(rf"\S{{{MAX_CELL_WORD},}}", lambda word: _SEPARATOR.sub("\u200b", word[0]), value[key])
             shown[key] = _displayable_text(parts)

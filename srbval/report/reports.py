@@ -135,8 +135,7 @@ def report_sources(
     with one_thread():
         records, unread, facts = gather_user_records(requests, model=model, progress=progress)
         failed = [*unread, *failed]
-        rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
-        report = assemble_user_report(records, command=command, provenance=facts, **rows)
+        report = assemble_user_report(records, command=command, provenance=facts, failed=failed, others=others)
         return report, _written(report, folder, formats, progress)
 
 
@@ -152,8 +151,8 @@ def trend(
 ) -> Trend:
     """Compute the trend of the records of one machine: files, folders, recordings or runs, sorted by time.
 
-    Without `times`, which `record_times` explains, the results in a campaign's folder are sorted by case. For
-    `baseline`, `machine_class` and `zones_mm_s` see `trend_of`. `options` are fields of `RecordRequest` and
+    `times` is a file with the records' times (see `record_times`); without it, results of a campaign are sorted by
+    case. For `baseline`, `machine_class` and `zones_mm_s` see `trend_of`. `options` are fields of `RecordRequest` and
     `RecordingSettings`. Files that cannot be read cause a warning.
     """
     cases = {} if times else case_numbers(sources)

@@ -4,12 +4,12 @@ import base64
 import tempfile
 from collections.abc import Collection, Iterable
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.report.blocks import FIGURES_FOLDER, Cell, Report, ReportTable
+from srbval.report.blocks import FIGURES_FOLDER, Report, ReportTable
 from srbval.report.plain import as_plain
 from srbval.report.renderers import list_pdf_dependencies, render_html, render_pdf, require_typst
 from srbval.storage.content_store import ContentStore, content_sha256
@@ -72,8 +72,8 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
 def _content(report: Report, stage: Path) -> str:
     """Hash all content of a report except its time; the folder `stage` contains the figures already drawn."""
     files = {path.name: path.read_bytes() for path in sorted((stage / FIGURES_FOLDER).iterdir())}
-    whole = as_plain(replace(report, generated_utc=datetime(1, 1, 1, tzinfo=UTC)))
-    return content_sha256(whole, report_data(report), files, *list_pdf_dependencies())
+    page = as_plain(report) | {"generated": ""}
+    return content_sha256(page, report_data(report), files, *list_pdf_dependencies())
 
 
 def draw_figures(report: Report, folder: Path) -> None:
@@ -111,21 +111,4 @@ def _csv_columns(table: ReportTable) -> dict[str, list[Any]]:
 
 def report_data(report: Report) -> dict[str, Any]:
     """Return the content of ``report.json``: data, tables and figures, unrounded."""
-    figures = [
-        {name: getattr(figure, name) for name in ("id", "label", "caption", "alt", "synthetic")}
-        | {"file": figure.files["picture"], "data": figure.files["data"]}
-        for figure in report.figures()
-    ]
-    tables = [
-        {name: getattr(table, name) for name in ("id", "label", "caption")}
-        | {"columns": [vars(column) for column in table.columns]}
-        | {"rows": [[_cell(cell) for cell in row] for row in table.rows]}
-        for table in report.tables()
-    ]
-    return {**report.data, "tables": tables, "figures": figures}
-
-
-def _cell(cell: Cell) -> dict[str, Any]:
-    """Return the value of a cell and its interval, source, judgement and remark if given."""
-    further = {"ci95": cell.ci95, "badge": cell.badge, "tone": cell.tone, "note": cell.note}
-    return {"value": cell.value} | {key: known for key, known in further.items() if known not in (None, "")}
+    return {**report.data, "tables": to_json(report.tables()), "figures": to_json(report.figures())}

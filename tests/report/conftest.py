@@ -105,8 +105,8 @@ def spectrum(record: Any) -> SpectrumView:
 
 
 @pytest.fixture(scope="session")
-def panels():
-    """A simulated and a stand-in panel."""
+def report():
+    """A small report with blocks of every kind; its table has intervals, a missing value and a hostile one."""
     stand_in = blocks.Figure(
         id="fig11b",
         label="Figure 11b",
@@ -115,7 +115,7 @@ def panels():
         draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"),
         badge=blocks.Badge.STAND_IN,
     )
-    model = blocks.Figure(
+    simulated = blocks.Figure(
         id="fig12a",
         label="Figure 12a",
         caption="Envelope spectrum.",
@@ -123,14 +123,13 @@ def panels():
         draw=spectrum_panel(spectrum(view("simulated")), top=33.6),
         wide=False,
     )
-    return stand_in, model
-
-
-@pytest.fixture(scope="session")
-def table():
-    """A table with intervals, badges, tones, notes, a missing and a hostile value."""
     model = blocks.Cell(value=96.998, ci95=0.004, badge=blocks.Badge.SIMULATED, note="cage 96.997")
-    return blocks.ReportTable(
+    rows = (
+        ("outer", 96.79, model, 0.2149, blocks.Cell(value="within", tone=blocks.Tone.GOOD)),
+        ("inner", 128.04, float("nan"), -0.164, blocks.Cell(value="outside", tone=blocks.Tone.BAD)),
+        (HOSTILE, None, 1.0, 0.0, "A" * 10_000),
+    )
+    table = blocks.ReportTable(
         id="table6",
         label="Table 6",
         caption="Fault frequencies.",
@@ -142,20 +141,10 @@ def table():
             blocks.TableColumn("Verdict"),
         ),
         rows=tuple(
-            tuple(cell if isinstance(cell, blocks.Cell) else blocks.Cell(value=cell) for cell in row)
-            for row in (
-                ("outer", 96.79, model, 0.2149, blocks.Cell(value="within", tone=blocks.Tone.GOOD)),
-                ("inner", 128.04, float("nan"), -0.164, blocks.Cell(value="outside", tone=blocks.Tone.BAD)),
-                (HOSTILE, None, 1.0, 0.0, "A" * 10_000),
-            )
+            tuple(cell if isinstance(cell, blocks.Cell) else blocks.Cell(value=cell) for cell in row) for row in rows
         ),
         notes=("Deviation from **kinematics**.",),
     )
-
-
-@pytest.fixture(scope="session")
-def report(panels, table):
-    """A small report with blocks of every kind."""
     texts = (
         blocks.Paragraph("Text with **weight** and `code`."),
         blocks.Paragraph(literal(HOSTILE)),
@@ -165,7 +154,7 @@ def report(panels, table):
         blocks.Command("srbval report -o out"),
         blocks.KeyValues({"seed": 1, "note": HOSTILE, "nothing": None}),
     )
-    grid = blocks.FigureGrid(figures=panels[:1], columns=2, caption="One panel.")
+    grid = blocks.FigureGrid(figures=(stand_in,), columns=2, caption="One panel.")
     return blocks.Report(
         title="Model against rig",
         subtitle="A test",
@@ -174,7 +163,7 @@ def report(panels, table):
         sections=(
             blocks.Section(id="text", title="Text " + HOSTILE, blocks=texts),
             blocks.Section(id="numbers", title="Numbers", blocks=(table,)),
-            blocks.Section(id="pictures", title="Pictures", blocks=(grid, panels[1])),
+            blocks.Section(id="pictures", title="Pictures", blocks=(grid, simulated)),
         ),
         data={"table6": [{"defect": "outer", "model_hz": np.float64(96.998), "rig_hz": float("nan")}]},
     )

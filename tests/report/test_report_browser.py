@@ -149,7 +149,13 @@ def test_the_answer_is_the_first_screen_and_the_rest_is_folded(chromium, with_ri
         assert page.locator(".overflows").count() > 0, "what is wider than its place says so"
 
 
-def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium, with_rig):
+def shown(page: Any) -> list[float]:
+    """Which part of the x axis Figure 12a shows."""
+    return [float(end) for end in page.locator("#fig12a .explore").get_attribute("data-shown").split(",")]
+
+
+def test_a_spectrum_can_be_zoomed_and_read_by_keyboard_and_pointer(chromium, with_rig):
+    """The pointer on a line reads the line's name, where it is expected, and the highest value there."""
     with Visit(chromium, with_rig.files["html"], viewport={"width": 1000, "height": 900}) as visit:
         page = visit.page
         page.keyboard.press("Tab")
@@ -167,22 +173,9 @@ def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium, with_rig):
         assert "healthy" in said
         plot.press("Escape")
         assert shown(page) == before
-
-
-def shown(page: Any) -> list[float]:
-    """Which part of the x axis Figure 12a shows."""
-    return [float(end) for end in page.locator("#fig12a .explore").get_attribute("data-shown").split(",")]
-
-
-def test_the_pointer_zooms_and_reads(chromium, with_rig):
-    """On a line it reads the line's name, where it is expected in Hz and orders, and the highest value there."""
-    with Visit(chromium, with_rig.files["html"], viewport={"width": 1000, "height": 900}) as visit:
-        page = visit.page
-        page.goto(f"{visit.own}#fig12a")
-        page.locator("#fig12a button.open").click()
         plot = page.locator("#fig12a .u-over")
         plot.scroll_into_view_if_needed()
-        box, (low, high) = plot.bounding_box(), shown(page)
+        box, (low, high) = plot.bounding_box(), before
         name, expected_hz = json.loads(page.locator("#fig12a").get_attribute("data-explore"))["marks"][0]
         middle, at = box["y"] + box["height"] / 2, box["x"] + box["width"] * (expected_hz - low) / (high - low)
         page.mouse.move(at, middle)

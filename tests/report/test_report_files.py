@@ -195,11 +195,6 @@ def test_the_pdf_is_tagged_and_its_tags_say_what_each_part_is(files, report):
         assert b"/Alt(" + figure.alt.replace("'", "\\'").encode() in content or figure.alt.encode() in content
 
 
-def test_the_same_report_gives_the_same_bytes(files, report, tmp_path):
-    again = write_report(report, tmp_path)
-    assert {kind: path.read_bytes() for kind, path in again.items()} == {k: p.read_bytes() for k, p in files.items()}
-
-
 def test_without_typst_the_error_says_what_to_install(report, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "typst", None)
     with pytest.raises(ConfigurationError, match=r"python\S* -m pip install typst\b"):

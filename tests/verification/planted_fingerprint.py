@@ -41,7 +41,7 @@ def scenes(stage: str) -> Iterator[tuple[str, Any]]:
     yield from probes._probe_scenes("slices", "rig-oil", states=(Fault.HEALTHY,))
     yield from probes._probe_scenes("line", "paper", fits=("printed",), states=races)
     for solver in probes.PROBED_SOLVERS if stage == PROBE else ():
-        own = {"changes": {"solver": {"name": solver, "step_s": probes.SOLVER_STEP_S}}, "states": (Fault.OUTER,)}
+        own = {"solver": {"name": solver, "step_s": probes.SOLVER_STEP_S}, "states": (Fault.OUTER,)}
         for name, scene in probes._probe_scenes("full", "paper", fits=("printed",), **own):
             yield f"{solver} {name}", scene
 

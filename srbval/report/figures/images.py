@@ -17,10 +17,10 @@ THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of
 
 @panel
 def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float) -> PanelData:
-    """Draw a thumbnail of a figure without axis labels: model left, rig right, on the same axes.
+    """Draw a thumbnail of a figure without axis labels: model left, rig right (`sides`), on the same axes.
 
-    `kind` is ``scalogram``, ``spectrum`` (up to `end_hz`) or ``acceleration``. `top` is the end of the amplitude axis
-    or of the colour scale.
+    `kind` is ``scalogram``, ``spectrum`` (up to `end_hz`) or ``acceleration``. `top` is the end of a scalogram's colour
+    scale, otherwise of the amplitude axis.
     """
     figure, columns = style.new_figure(THUMBNAIL_INCHES), list[tuple[str, FloatArray, FloatArray]]()
     for axes, record in zip(figure.subplots(1, 2), sides, strict=True):
@@ -65,7 +65,7 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
     inside = (time >= start) & (time <= stop)
     frequency, shown = _on_log_grid(image.frequency_hz, image.amplitude[:, inside])
     span = (0.0, (stop - start) * 1e3)
-    figure, axes = style.new_axes(style.HALF)
+    axes = style.new_axes(style.HALF)
     axes.grid(False)
     extent = (*span, *np.log10(frequency[[0, -1]]))
     look = {"cmap": colormaps["viridis"].resampled(COLOUR_LEVELS), "interpolation": "none", "aspect": "auto"}
@@ -86,13 +86,13 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
     if state.sidebands:
         turn_ms, look = 1e3 / record.shaft_hz, {"color": INK, "lw": 0.9, "clip_on": False}
         axes.vlines(np.arange(0.0, span[1], turn_ms), 1.012, 1.05, transform=axes.get_xaxis_transform(), **look)
-        place = {"transform": offset_copy(axes.transAxes, figure, y=8.0, units="points"), "ha": "right"}
+        place = {"transform": offset_copy(axes.transAxes, axes.figure, y=8.0, units="points"), "ha": "right"}
         axes.text(1.0, 1.0, f"ticks: 1/fr = {turn_ms:.2f} ms", fontsize=7.5, va="baseline", **place)
-    bar = figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
+    bar = axes.figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
     style.title_panel(axes, record.origin, letter, title, pad=20.0)
-    return figure, _scalogram_csv(shown, frequency, span)
+    return axes.figure, _scalogram_csv(shown, frequency, span)
 
 
 def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -101,13 +101,11 @@ def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArr
     logs = np.log(frequency[order])
     wanted = np.linspace(logs[0], logs[-1], min(IMAGE_ROWS, max(len(logs), 2)))
     columns = average_columns(magnitude[order], IMAGE_COLUMNS)
-    above = np.clip(np.searchsorted(logs, wanted), 1, len(logs) - 1)
-    weight = ((wanted - logs[above - 1]) / (logs[above] - logs[above - 1]))[:, None]
-    return np.exp(wanted), (1 - weight) * columns[above - 1] + weight * columns[above]
+    return np.exp(wanted), np.apply_along_axis(lambda column: np.interp(wanted, logs, column), 0, columns)
 
 
 def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
-    """Return a scalogram's coarse CSV columns: time, magnitude at some frequencies; `span` is start and end [ms]."""
+    """Return a scalogram's CSV columns: time, and magnitude at every few frequencies; `span` is start and end [ms]."""
     rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_FREQUENCIES, len(frequency))).round().astype(int)
     coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
     n = coarse.shape[1]

@@ -11,14 +11,13 @@ from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Recording
 from srbval.report.figures import style
-from srbval.report.figures.signals import ORDER_LABEL_POINTS, QUANTITY_NAMES, draw_acceleration, draw_spectrum
-from srbval.report.figures.style import BLUE, extreme_indices, figure_style, legend_above, new_figure, title_panel
+from srbval.report.figures.signals import QUANTITY_NAMES, draw_acceleration, draw_spectrum
+from srbval.report.figures.style import BLUE, extreme_indices, figure_style, new_figure, title_panel
 from srbval.report.findings.records import OWN_UNITS, load_signal, marked_line, record_views, spectrum_view
-from srbval.report.sections.figures import HEAD_ROOM, draw_error_bars
+from srbval.report.sections.figures import HEAD_ROOM, draw_errors
 from srbval.signal import Spectrum
 from srbval.validation.validate import Validation
 
-SPECTRUM_LABEL_ROOM = 2.0  # end of the axis over the highest value of a spectrum with labelled lines
 RECORD_BINS = 900
 
 
@@ -57,9 +56,7 @@ def _signal(of: Recording | Run | str | Path, axes: Any) -> None:
 @_draw.register
 def _analysis(of: Analysis, axes: Any, healthy: Analysis | None = None) -> None:
     view = spectrum_view(*record_views(of, healthy), marked_line(of))
-    draw_spectrum(axes, view, SPECTRUM_LABEL_ROOM * view.highest)
-    title_panel(axes, view.record.origin, "", f"{of.recording.name}, envelope spectrum", pad=9.0)
-    legend_above(axes, points=ORDER_LABEL_POINTS)
+    draw_spectrum(view, title=f"{of.recording.name}, envelope spectrum", axes=axes)
 
 
 @_draw.register
@@ -86,17 +83,14 @@ def _bearing(of: Bearing, axes: Any) -> None:
 
 @_draw.register
 def _validation(of: Validation, axes: Any) -> None:
-    draw_error_bars(axes, of.errors_pct)
+    draw_errors(of.errors_pct, axes)
 
 
 def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:
     """Draw signal and envelope of a record's middle, and below them the record's envelope spectrum (see `plot`)."""
-    record, _ = record_views(analysis, healthy)
-    figure = new_figure((7.6, 5.4))
-    upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
-    draw_acceleration(upper, record, HEAD_ROOM * record.highest)
-    _analysis(analysis, lower, healthy)
-    title_panel(upper, record.origin, "", f"{analysis.recording.name}, {60 * record.shaft_hz:.5g} rpm")
-    title_panel(lower, record.origin, "", "envelope spectrum", pad=9.0)
-    legend_above(upper)
-    return figure
+    view = spectrum_view(*record_views(analysis, healthy), marked_line(analysis))
+    record, name = view.record, analysis.recording.name
+    upper, lower = new_figure((7.6, 5.4)).subplots(2, 1, height_ratios=(1.0, 1.5))
+    title = f"{name}, {60 * record.shaft_hz:.5g} rpm"
+    draw_acceleration(record, limit=HEAD_ROOM * record.highest, title=title, axes=upper)
+    return draw_spectrum(view, title="envelope spectrum", axes=lower)[0]

@@ -17,8 +17,7 @@ UPRIGHT = {"rotation": 90, "va": "bottom", "ha": "center"}
 ON_WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.7}
 
 
-@panel
-def acceleration_panel(
+def draw_acceleration(
     record: RecordView,
     *,
     limit: float,
@@ -26,35 +25,30 @@ def acceleration_panel(
     title: str = "",
     period: tuple[str, float] | None = None,
     inches: tuple[float, float] = HALF,
+    axes: Any = None,
 ) -> PanelData:
-    """Draw signal and envelope over time, amplitude axis ±`limit`; a bar shows `period` (name, length [s])."""
-    figure, axes = new_axes(inches)
+    """Draw signal and envelope over time, amplitude axis ±`limit`; a bar shows `period` (name, length [s]).
+
+    They are drawn onto `axes` or, without `axes`, onto a new figure of the size `inches`.
+    """
+    axes = axes or new_axes(inches)
+    (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
     kept = style.extreme_indices(record.acceleration, SIGNAL_BINS)
-    draw_acceleration(axes, record, limit, kept)
+    time_s, signal, envelope = (values[kept] for values in (record.time_s, record.acceleration, record.envelope))
+    quantity = QUANTITY_NAMES.get(record.unit, "acceleration")
+    axes.plot((time_s - start) * 1e3, signal, color=light, lw=0.6, label=quantity)
+    axes.plot((time_s - start) * 1e3, envelope, color=colour, lw=1.2, label="its envelope")
+    axes.set(xlabel="Time, ms", ylabel=f"{quantity.capitalize()}, {record.unit}")
+    axes.set(xlim=(0, (stop - start) * 1e3), ylim=(-limit, limit))
     if period:
         _mark_period(axes, *period)
     style.title_panel(axes, record.origin, letter, title)
     legend_above(axes)
-    return figure, {
-        "time_s": record.time_s[kept] - record.window_s[0],
-        "acceleration_std": style.round_digits(record.acceleration[kept]),
-        "envelope_std": style.round_digits(record.envelope[kept]),
-    }
+    columns = {"acceleration_std": style.round_digits(signal), "envelope_std": style.round_digits(envelope)}
+    return axes.figure, {"time_s": time_s - start} | columns
 
 
-def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = slice(None)) -> None:
-    """Draw acceleration and envelope onto given axes, amplitude axis ±`limit`; samples not in `kept` are left out."""
-    (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
-    time_ms = (record.time_s[kept] - start) * 1e3
-    quantity = QUANTITY_NAMES.get(record.unit, "acceleration")
-    axes.plot(time_ms, record.acceleration[kept], color=light, lw=0.6, label=quantity)
-    axes.plot(time_ms, record.envelope[kept], color=colour, lw=1.2, label="its envelope")
-    axes.set(
-        xlabel="Time, ms",
-        ylabel=f"{quantity.capitalize()}, {record.unit}",
-        xlim=(0, (stop - start) * 1e3),
-        ylim=(-limit, limit),
-    )
+acceleration_panel = panel(draw_acceleration)
 
 
 def _mark_period(axes: Any, name: str, period_s: float) -> None:
@@ -73,7 +67,7 @@ def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, flo
     origins = [record.origin for record in records.values()]
     origin = Origin.STAND_IN if Origin.STAND_IN in origins else last.origin
     band_hz, right = last.analysis.processed.band_hz, last.analysis.processed.band_hz[0] > end_hz / 2
-    figure, axes = new_axes(WIDE)
+    axes = new_axes(WIDE)
     axes.axvspan(band_hz[0] / 1e3, band_hz[1] / 1e3, color=GREEN, alpha=0.16, lw=0, zorder=0)
     place, text = (band_hz[right] / 1e3, limits_db[1]), f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz "
     axes.text(*place, text, color=GREEN, fontsize=8, va="top", ha="right" if right else "left", zorder=9)
@@ -85,45 +79,31 @@ def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, flo
     style.title_panel(axes, origin, "", "spectra before demodulation", pad=9.0)
     legend_above(axes)
     levels = {name.replace(" ", "_") + "_db": style.round_digits(np.asarray(r.power_db)) for name, r in records.items()}
-    return figure, {"frequency_hz": last.power_hz} | levels
+    return axes.figure, {"frequency_hz": last.power_hz} | levels
 
 
 QUANTITY_NAMES = {"mm/s": "velocity", "µm": "displacement"}
 NARROW_PANEL_INCHES = (HALF[0], 1.2 * HALF[1])  # width and height
 SPECTRUM_BINS = 600
+SPECTRUM_LABEL_ROOM = 2.0  # end of the axis over the highest value of a spectrum with labelled lines
 LABEL_INCHES = 0.13  # width of a line's upright label
 LABEL_TOPS = (0.975, 0.62, 0.3)
 ORDER_LABEL_POINTS = 15.0  # height of the label of the order axis above the axes
 NAME_HEIGHT = 0.75  # of the axes: start of the labels in a narrow panel, above its curves
 
 
-@panel
-def spectrum_panel(
-    view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
+def draw_spectrum(
+    view: SpectrumView, *, top: float = 0.0, letter: str = "", title: str = "", brief: bool = False, axes: Any = None
 ) -> PanelData:
-    """Draw an envelope spectrum with an amplitude axis from 0 to `top`; if `brief`, at half width without a legend."""
-    record, healthy = view.record, view.healthy
-    figure, axes = new_axes(NARROW_PANEL_INCHES if brief else WIDE)
-    draw_spectrum(axes, view, top, brief=brief)
-    style.title_panel(axes, record.origin, letter, title, pad=9.0)
-    if not brief:
-        legend_above(axes, points=ORDER_LABEL_POINTS)
-    frequency, height = style.thin_spectrum(record.frequency_hz, record.amplitude, view.end_hz, style.BINS_SHOWN)
-    columns = {
-        "frequency_hz": frequency,
-        "shaft_order": frequency / record.shaft_hz,
-        "amplitude": style.round_digits(height),
-    }
-    if healthy is not None:
-        columns["healthy_amplitude"] = style.round_digits(np.interp(frequency, healthy.frequency_hz, healthy.amplitude))
-    return figure, columns
+    """Draw an envelope spectrum onto `axes` or a new figure; if `brief`, in half the width and without a legend.
 
-
-def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = False) -> None:
-    """Draw an envelope spectrum onto given axes, without title and legend; for `top`, `brief` see `spectrum_panel`."""
+    The amplitude axis ends at `top`, by default far enough above the highest value for the names of lines.
+    """
     record, healthy, end_hz = view.record, view.healthy, view.end_hz
+    axes = axes or new_axes(NARROW_PANEL_INCHES if brief else WIDE)
     word, colour, _ = ORIGINS[record.origin]
     label = f"Envelope{' (modulus)' if brief else ''}, {record.unit}"
+    top = top or SPECTRUM_LABEL_ROOM * view.highest
     axes.set(xlim=(0, end_hz), ylim=(0.0, top), xlabel="Frequency, Hz", ylabel=label)
     curve = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS)
     axes.plot(*curve, color=colour, lw=1.0, label=word.lower(), zorder=4)
@@ -137,6 +117,17 @@ def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = Fa
     orders = axes.secondary_xaxis("top", functions=(lambda f: f / hz, lambda order: order * hz))
     orders.set_xlabel("Shaft orders", fontsize=7.5, labelpad=2, loc="left")
     orders.tick_params(labelsize=7.5, pad=1)
+    style.title_panel(axes, record.origin, letter, title, pad=9.0)
+    if not brief:
+        legend_above(axes, points=ORDER_LABEL_POINTS)
+    frequency, height = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, style.BINS_SHOWN)
+    columns = {"frequency_hz": frequency, "shaft_order": frequency / hz, "amplitude": style.round_digits(height)}
+    if healthy is not None:
+        columns["healthy_amplitude"] = style.round_digits(np.interp(frequency, healthy.frequency_hz, healthy.amplitude))
+    return axes.figure, columns
+
+
+spectrum_panel = panel(draw_spectrum)
 
 
 def _draw_names(axes: Any, view: SpectrumView) -> None:
@@ -170,7 +161,7 @@ def _draw_cursors(axes: Any, view: SpectrumView) -> None:
 
 
 def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
-    """Choose each label's height, as a fraction of the axes' height, so that neighbouring labels do not overlap."""
+    """Choose the height of each cursor's label, as a fraction of the axes' height, so that labels do not overlap."""
     low, high = axes.get_xlim()
     width = LABEL_INCHES / axes.figure.get_figwidth()
     last = dict.fromkeys(LABEL_TOPS, -np.inf)

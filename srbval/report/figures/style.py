@@ -62,10 +62,7 @@ def _short(path: bytes) -> bytes:
 
 def round_digits(values: FloatArray) -> FloatArray:
     """Round values to four significant digits, enough for data that are only plotted."""
-    with np.errstate(divide="ignore"):
-        digits = 3 - np.floor(np.log10(np.abs(values)))
-    scale = 10.0 ** np.where(np.isfinite(digits), digits, 0)
-    return np.asarray(np.round(values * scale) / scale)
+    return np.array([float(f"{value:.4g}") for value in values])
 
 
 def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
@@ -156,10 +153,9 @@ def new_figure(inches: tuple[float, float]) -> Any:
     return figure
 
 
-def new_axes(inches: tuple[float, float]) -> tuple[Any, Any]:
-    """Make a figure of a width and height [inch] with one pair of axes; return both."""
-    figure = new_figure(inches)
-    return figure, figure.add_subplot()
+def new_axes(inches: tuple[float, float]) -> Any:
+    """Make a figure of a width and height [inch]; return its only axes."""
+    return new_figure(inches).add_subplot()
 
 
 def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:

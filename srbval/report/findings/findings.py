@@ -17,6 +17,7 @@ from srbval.comparison.counterpart import AnalysedRun, SimulationCase
 from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows, table6
 from srbval.comparison.verdicts import none_missed, trend_pct, verdicts
 from srbval.models.run import Run
+from srbval.models.run_file import scene_dict
 from srbval.reading.analyse import Analysis
 from srbval.recordings.datasets.description import DatasetDescription
 from srbval.recordings.manifest import RegisteredRecording
@@ -58,7 +59,7 @@ class Findings:
     provenance: Mapping[str, Any]
 
     def sides_of(self, state: Fault) -> list[RecordView]:
-        """Return the arrays for figures of one bearing state, of model and rig."""
+        """Return the arrays of the model's record, then of the rig's record, of a bearing with the fault `state`."""
         return [side[state] for side in self.views.values()]
 
     def frame(self, key: str) -> "pd.DataFrame":
@@ -74,9 +75,10 @@ def compared_rows(
     register: RegisterListing,
     registered: Sequence[RegisteredRecording],
 ) -> dict[str, Any]:
-    """Compute the entries of ``report.json``.
+    """Compute the content of ``report.json``, without provenance and studies, from the runs and analyses in `found`.
 
-    `models` are analysed runs at the speeds of the rig's recordings, `readings` the cage ratios measured on the rig.
+    `models` are analysed runs at the speeds of the rig's recordings, `readings` the cage ratios measured on the rig,
+    `registered` the recordings that the figures show.
     """
     printed, bearing, runs = table6(), found.bearing, found.runs
     every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
@@ -85,7 +87,10 @@ def compared_rows(
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     stored = stored_content(found.results, "inputs")
-    measured = [row | rig_scene_line(row, stored, rig) for row in measured_rows(rig, model_runs, comparisons)]
+    measured = [
+        row | rig_scene_line(Fault(row["defect"]), rig[row["defect"]], stored)
+        for row in measured_rows(rig, model_runs, comparisons)
+    ]
     lines = [*published_rows(printed, paper, runs), *measured]
     keys = dict.fromkeys(key for one in lines for key in one)
     rows, means = verdicts(readings, stored), cage_means(readings)
@@ -118,16 +123,18 @@ def compared_rows(
         "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": [run_facts(case, runs[case.id]) for case in cases],
         "cautions": list_cautions(pairs),
+        "scene": scene_dict(runs["paper-outer"].scene) | {"geometry": vars(bearing.geometry)},
     }
 
 
-def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
-    """Return mean and 95 % half width [Hz] of the line of a defect (in `row`) in `stored` runs of the scene `rig`."""
-    fault = Fault(row["defect"])
-    analysis = rig[fault]
-    point = ("rig", fault, analysis.recording.nominal_rpm)
-    simulated = [(one["scene"], record) for one in stored.get("variants", ()) for record in one["records"]]
-    drawn = next((x["drawn"] for scene, x in simulated if (scene, x["state"], x["nominal_rpm"]) == point), None)
+def rig_scene_line(fault: Fault, analysis: Analysis, stored: Mapping[str, Any]) -> Row:
+    """Return mean and 95 % half width [Hz] of the line of `fault` in runs of the scene `rig` with varied inputs.
+
+    The runs, at the speed of the analysed record, are in the stored result of the study ``inputs`` (`stored`).
+    """
+    point = (fault, analysis.recording.nominal_rpm)
+    records = [record for one in stored.get("variants", ()) if one["scene"] == "rig" for record in one["records"]]
+    drawn = next((one["drawn"] for one in records if (one["state"], one["nominal_rpm"]) == point), None)
     if drawn is None:
         return {"rig_scene_hz": None, "rig_scene_ci95_hz": None}
     elements, shaft_hz = analysis.bearing.rolling_elements, analysis.speed.value_hz
@@ -137,7 +144,7 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
 
 
 def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row]) -> Iterator[Row]:
-    """Judge if model and rig look alike, by kurtosis, levels of lines, and the scalogram's power near the line."""
+    """Judge if figures of model and rig are alike: by kurtosis, `levels` of lines, and power near the fault's line."""
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.analysis.processed.filtered for one in views)
     model, rig = (kurtosis(signal - signal.mean()) for signal in filtered)
@@ -152,24 +159,24 @@ def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Judge if model and rig are alike in a quantity; the limit is in dB, or else a share of the rig's value."""
+    """Judge if model and rig are alike in a quantity; if `unit` is not dB, the limit is a share of the rig's value."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
-def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
-    """List the rig's cage ratios and their change with speed, each with the model's error in every scene."""
+def near_cage_rows(judged: Iterable[Row], ratios: Iterable[Row], change: Row) -> list[Row]:
+    """List the rig's cage ratios (`ratios`) and their `change` with speed, with the errors judged in both scenes."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
-    for endpoint in dict.fromkeys(one["endpoint"] for one in stated):
-        value, ci95, unit = known.get(endpoint, (None, None, ""))
-        row = {"quantity": f"cage ratio, {endpoint}", "rig": value, "rig_ci95": ci95, "unit": unit, "error_unit": "%"}
-        for one in stated:
-            if one["endpoint"] == endpoint:
-                names = (f"{one['scene']}_{what}" for what in ("error", "u", "verdict"))
-                row |= dict(zip(names, (one["error_pct"], one["u_pct"], one["verdict"]), strict=True))
-        yield row
+    rows = dict[str, Row]()
+    for one in judged:
+        value, ci95, unit = known.get(one["endpoint"], (None, None, ""))
+        of_rig = {"rig": value, "rig_ci95": ci95, "unit": unit, "error_unit": "%"}
+        row = rows.setdefault(one["endpoint"], {"quantity": f"cage ratio, {one['endpoint']}"} | of_rig)
+        names = {"error": "error_pct", "u": "u_pct", "verdict": "verdict"}
+        row |= {f"{one['scene']}_{name}": one[key] for name, key in names.items()}
+    return list(rows.values())
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
@@ -193,7 +200,7 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
 
 
 def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
-    """Select the comparisons of records with a detected fault line, without comparisons of the line's frequency.
+    """Select the comparisons of records in which the fault's line is detected, except those of BPFO and BPFI.
 
     The cage ratio contains the same information, and its errors may be averaged over outer and inner race faults.
     Errors of BPFO and BPFI must not be averaged: slip lowers BPFO and raises BPFI.
@@ -205,7 +212,7 @@ def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
 
 
 def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterator[Row]:
-    """Compute the deviation [%] of the BPFO or BPFI of each measured record from pure rolling at its shaft speed."""
+    """Compute the deviation [%] from pure rolling of each BPFO or BPFI in `comparisons`; `pairs` give speed sources."""
     speed_source = {one["pair"]: one["measured_facts"]["shaft_from"] for one in pairs}
     for row in comparisons:
         if row["kind"] == RACE_LINE.kind and row["rig_present"]:
@@ -223,7 +230,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """List by speed the cage ratio of each rig record, of their mean, of the model (`stored`), and of pure rolling."""
+    """List the cage ratios at each speed: of each rig record, their mean, of each scene (`stored`), in pure rolling."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
@@ -241,11 +248,11 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
     return {"of": of, "state": state, "nominal_rpm": rpm, "ratio": ratio, "low": low, "high": high}
 
 
-def trend_row(means: CageMeans, rows: Iterable[Row]) -> Row:
-    """Compute the cage ratio's change from fastest to slowest speed [%], measured (`means`) and simulated (`rows`)."""
+def trend_row(means: CageMeans, judged: Iterable[Row]) -> Row:
+    """Compute the cage ratio's change [%] from fastest to slowest speed: of the rig (`means`), the model (`judged`)."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
-    own = next((one for one in rows if (one["scene"], one["endpoint"]) == ("rig", name)), None)
+    own = next((one for one in judged if (one["scene"], one["endpoint"]) == ("rig", name)), None)
     return {
         "endpoint": name,
         "records": list(means.records),

@@ -10,9 +10,8 @@ from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.comparison import Row
 from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
-from srbval.comparison.table6 import PAPER_CASE, Published, table6
+from srbval.comparison.table6 import PAPER_CASE, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analysis_once
 from srbval.recordings import recording_from_run
@@ -44,11 +43,11 @@ def gather(
         raise ConfigurationError(
             f"{seconds:g} s are too short to separate lines from shaft harmonics: use {MIN_SIMULATED_S:g} s or more."
         )
-    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), load_newest_results(pages, "inputs")
+    bearing, results = load_bearing(DEFAULT_BEARING), load_newest_results(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
         register = listing(or_none=True)
         of_rig = rig_recordings(register.recordings)
-        chosen = choose_rig_recordings(printed, of_rig)
+        chosen = choose_rig_recordings(of_rig)
     cases = paper_cases(seconds)
     runs = dict(run_cases(cases, jobs=jobs, progress=progress))
     stored = stored_content(results, "inputs")
@@ -61,7 +60,7 @@ def gather(
             return
         if one.problem:
             raise NumericsError(f"the simulation at the speed of the {one.state} recording failed: {one.problem}")
-        shown = one.sides["simulated"].model if "simulated" in one.sides else None
+        shown = one.sides["simulated"].model if "simulated" in one.sides else None  # none for a healthy bearing
         rig[one.state] = analysis
         models[one.state] = shown or run_counterpart(analysis, one.state, progress=progress)
 
@@ -69,7 +68,7 @@ def gather(
     require_states(rig, validation.failed)
     models = {state: models[state] for state in PAPER_STATES}
     with stage(progress, "Read the cage ratio of every record"):
-        records = [load_entry(one) for one in select_drawn_records(of_rig, printed, stored)]
+        records = [load_entry(one) for one in select_simulated(of_rig, stored)]
         content = content_sha256(records, bearing)
         readings = CAGE_STORE.load(content, lambda rows: tuple(build(CageReading, row, "reading") for row in rows))
         if readings is None:
@@ -86,8 +85,6 @@ def gather(
     cases += [side.case for side in models.values()]
     with stage(progress, "Prepare the records that figures show"):
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
-    scene, geometry = runs["paper-outer"].scene, bearing.geometry
-    assert geometry is not None, "the model needs the geometry of the report's bearing"
     registered = [chosen[state] for state in models]
     found = Findings(
         data={},
@@ -100,12 +97,11 @@ def gather(
         results=results,
         provenance=provenance(runs.values(), registered),
     )
-    data = compared_rows(found, cases, models, readings, register, registered)
-    return dataclasses.replace(found, data=data | {"scene": scene_dict(scene) | {"geometry": vars(geometry)}})
+    return dataclasses.replace(found, data=compared_rows(found, cases, models, readings, register, registered))
 
 
 def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
-    """Raise `DataError` if a bearing state of the paper is not in `found`; list the pairs that `failed`, and why."""
+    """Raise `DataError` if a bearing state of the paper is not in `found`; it lists the `failed` pairs and reasons."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
         raise DataError(
@@ -114,32 +110,28 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
         )
 
 
-def select_drawn_records(
-    registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
-) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load, and at the speeds that were simulated for the stored result `stored`."""
+def select_simulated(registered: Iterable[RegisteredRecording], stored: Mapping[str, Any]) -> list[RegisteredRecording]:
+    """Select recordings at the paper's load, and at the speeds of the runs in the stored result of ``inputs``."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
-    return [one for one in select_at_paper_load(registered, printed) if not speeds or one.nominal_rpm in speeds]
+    return [one for one in select_at_paper_load(registered) if not speeds or one.nominal_rpm in speeds]
 
 
-def select_at_paper_load(
-    registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published]
-) -> list[RegisteredRecording]:
-    """Select recordings at the radial load of the paper (see `printed`) without axial load."""
-    return [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
+def select_at_paper_load(registered: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
+    """Select recordings without axial load, and with the radial load of the paper's Table 6."""
+    radial_kn = table6()[Fault.OUTER].radial_kn
+    return [one for one in registered if one.radial_kn == radial_kn and not one.axial_kn]
 
 
-def choose_rig_recordings(
-    printed: Mapping[Fault, Published], registered: Iterable[RegisteredRecording]
-) -> dict[Fault, RegisteredRecording]:
-    """Choose recordings of the rig at one speed and the paper's load (see `printed`), one for each bearing state.
+def choose_rig_recordings(registered: Iterable[RegisteredRecording]) -> dict[Fault, RegisteredRecording]:
+    """Choose one recording of the rig for each bearing state, all at the paper's load and at one speed.
 
-    The speed is the one at which most states were recorded; of several, the nearest to the paper's motor speed. Of
-    several recordings of a state, the longest is chosen.
+    It is the speed at which most states were recorded or, of several such speeds, the nearest to the paper's motor
+    speed. Of several recordings of a state, the longest is chosen.
     """
-    paper, by_speed = printed[Fault.OUTER], defaultdict[float, dict[Fault, RegisteredRecording]](dict)
-    for entry in sorted(select_at_paper_load(registered, printed), key=lambda entry: -(entry.seconds or 0)):
+    paper_rpm = table6()[Fault.OUTER].motor_rpm or 0.0
+    by_speed = defaultdict[float, dict[Fault, RegisteredRecording]](dict)
+    for entry in sorted(select_at_paper_load(registered), key=lambda entry: -(entry.seconds or 0)):
         if entry.nominal_rpm and entry.state in PAPER_STATES and (entry.seconds or 0) >= MIN_SIMULATED_S:
             by_speed[entry.nominal_rpm].setdefault(entry.state, entry)
-    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - (paper.motor_rpm or 0.0))), default=math.nan)
+    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - paper_rpm)), default=math.nan)
     return {state: by_speed[best][state] for state in PAPER_STATES if state in by_speed[best]}

@@ -119,7 +119,7 @@ def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordVi
 
 
 def load_signal(source: RecordSource) -> tuple[Recording, FloatArray]:
-    """Return a recording, or the recording of a file or run, and its signal to analyse, shape [n]."""
+    """Return a recording and its signal to analyse, shape [n]; `source` is the recording, or its file or run."""
     recording = recording_of(source)
     return recording, one_signal(recording)
 
@@ -146,9 +146,14 @@ class SpectrumView:
     end_hz: float
 
     @property
+    def records(self) -> tuple[RecordView, ...]:
+        """The record and, if given, the healthy record."""
+        return (self.record,) if self.healthy is None else (self.record, self.healthy)
+
+    @property
     def highest(self) -> float:
-        """Largest amplitude of both spectra."""
-        return max(peak_amplitude(one, self.end_hz) for one in (self.record, self.healthy) if one is not None)
+        """Largest amplitude of the spectra."""
+        return max(peak_amplitude(record, self.end_hz) for record in self.records)
 
 
 def peak_amplitude(record: RecordView, end_hz: float) -> float:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,9 +38,9 @@ MAX_BAND_SHARE_OF_RATE = 0.45  # upper end of the model's band, as a share of th
 class ModelSide:
     """Run of the model at a record's speed, with a defect of the part `state`, and the run's arrays for figures.
 
-    The contact angle and slip of a bearing under load are uncertain unless it is a spherical roller bearing of known
-    geometry: `open_cage` is the resulting relative 95 % half width of the model's cage speed (otherwise 0).
-    `stated_load` is false if the record states no load; then the load of the bundled scene `base` was used.
+    `open_cage` is the relative 95 % half width of the model's cage speed, due to unknown contact angle and slip; it is
+    0 for a spherical roller bearing of known geometry. `stated_load` is false if the record states no load; then the
+    load of the bundled scene `base` was used.
     """
 
     run: Run
@@ -79,11 +79,6 @@ class UserRecord(RecordReading):
     marked: Line | None
     model: ModelSide | str | None
 
-    @property
-    def summary(self) -> dict[str, Any]:
-        """Return the row of this recording in the report's table of all recordings."""
-        return summary_of(to_json(self))
-
     def to_dict(self) -> dict[str, Any]:
         """Return the recording's entry in ``report.json``: all numbers, but no arrays, which figures store as CSV."""
         baseline, model = self.baseline, self.model
@@ -95,10 +90,15 @@ class UserRecord(RecordReading):
         }
 
 
+def summary_rows(records: Iterable[UserRecord | Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the rows of analysed recordings, or of their JSON documents, in the report's table of all recordings."""
+    return [summary_of(to_json(record)) for record in records]
+
+
 def gather_user_records(
     requests: Sequence[RecordRequest], *, model: bool = True, progress: Progress = silent
 ) -> tuple[tuple[UserRecord, ...], list[FailedFile], dict[str, Any]]:
-    """Analyse recordings of one bearing; compare each with the given healthy record or the registered one of its rig.
+    """Analyse recordings of one bearing; compare each with a healthy record, given or registered for the same rig.
 
     Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, the model
     is run for comparison with each measured record of a bearing with known dimensions. If no recording can be analysed,

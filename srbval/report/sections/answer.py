@@ -7,7 +7,7 @@ from typing import Any
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
-from srbval.report.blocks import Badge, Callout, Figure, ReportRow, ReportTable, Tone, VerdictBox
+from srbval.report.blocks import Badge, Callout, Figure, FigureGrid, ReportRow, ReportTable, Tone, VerdictBox
 from srbval.report.figures.images import thumbnail
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import peak_amplitude
@@ -27,7 +27,7 @@ VERDICT_TONES: dict[str, Tone] = {  # the worst first
     Verdict.AGREES: Tone.GOOD,
 }
 SCENE_NAMES = {"paper": "the paper's scene", "rig": "the rig's scene"}
-STRIP_STATES = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # panels of the strip
+THUMBNAILS = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # state by panel
 PAPER_SOURCE, RIG_SOURCE = ("published", "measured")
 TABLE6_SOURCES = (  # rows of Table 6: source of the rig's value, source of the row, keys of line and half width
     (PAPER_SOURCE, Badge.PUBLISHED, "kinematic_hz", ""),
@@ -41,8 +41,8 @@ TABLE6_SOURCES = (  # rows of Table 6: source of the rig's value, source of the 
 
 
 def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
-    """Make the first screen of the main report; `data`: content of ``report.json``, with the results on `pages`."""
-    stated, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
+    """Make the first screen of the main report from the findings, the content of ``report.json`` and studies' pages."""
+    judged, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
     tiles += filter(None, (page.tile(findings.results) for page in pages))
     origin = {
         "machine": data["provenance"]["machine"]["processor"],
@@ -53,10 +53,10 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
         "records": used_sentence(data["comparisons"], data["cage_readings"]),
     }
     return VerdictBox(
-        tone=worst_tone(row["verdict"] for row in stated),
-        kicker=finding_sentence(stated),
+        tone=worst_tone(row["verdict"] for row in judged),
+        kicker=finding_sentence(judged),
         headline=f"{near_sentence(data)} {missing_sentence(data)}",
-        blocks=(_table6(data), *tiles, _strip(findings), ANSWER_TEXTS.paragraph("origin", **origin)),
+        blocks=(_table6(data), *tiles, _thumbnails(findings), ANSWER_TEXTS.paragraph("origin", **origin)),
     )
 
 
@@ -66,18 +66,18 @@ def worst_tone(answers: Iterable[str]) -> Tone:
     return next((tone for answer, tone in VERDICT_TONES.items() if answer in found), Tone.WARNING)
 
 
-def finding_sentence(stated: Sequence[ReportRow]) -> str:
-    """State in which scenes and at which speeds the model's cage speed misses its tolerance, by verdicts `stated`."""
+def finding_sentence(judged: Sequence[ReportRow]) -> str:
+    """State in which scenes and at which speeds the cage ratio misses its tolerance, from the verdicts `judged`."""
     missed = []
     for scene, name in SCENE_NAMES.items():
-        own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
+        own = [row["endpoint"] for row in judged if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
         missed += [f"{name} ({' and '.join(map(endpoint_words, own))})"] if own else []
-    name = "finding" if missed else "not-missed" if stated else "not-known"
+    name = "finding" if missed else "not-missed" if judged else "not-known"
     return ANSWER_TEXTS.text(name, limit_pct=TOLERANCE.limit_pct, missed=" and in ".join(missed))
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Name a compared value of the cage ratio: "the ratio at 353 rpm" or "the change of the ratio from 877 to ..."."""
+    """Name a speed at which cage ratios are compared, or a change between speeds: "the ratio at 353 rpm"."""
     later, less, first = endpoint.partition(" less ")
     if less and first.endswith("rpm"):
         return f"the change of the ratio from {first.removesuffix(' rpm')} to {later} rpm"
@@ -133,7 +133,7 @@ def _table6(data: ReportRow) -> ReportTable:
 
 
 def shaft_sentence(sums: Iterable[ReportRow], inner: ReportRow) -> str:
-    """State if slip can explain the BPFI measured in the paper; with slip alone, BPFO + BPFI would be unchanged."""
+    """State if slip explains the BPFI measured in the paper (`inner`): slip leaves BPFO + BPFI (`sums`) unchanged."""
     row = next(one for one in sums if one["source"] == "paper's rig")
     as_slip = abs(row["difference_pct"]) < TOLERANCE.limit_pct
     speed = "slower" if row["difference_pct"] < 0 else "faster"
@@ -148,17 +148,17 @@ def speed_tile(runs: Iterable[ReportRow]) -> Callout:
     return ANSWER_TEXTS.callout("speed-tile", tone=Tone.NEUTRAL, **run, **words)
 
 
-def _strip(findings: Findings) -> Any:
-    """Arrange thumbnails of the paper's Figures 11 to 14, model beside rig, each with a verdict on likeness."""
+def _thumbnails(findings: Findings) -> FigureGrid:
+    """Arrange thumbnails of the paper's Figures 11 to 14, model beside rig; each caption states if both are alike."""
     shown: list[Figure] = []
-    for name, state in STRIP_STATES.items():
+    for name, state in THUMBNAILS.items():
         kind, sides = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
         tops = shared_limits(sides) | {"spectrum": HEAD_ROOM * max(peak_amplitude(one, SPECTRUM_HZ) for one in sides)}
         plot = thumbnail(sides, kind, SPECTRUM_HZ, tops[kind])
         words: dict[str, Any] = {"number": name[:2], "kind": kind, "state": state.label}
         words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
         shown.append(ANSWER_TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
-    return ANSWER_TEXTS.grid("strip", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)
+    return ANSWER_TEXTS.grid("thumbnails", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)
 
 
 def stored_sentence(results: Iterable[StoredResult]) -> str:
@@ -173,7 +173,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """Name rig records to which levels were fitted, and records unknown before their comparison; count all others."""
+    """Name the records to which levels were fitted and those unknown before they were compared; count the others."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

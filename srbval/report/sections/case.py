@@ -17,12 +17,13 @@ from srbval.report.blocks import (
     Section,
     VerdictBox,
 )
+from srbval.report.figures.style import panel
 from srbval.report.findings.provenance import provenance
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
 from srbval.report.sections.answer import VERDICT_TONES, worst_tone
 from srbval.report.sections.assemble import provenance_section
-from srbval.report.sections.figures import PAIR_TEXTS, errors_panel
+from srbval.report.sections.figures import PAIR_TEXTS, draw_errors
 from srbval.report.sections.table6 import SPEED_TEXTS, TABLE6_TEXTS
 from srbval.validation.case import ValidationCase
 from srbval.validation.validate import SIDES, Validation
@@ -61,7 +62,7 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
 def _verdict(result: Validation) -> VerdictBox:
     rows = result.errors_pct
     listed = ", ".join(f"{row['quantity']} {row['error']:+.3f} %" for row in rows[:8])
-    figure = CASE_TEXTS.figure("errors", errors_panel(rows), wide=False, listed=listed) if rows else None
+    figure = CASE_TEXTS.figure("errors", panel(draw_errors)(rows), wide=False, listed=listed) if rows else None
     points = [
         f"**{row['state']}**: {CASE_TEXTS.text('point-unknown' if row['uncertainty'] is None else 'point', **row)}"
         for row in rows

@@ -17,7 +17,7 @@ from srbval.report.blocks import Figure, FigureGrid, ReportRow, Section
 from srbval.report.figures import style
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
-from srbval.report.figures.style import Drawing, PanelData, new_axes, panel
+from srbval.report.figures.style import Drawing, PanelData, new_axes
 from srbval.report.findings.findings import Findings, picture_rows
 from srbval.report.findings.records import (
     RecordView,
@@ -37,13 +37,12 @@ FIGURE_TEXTS, PAIR_TEXTS = (Prose("srbval.report", f"texts/{name}.md") for name 
 
 SPECTRUM_HZ = 600.0  # end of the spectra in Figures 12 and 13
 LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
-PAPER_FIGURES = {  # kind and states of each figure
+PAPER_FIGURES = {  # kind and bearing states of each figure
     "11": ("acceleration", tuple(LETTERS)),
     "12": ("spectrum", (Fault.OUTER,)),
     "13": ("spectrum", (Fault.INNER,)),
-    "14": ("scalogram", (Fault.OUTER, Fault.INNER)),
+    "14": ("scalogram", tuple(LETTERS)),
 }
-FIGURE_SIDES = ("model", "rig")
 COLOUR_QUANTILE = 0.995  # end of the colour scale, so that one burst does not darken the rest
 HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # end of a shared axis over the highest value: signals, spectra with labels
 
@@ -65,38 +64,38 @@ def figures_section(findings: Findings) -> Section:
     scale = shared_limits([one for side in views.values() for one in side.values()])
     panels: dict[str, list[Figure]] = {number: [] for number in PAPER_FIGURES}
     for state, letters in LETTERS.items():
-        spectra = {side: _spectrum(views[side], state) for side in FIGURE_SIDES}
-        top = PANEL_LABEL_ROOM * max(peak_amplitude(one.record, SPECTRUM_HZ) for one in spectra.values())
-        for place, side in enumerate(FIGURE_SIDES):
-            view, letter = spectra[side], (letters[place], "ab"[place])
-            plots = drawings(view, state, scale | {"spectrum": top}, letter)
+        spectra = [_spectrum(records, state) for records in views.values()]
+        top = PANEL_LABEL_ROOM * max(peak_amplitude(view.record, SPECTRUM_HZ) for view in spectra)
+        for view, *letter in zip(spectra, letters, "ab", strict=True):
+            plots = drawings(view, state, scale | {"spectrum": top}, *letter)
             for number, (kind, states) in PAPER_FIGURES.items():
-                if state not in states and kind != "scalogram":
-                    continue
-                label = f"{number}{letter[kind == 'spectrum']}"
-                words: dict[str, Any] = {"id": f"fig{label}", "label": f"Figure {label}"}
+                label, options = f"{number}{letter[kind == 'spectrum']}", dict[str, Any]()
                 if kind == "spectrum":
                     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
-                    words["explore"] = explore_spectrum(view, "Envelope amplitude, std. dev.", curves)
-                panels[number].append(panel_figure(kind, plots[kind], view, state, **words))
+                    options["explore"] = explore_spectrum(view, "Envelope amplitude, std. dev.", curves)
+                options |= {"id": f"fig{label}", "label": f"Figure {label}"}
+                if state in states:
+                    panels[number].append(panel_figure(kind, plots[kind], view, state, **options))
     sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
     sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
     for number, (kind, states) in PAPER_FIGURES.items():
-        alike = "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in states)
-        words = {"alike": alike, "sentence": sentences.get(number, "")}
+        judged = [state for state in states if state.line or kind != "scalogram"]
+        alike = "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in judged)
+        words: dict[str, Any] = {"alike": alike, "sentence": sentences.get(number, "")}
         grids.append(FIGURE_TEXTS.grid(f"grid-{number}", panels[number], f"Figure {number}", **words))
-    bands = {side: views[side][Fault.OUTER].analysis.processed.band_hz for side in FIGURE_SIDES}
+    bands = {side: records[Fault.OUTER].analysis.processed.band_hz for side, records in views.items()}
     shown_bands = {f"{side}_band": f"{low:g} to {high:g}" for side, (low, high) in bands.items()}
     return FIGURE_TEXTS.section(FIGURE_TEXTS.paragraph("intro", **shown_bands), *grids)
 
 
-def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
-    """Prepare the envelope spectrum of a state over that of the healthy bearing; the fault's harmonics are marked."""
-    record, line = side[state], state.line
+def _spectrum(records: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
+    """Prepare the envelope spectrum of the record in `state` with its fault's harmonics, and the healthy spectrum."""
+    record, line = records[state], state.line
     cursors = fault_cursors(record, record.analysis.line(line), SPECTRUM_HZ, 2) if line else ()
     found = tuple((hz, height) for name, hz, height in record.peaks if line and name.startswith(line))
-    return SpectrumView(record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
+    healthy = records[Fault.HEALTHY]
+    return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
 
 
 def shared_limits(views: Sequence[RecordView]) -> dict[str, float]:
@@ -107,17 +106,17 @@ def shared_limits(views: Sequence[RecordView]) -> dict[str, float]:
 
 
 def drawings(
-    view: SpectrumView, state: Fault, scale: Mapping[str, float], letters: tuple[str, str] = ("", "")
+    view: SpectrumView, state: Fault, scale: Mapping[str, float], letter: str = "", spectrum_letter: str = ""
 ) -> dict[str, Drawing]:
     """Prepare a record's panels by kind; `scale` contains the ends of their amplitude axes or colour scales by kind."""
-    record, (letter, of_spectrum) = view.record, letters
+    record = view.record
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
     line = record.analysis.line_of(state) if state.line else None
     period = (f"1/{line.name}", 1 / line.kinematic_hz) if line else None
     head: dict[str, Any] = {"letter": letter, "title": title}
     return {
         "acceleration": acceleration_panel(record, limit=scale["acceleration"], period=period, **head),
-        "spectrum": spectrum_panel(view, top=scale["spectrum"], letter=of_spectrum, title=title, brief=True),
+        "spectrum": spectrum_panel(view, top=scale["spectrum"], letter=spectrum_letter, title=title, brief=True),
         "scalogram": scalogram_panel(record, state, top=scale["scalogram"], **head),
     }
 
@@ -156,17 +155,17 @@ def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]
     }
 
 
-def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **words: Any) -> Figure:
-    """Make the figure of one panel of a record in the bearing state `state`; `words` are id, label and chart."""
+def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **options: Any) -> Figure:
+    """Make the figure of one panel of a record in the bearing state `state`, with the `options` of `Prose.figure`."""
     record, (low_hz, high_hz) = view.record, SCALOGRAM_HZ
     side = "rig" if record.origin is Origin.MEASURED else "model"
-    words |= {"badge": record.origin, "who": f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"}
-    words |= {"low_hz": low_hz, "high_hz": high_hz, "end_hz": view.end_hz, "line": state.line or "no line"}
-    return FIGURE_TEXTS.figure(kind, plot, **words)
+    options |= {"badge": record.origin, "who": f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"}
+    options |= {"low_hz": low_hz, "high_hz": high_hz, "end_hz": view.end_hz, "line": state.line or "no line"}
+    return FIGURE_TEXTS.figure(kind, plot, **options)
 
 
 def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
-    """Draw a panel to files in `folder` now; return a function that copies these files instead of drawing again."""
+    """Draw a panel into `folder` now; return a drawing function that copies its files instead of drawing again."""
     draw(folder, name)
 
     def copy(to: Path, as_name: str) -> None:
@@ -204,17 +203,13 @@ def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
     return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
 
 
-@panel
-def errors_panel(rows: Sequence[Mapping[str, Any]]) -> PanelData:
-    """Draw error [%] and uncertainty of at most `MAX_ERROR_BARS` compared quantities; colours show the verdicts."""
-    figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:MAX_ERROR_BARS])))
-    shown = draw_error_bars(axes, rows)
-    return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
+def draw_errors(rows: Sequence[Mapping[str, Any]], axes: Any = None) -> PanelData:
+    """Draw error [%] and uncertainty of at most `MAX_ERROR_BARS` compared quantities onto `axes` or a new figure.
 
-
-def draw_error_bars(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """Draw error bars [%] onto given axes as `errors_panel` does; return the rows that were drawn."""
+    Colours show the verdicts.
+    """
     shown = rows[:MAX_ERROR_BARS]
+    axes = axes or new_axes((6.4, 1.1 + 0.24 * len(shown)))
     axes.axvline(0.0, color=style.INK, lw=0.8)
     for place, row in enumerate(shown):
         colour, mark = VERDICT_LOOK[row["verdict"]]
@@ -227,4 +222,5 @@ def draw_error_bars(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Ma
     handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4, "frameon": False}
     axes.legend(handles.values(), handles, **corner)
-    return shown
+    keys = ("pair", "quantity", "error", "uncertainty", "verdict")
+    return axes.figure, {key: [row[key] for row in shown] for key in keys}

@@ -31,7 +31,6 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
         subtitle=TREND_TEXTS.text("subtitle", time_from=trend.time_from),
         verdict=VerdictBox(tone=tone, headline=headline, points=points, figure=pictures[first]),
         sections=(*sections, provenance_section({"command": command, **provenance})),
-        data={"trend": trend},
     )
 
 

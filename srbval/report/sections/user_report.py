@@ -30,20 +30,20 @@ from srbval.report.blocks import (
     VerdictBox,
 )
 from srbval.report.figures import style
-from srbval.report.figures.plot import HEAD_ROOM, SPECTRUM_LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE, PanelData, panel
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines
-from srbval.report.findings.user_records import ModelSide, UserRecord
+from srbval.report.findings.user_records import ModelSide, UserRecord, summary_rows
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
 from srbval.report.sections.assemble import provenance_section
-from srbval.report.sections.figures import explore_spectrum
+from srbval.report.sections.figures import HEAD_ROOM, explore_spectrum
 from srbval.signal import LEAST_SNR
 
 USER_TEXTS = Prose("srbval.report", "texts/user_report.md")
 MIN_PROBABILITY = 0.005  # probabilities below this one are not listed
 MAX_NAMES = 6  # recordings that a point lists by name
+RECORD_NAMES = ("this record", "healthy record")
 BRIEF_SECTIONS = ("answer", "lines")
 HEALTHY_CURVE_NOTE = " Dashed grey: the healthy record."
 SPEED_WORDS = {
@@ -70,17 +70,16 @@ def assemble_user_report(
     provenance: Mapping[str, Any],
     failed: Sequence[FailedFile] = (),
     others: Sequence[Mapping[str, Any]] = (),
-    other_rows: Sequence[Mapping[str, Any]] = (),
     brief: bool = False,
 ) -> Report:
     """Build the report on a user's recordings; `command` is printed as the command that repeats it.
 
-    Further recordings without a section are given by their JSON documents (`others`) and their rows in the overview
-    table (`other_rows`). If `brief`, the report has only the first record's answer, reasons and table of lines.
+    `others` are JSON documents of recordings without a section. If `brief`, the report has only the first record's
+    answer, reasons and table of lines.
     """
     origin, several = {"command": command, **provenance}, len(records) + len(others) > 1
     if several:
-        summaries = (*(record.summary for record in records), *other_rows)
+        summaries = summary_rows([*records, *others])
         faults = [*(record.verdict.to_dict() for record in records), *(one["fault"] for one in others)]
         with_channel = len({row["name"] for row in summaries}) < len(summaries)
         names = [f"{row['name']} {row['channel'] or ''}" if with_channel else row["name"] for row in summaries]
@@ -145,7 +144,7 @@ def _verdict_of_all(
 @panel
 def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> PanelData:
     """Draw one stacked bar per recording; `rows` are pairs of recording name and probabilities of bearing states."""
-    figure, axes = style.new_axes((7.6, 0.85 + 0.2 * len(rows)))
+    axes = style.new_axes((7.6, 0.85 + 0.2 * len(rows)))
     left = [0.0] * len(rows)
     places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
     for state, colour in STATE_COLOURS.items():
@@ -159,7 +158,7 @@ def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Panel
     axes.set(xlim=(0, 100), ylim=(len(rows) - 0.4, -0.6), xlabel="Probability, %")
     axes.grid(False, axis="y")
     style.legend_above(axes)
-    return figure, columns
+    return axes.figure, columns
 
 
 def headline_of_all(summaries: Sequence[ReportRow]) -> str:
@@ -243,12 +242,11 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
     """Make the sections of one record; `suffix` makes the ids of its figures and tables unique."""
     verdict, analysis, recording = record.verdict, record.analysis, record.analysis.recording
     speed, (low_hz, high_hz) = analysis.speed, analysis.processed.band_hz
-    given = {name: getattr(recording, name) for name in ("seconds", "fs_hz", "unit")}
-    given |= {"file": (recording.file or recording.name).split("/")[-1], "origin": recording.origin.value}
+    given: dict[str, Any] = {"file": (recording.file or recording.name).split("/")[-1], "recording": recording}
     given["declared"] = f", declared {recording.state.label}" if recording.state else ""
     given["channel"] = f", channel {recording.channel}" if recording.channel else ""
     given |= {"rpm": 60 * speed.value_hz, "rpm_ci95": 60 * speed.ci95_hz, "source": SPEED_WORDS[speed.source.value]}
-    given |= {"low_hz": low_hz, "high_hz": high_hz, "why": analysis.band.why, "search": analysis.search}
+    given |= {"low_hz": low_hz, "high_hz": high_hz, "analysis": analysis}
     reasons = (" ".join(verdict.reasons), verdict.describe_declared(recording.state))
     shown = Listing(tuple(literal(reason) for reason in reasons if reason))
     yield _section("answer", shown, Listing(USER_TEXTS.items("facts", **given)))
@@ -265,7 +263,7 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
 def _spectrum(record: UserRecord, suffix: str) -> Figure:
     """Draw the envelope spectrum with the expected fault frequencies; `suffix` makes the figure's id unique."""
     view, marked = record.view, record.marked
-    plot = spectrum_panel(view, top=SPECTRUM_LABEL_ROOM * view.highest, title="envelope spectrum")
+    plot = spectrum_panel(view, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
     sidebands = " and sidebands" if marked and marked.name != "BPFO" else ""
     words: dict[str, Any] = {
@@ -315,7 +313,7 @@ def _not_detected(record: UserRecord) -> Iterator[Block]:
 
 def _band(record: UserRecord, suffix: str) -> Figure:
     view, (low_hz, high_hz) = record.view, record.analysis.processed.band_hz
-    records = ({} if view.healthy is None else {"healthy record": view.healthy}) | {"this record": view.record}
+    records = dict(reversed([*zip(RECORD_NAMES, view.records, strict=False)]))  # the healthy record is drawn first
     top = max(float(np.nanmax(one.power_db)) for one in records.values()) + BAND_HEAD_DB
     low = min(float(np.nanmin(one.power_db)) for one in records.values()) - BAND_HEAD_DB
     plot = band_panel(records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1]))
@@ -327,14 +325,11 @@ def _band(record: UserRecord, suffix: str) -> Figure:
 def _times(record: UserRecord, suffix: str) -> Block:
     """Draw the record and the healthy record over time, on equal axes; `suffix` makes the ids of the figures unique."""
     view, marked = record.view, record.marked
-    sides = [("this record", "", view.record)]
-    if view.healthy is not None:
-        sides.append(("healthy record", "-healthy", view.healthy))
-    limit = HEAD_ROOM * max(one.highest for *_, one in sides)
+    limit = HEAD_ROOM * max(one.highest for one in view.records)
     period = (f"1/{marked.name}", 1 / marked.kinematic_hz) if marked else None
-    inches = WIDE if len(sides) == 1 else HALF
+    inches = HALF if view.healthy else WIDE
     panels = []
-    for title, key, one in sides:
+    for title, key, one in zip(RECORD_NAMES, ("", "-healthy"), view.records, strict=False):
         plot = acceleration_panel(one, limit=limit, title=title, inches=inches, period=period)
         words: dict[str, Any] = {"id": f"time-figure{key}{suffix}", "badge": one.origin, "title": title}
         panels.append(USER_TEXTS.figure("time", plot, wide=False, heading=title.capitalize(), **words))
@@ -359,14 +354,13 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     shaft_hz, name = model.view.shaft_hz, f"model-table{suffix}"
     yield USER_TEXTS.table("model-table", rows, id=name, shaft_hz=shaft_hz, open_cage=of_dimensions)
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
-    title, top = f"{model.state.label}, envelope spectrum", SPECTRUM_LABEL_ROOM * view.highest
     words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "state": model.state.label}
     words |= {"id": f"model-figure{suffix}", "badge": model.view.origin}
-    yield USER_TEXTS.figure("model-figure", spectrum_panel(view, top=top, title=title), **words)
+    yield USER_TEXTS.figure("model-figure", spectrum_panel(view, title=f"{words['state']}, envelope spectrum"), **words)
 
 
 def _model_row(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:
-    """Compare a fault frequency of the record with the model's [Hz], whose 95 % half width is given in per cent."""
+    """Compare a line of the record with the frequency `model_hz` of the model, known to ± `model_ci95_pct`."""
     found_hz = line.found_hz if line.detected else None
     return vars(line) | {
         "model_hz": model_hz,

@@ -35,7 +35,7 @@ def unexplained(tests: Rows, locked: Rows) -> str:
 @panel
 def draw_errors(rows: Rows) -> PanelData:
     """Draw errors, with uncertainty, of the power that repeats with a fault's passages, by record and third octave."""
-    figure, ax = new_axes(WIDE)
+    ax = new_axes(WIDE)
     table = pd.DataFrame(rows).assign(band_hz=[float(one["quantity"].split()[1]) for one in rows])
     for number, (record, of) in enumerate(table.groupby("record", sort=False)):
         name, at = record_words(str(record)), of.band_hz * 1.03 ** (number - 1.5)
@@ -47,7 +47,7 @@ def draw_errors(rows: Rows) -> PanelData:
     ax.set_xticks(bands, labels=[f"{hz:.0f}" for hz in bands])
     ax.minorticks_off()
     legend_above(ax)
-    return figure, table[["record", "band_hz", "rig", "model", "error", "uncertainty"]].to_dict("list")
+    return ax.figure, table[["record", "band_hz", "rig", "model", "error", "uncertainty"]].to_dict("list")
 
 
 def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
