@@ -2,13 +2,14 @@
 
 import base64
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
+from srbval.progress import Progress, silent, stage
 from srbval.report.blocks import FIGURES_FOLDER, Report, ReportTable
 from srbval.report.plain import as_plain
 from srbval.report.renderers import list_pdf_dependencies, render_html, render_pdf, require_typst
@@ -20,20 +21,19 @@ LISTING = "report.json"
 REPORT_STORE = ContentStore(kind="report", computed_by=__name__)
 
 
-def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
+def write_report(
+    report: Report, folder: Path, formats: Collection[str] = FORMATS, *, progress: Progress = silent
+) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
     ``figures`` contains the pictures, their data as CSV, the report's tables and `rows` (see `Report`). If writing
     fails, the former files remain. ``report.json`` lists all files with their SHA-256; unchanged files of a former
     report that are no longer listed are removed. If the report's content is unchanged, its time and its PDF are kept.
-
-    Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` if `folder` cannot be
-    written to.
+    For `formats` see `check_formats`. Raises `DataError` if `folder` cannot be written to.
     """
-    wanted = tuple(formats)
-    check_formats(wanted)
     try:
-        return _write(report, folder, wanted)
+        with stage(progress, "Draw the figures and write the report"):
+            return _write(report, folder, formats)
     except OSError as error:
         raise DataError(
             f"the report could not be written to {folder}: {error.strerror or error} "
@@ -49,7 +49,7 @@ def check_formats(formats: Collection[str]) -> None:
         require_typst()
 
 
-def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, Path]:
+def _write(report: Report, folder: Path, formats: Collection[str]) -> dict[str, Path]:
     existing = next(path for path in (folder.resolve(), *folder.resolve().parents) if path.is_dir())
     # on the file system of the folder, so that moving is atomic
     with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
@@ -59,14 +59,14 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
         content = _content(report, stage)
         known: dict[str, str] = REPORT_STORE.load(content, dict) or {"generated_utc": report.generated_utc.isoformat()}
         report = replace(report, generated_utc=datetime.fromisoformat(known["generated_utc"]))
-        if "html" in wanted:
+        if "html" in formats:
             (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
-        if "pdf" in wanted:
+        if "pdf" in formats:
             known["pdf"] = known.get("pdf") or base64.b64encode(render_pdf(report, stage)).decode()
             (stage / "report.pdf").write_bytes(base64.b64decode(known["pdf"]))
         REPORT_STORE.save(content, known)
-        move_listed_files(stage, folder, LISTING, report_data(report) if "json" in wanted else None)
-    return {kind: folder / f"report.{kind}" for kind in wanted}
+        move_listed_files(stage, folder, LISTING, report_data(report) if "json" in formats else None)
+    return {kind: folder / f"report.{kind}" for kind in formats}
 
 
 def _content(report: Report, stage: Path) -> str:

@@ -3,8 +3,8 @@
 import functools
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from importlib import metadata
 from itertools import pairwise
 from pathlib import Path
@@ -95,19 +95,15 @@ ORIGINS = {
 }
 
 
-@contextmanager
-def figure_style() -> Iterator[None]:
+def figure_style() -> AbstractContextManager[None]:
     """Context manager: figures drawn inside have the report's style, independent of the user's settings."""
-    import matplotlib as mpl
+    import matplotlib.style
 
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(mpl.rc_params_from_file(STYLE_FILE, use_default_template=False))
-        yield
+    return matplotlib.style.context(STYLE_FILE, after_reset=True)
 
 
 def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
-    """Decorate a drawing function: it then returns a `Drawing`, which writes ``name.svg`` and ``name.csv`` to a folder.
+    """Decorator: the drawing function then returns a `Drawing`, which writes ``name.svg`` and ``name.csv`` to a folder.
 
     The function itself must return the figure and the columns of the CSV file. Both files are cached, and drawn again
     only if the arguments, the source code or the libraries have changed.
