@@ -19,6 +19,11 @@ BEARING = load_bearing("skf-6205")
 G = 9.80665
 MV_PER_G = 100.0
 FULL_SCALE_V = 1.0
+SPELLED = "g:g m/s²:m/s2 m/s^2:m/s2 M/S^2:m/s2 m·s⁻²:m/s2 mg:mg G's:g g_pk:g in/s2:in/s2 Gal:gal mm/s:mm/s ips:ips "
+SPELLED += "IN/SEC:ips inch/s:ips mm/s_RMS:mm/s µm:um µm_p-p:um mils:mil V:V Pa:Pa gE:gE °C:degC LSB:counts U/min:rpm "
+SPELLED += "a: furlong/s2:"
+# Units that texts in files mean; None for a text that is no unit.
+MEANT = {text.replace("_", " "): unit or None for text, unit in (pair.split(":") for pair in SPELLED.split())}
 
 
 @functools.cache

@@ -299,7 +299,7 @@ def half_written(file):
     file.attrs.update({"fs_hz": 1000.0, "unit": "m/s2"})
 
 
-MANY = "more than 4096 links, references and attributes: no recording"
+MANY = "more than 4096 links, references and attributes; not a recording"
 UNWRITTEN = r"{} chunks of '{}' were never written \({} % of its samples\)"
 CASES = {
     "folder": (Path.mkdir, "folder"),

@@ -15,25 +15,12 @@ from srbval.errors import DataError
 from srbval.recordings import load_recording
 from srbval.recordings.units import UNITS
 
+from .formats import MEANT
+
 DRAWN = 2000 if os.environ.get("SRBVAL_TESTS") == "all" else 250
 RATES = (6000, 8000, 10_000, 12_000, 12_800, 16_000, 20_480, 25_600)
-SPELLINGS = {
-    "g": "g",
-    "m/s²": "m/s2",
-    "m/s^2": "m/s2",
-    "mg": "mg",
-    "G's": "g",
-    "in/s2": "in/s2",
-    "gal": "gal",
-    "mm/s": "mm/s",
-    "ips": "ips",
-    "IN/SEC": "ips",
-    "mm/s RMS": "mm/s",
-    "µm": "um",
-    "mils": "mil",
-    "V": "V",
-    "Pa": "Pa",
-}
+VIBRATIONS = {"m/s2", "mm/s", "um", "V", "Pa"}  # units in which recordings are kept; latin-1 has no superscript minus
+SPELLINGS = {text: unit for text, unit in MEANT.items() if UNITS.get(unit, "-")[0] in VIBRATIONS and "⁻" not in text}
 TIME_NAMES = ("Time [{}]", "t ({})", "time/{}", "t_{}", "a.T/{}")  # the first ones with blanks
 EPOCHS = {"epoch_s": (10**9, 6), "epoch_ms": (10**6, 3), "epoch_us": (10**3, 0), "epoch_ns": (1, 0)}  # ns, digits
 TIMES = ("none", "s", "ms", "us", "ns", "iso", "iso T", "hms", "german", "american", "two columns", "counter", *EPOCHS)

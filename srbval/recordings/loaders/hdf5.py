@@ -56,7 +56,7 @@ class _Hdf5Reader:
     def _count(self, items: int) -> None:
         self.items += items
         if self.items > MAX_ITEMS:
-            raise DataError(f"{self.path}: more than {MAX_ITEMS} links, references and attributes: no recording.")
+            raise DataError(f"{self.path}: more than {MAX_ITEMS} links, references and attributes; not a recording.")
 
     def _attributes(self, item: Any) -> list[tuple[str, float | str]]:
         self._count(len(item.attrs))
@@ -78,7 +78,7 @@ class _Hdf5Reader:
         import h5py
 
         if depth > MAX_GROUP_DEPTH:
-            raise DataError(f"{self.path}: nested deeper than {MAX_GROUP_DEPTH} groups or references: no recording.")
+            raise DataError(f"{self.path}: nested deeper than {MAX_GROUP_DEPTH} groups or references; not a recording.")
         if isinstance(item, h5py.Group):
             self.found["attributes"] |= {f"{name}.{key}": value for key, value in self._attributes(item)}
             for key, member in self._members(item):
@@ -148,7 +148,7 @@ def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
     settings = dataset.id.get_create_plist()
     filters = [settings.get_filter(i)[0] for i in range(settings.get_nfilters())]
     if len(filters) > MAX_FILTERS:
-        return f"{name!r} is compressed by {len(filters)} filters; at most {MAX_FILTERS} are read: no recording."
+        return f"{name!r} is compressed by {len(filters)} filters; at most {MAX_FILTERS} are read; not a recording."
     if missing := [code for code in filters if not h5py.h5z.filter_avail(code)]:
         return f"{name!r} is compressed by filter {missing[0]}, not installed. Decompress: h5repack -f NONE IN OUT"
     if size == 0:
