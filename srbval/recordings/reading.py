@@ -57,7 +57,7 @@ class Channel:
 
     @functools.cached_property
     def vibrates(self) -> bool:
-        """True if the samples may be a vibration: they rise and fall, and have no unit of, say, a temperature."""
+        """True if the samples may be a vibration: they rise and fall, and their unit is not, say, of a temperature."""
         first, last = self.samples[:-1], self.samples[1:]
         is_other = self.rotates or self.unit in OTHER_QUANTITIES
         return not is_other and bool((last > first).any()) and bool((last < first).any())
@@ -95,7 +95,7 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of channels that may be analysed: vibrations without a `problem`, or all but rotations if none is."""
+        """Names of channels that may be analysed: vibrations without a `problem`, or else all but rotations."""
         sound = tuple(name for name, channel in self.channels.items() if channel.vibrates and not channel.problem)
         return sound or tuple(name for name, channel in self.channels.items() if not channel.rotates)
 

@@ -237,7 +237,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Entries of files, which map to stated settings; those `known` are reused for unchanged files, unless `again`."""
+    """Entries of files given with settings; `known` entries of unchanged files without settings stay unless `again`."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]

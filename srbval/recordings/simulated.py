@@ -99,7 +99,7 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Raise `DataError` if `fs_hz` or a time step is too coarse for the band; without a band, caution against steps."""
+    """Raise `DataError` if `fs_hz` or a step is too coarse for the band; without a band, caution if steps are long."""
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:

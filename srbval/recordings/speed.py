@@ -73,7 +73,7 @@ def _white_error(times_s: FloatArray) -> float:
 
 
 def profile_signal(time_s: Sequence[float], speed_rad_s: Sequence[float], seconds: float) -> SpeedSignal:
-    """Sample a prescribed speed, linear between the times `time_s`, at about every `PROFILE_STEP_S` of `seconds`."""
+    """Sample a prescribed speed, linear between `time_s`, for `seconds` [s] in steps of about `PROFILE_STEP_S`."""
     count = math.ceil(seconds / PROFILE_STEP_S) + 1
     values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
     return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)

@@ -21,10 +21,10 @@ class MatchRule:
 
     The regular expression `file` is searched in the file's name; with `file_required`, a file without a match is not of
     the data set. The named groups of `file` are facts: ``label`` (of the fault), ``rpm``, ``radial_kn``, ``axial_kn``,
-    ``rate_khz``, ``end`` (motor end with the faulty bearing), ``record`` (number), ``hp`` (motor load). The file must
-    have a variable for each regular expression in `variables`, `vectors` arrays, and as a text table one of the numbers
-    of columns in `columns`, if these are stated. The variables `label_variable` and `nominal_rpm_variable`, if the file
-    has them, replace the label and the speed in its name.
+    ``rate_khz``, ``end`` (motor end with the faulty bearing), ``record`` (number), ``hp`` (motor load). Each regular
+    expression of `variables` must match the name of a variable. `columns` are possible numbers of columns of a text
+    table; `vectors` is the number of arrays. The values of the variables `label_variable` and `nominal_rpm_variable`,
+    if the file has them, replace the label and the speed in its name.
     """
 
     file: str | None = None

@@ -77,7 +77,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
 
 
 def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
-    """Number of the record to read (empty if no variable's name contains one), and of other records in the file."""
+    """Number of the record to read (empty if no variable's name contains one), numbers of other records in the file."""
     rules = description.channels if description.records else ()
     found = (re.fullmatch(rule.variable, name) for rule in rules for name in raw.variables)
     numbers = sorted({match["record"] for match in found if match})

@@ -70,7 +70,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
-    """Add MATLAB objects' contents to `variables`; return notes on unread objects; `DataError` if none is a signal."""
+    """Add MATLAB objects to `variables`, return notes on unread objects; `DataError` if no signal is found."""
     why = ""
     try:
         from matio import load_from_mat
