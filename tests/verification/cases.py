@@ -1,7 +1,6 @@
 """States at which the equations of motion are checked: near rolling, with everything moving."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -65,8 +64,7 @@ def subject(*changes: dict[str, Any]) -> tuple[Parameters, World]:
     return parameters(scene), World(scene)
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """A model at a state, its rates, and the same in world axes."""
 
     model: Parameters

@@ -61,8 +61,8 @@ class Friction:
 class Contacts:
     """Both contacts of all rollers: loads per length and where they act, [2 races, rollers, places].
 
-    `force_n`: each place's share; `s_m`, `x_m` in the roller's own meridian; `normal_s`, `normal_x` off the roller, in
-    its slot's.
+    `force_n`: each place's share; `s_m`, `x_m`: the place in the roller's meridian; `normal_s`, `normal_x`: the normal
+    there, off the roller.
     """
 
     force_n: FloatArray

@@ -85,19 +85,19 @@ def leapfrog(before: float, weights: tuple[float, ...], gamma: float, share: flo
     def step(
         model: Parameters, world: World, y: FloatArray, t: float, h: float, ahead: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        half, mid = layout_of(y).half, flown(y, before * h)
+        half, at, mid = layout_of(y).half, t + before * h, flown(y, before * h)
         damaged = any(d.kind is Fault.ROLLER for d in world.scene.defects)
         mid = rolled(world, mid, h / 2) if damaged else mid
         mid[half:] += ahead
         mid = mid if damaged else rolled(world, mid, h)  # nothing asks where they stand
-        start = rates(model, t + before * h, mid).rate[half:]
-        damping, jacobian, s = implicit_part(world, t + before * h, mid, gamma * h)
+        start = rates(model, at, mid).rate[half:]
+        damping, jacobian, s = implicit_part(world, at, mid, gamma * h)
         k1 = s @ (start - jacobian @ ahead)
         k2 = s @ (start + jacobian @ (h * k1 - ahead) - 2 * k1)
         change = h * sum(b * k for b, k in zip(weights, (k1, k2), strict=False))
         # where the linear force is that which the change takes: M change / h = F - D x
         beyond = np.linalg.solve(jacobian, change / h - start)
-        powers = powers_of(model, world, t + before * h, mid, beyond, damping)
+        powers = powers_of(model, world, at, mid, beyond, damping)
         mid[half:] += change - ahead
         ahead[:] = share * change
         return flown(rolled(world, mid, h / 2) if damaged else mid, (1 - before) * h), powers

@@ -36,11 +36,8 @@ def contact_places(p: float, slide: float) -> list[tuple[float, float, float]]:
     """Circle radius, and place of the contact along the slot and along the roller from its centre; outer, inner [m]."""
     g = geometry()
     c, s = math.cos(g.tilt_rad), math.sin(g.tilt_rad)
-    places = []
-    for race in ("outer", "inner"):
-        radius, height, *_ = circle_profile(g, race, p)
-        places.append((radius, radius * c + height * s - g.pitch_radius_m / c - slide, height * c - radius * s))
-    return places
+    circles = [circle_profile(g, race, p)[:2] for race in ("outer", "inner")]
+    return [(r, r * c + height * s - g.pitch_radius_m / c - slide, height * c - r * s) for r, height in circles]
 
 
 def resting_slide(p: float, roller_radius: float) -> float:

@@ -228,7 +228,7 @@ class Passage:
     """All rollers at rest between races; the first one stands before an opening, or the opening before a race."""
 
     def __init__(self, kind: str, shape: str) -> None:
-        self.kind, self.model = kind, damaged(kind.split()[0], shape)
+        self.model = damaged(kind.split()[0], shape)
         self.y = rolling_state(self.model)
         self.where = layout_of(self.y)
         self.y[self.where.half :] = 0.0
@@ -252,9 +252,7 @@ class Passage:
         if self.of_roller:
             moment = self.model.roller_axial * found.rate[where.spin][0]
         else:
-            xx, yy, zz, xy, xz, yz = t[col.INERTIA]
-            inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            moment = (inertia @ found.rate[where.cage_rate])[2]
+            moment = t[[col.INERTIA_XZ, col.INERTIA_YZ, col.INERTIA_ZZ]] @ found.rate[where.cage_rate]
         along_slot = self.model.roller_mass * found.rate[where.slide_rate].sum()
         return t[col.CONTACT_ENERGY], moment * self.per_m, along_slot
 

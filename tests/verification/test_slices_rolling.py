@@ -119,12 +119,11 @@ def bearing_under_load(osculation: float) -> list[tuple[Contacts, FloatArray]]:
     profiles = {"line_contact": {"outer_osculation": osculation, "inner_osculation": osculation}}
     model, world = subject(RIG, profiles)
     orbit = model.centre_distance * (ROLLING_RATIO * world.scene.shaft_speed_rad_s * model.tilt_cosine) ** 2
-    found = []
+    bearing, found = replace(SlicedBearing.like(model, world.scene), swing_n=model.roller_mass * orbit), []
     for turn in CAGE_TURNS:
-        angle_rad, swing_n = model.slot_angle + turn, model.roller_mass * orbit
-        bearing = replace(SlicedBearing.like(model, world.scene), angle_rad=angle_rad, swing_n=swing_n)
-        ring, slide = bearing.balance(world.external_load(0.0))
-        found.append((bearing.contacts(slide, ring), slide))
+        turned = replace(bearing, angle_rad=bearing.angle_rad + turn)
+        ring, slide = turned.balance(world.external_load(0.0))
+        found.append((turned.contacts(slide, ring), slide))
     return found
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from srbval import load_bearing, load_scene
-from srbval.models.hierarchy import level_of
 from srbval.models.planar.ring import make_ring
+from tests.verification.harness import parameters
 
 TABLE_4, NOTHING = (5e9, 5e5), (0.0, 0.0)  # N/m, Ns/m
 PATH: dict[str, Any] = {"load": {"path": "bearing"}}
@@ -32,7 +32,7 @@ def test_what_holds_the_ring(name):
     """In every model what is described, and no more; the equations of motion have nothing else that holds it."""
     base, changes, described = DESCRIBED[name]
     scene, bearing = load_scene(base, changes), load_bearing("skf-22240")
-    model = level_of(scene.model).make_parameters(scene, bearing.geometry)
+    model = parameters(scene)
     assert (model.housing_stiffness, model.housing_damping) == described
-    kernel = make_ring(load_scene(base, changes), bearing).kernel
+    kernel = make_ring(scene, bearing).kernel
     assert (kernel.stiffness, kernel.damping) == described

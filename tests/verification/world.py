@@ -5,7 +5,7 @@ no slot frames, no mass matrix: inertia is checked through momenta, whose rates 
 quotients. Shared with the model: the scene, the geometry table, the layout of the state.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,7 @@ ANGLE_RAD = 1e-6
 NEAR_M = 0.04  # no point further than this from a roller's centre can touch it: sqrt(20^2 + 15^2) mm = 25 mm
 
 
-@dataclass(frozen=True)
-class Bodies:
+class Bodies(NamedTuple):
     """Masses [kg], moments of inertia [kg m2]; the cage is a thin ring at the pitch radius."""
 
     roller: float
@@ -34,8 +33,7 @@ class Bodies:
     cage_axial: float
 
 
-@dataclass(frozen=True)
-class Contacts:
+class Contacts(NamedTuple):
     """What the contacts do: on rollers (about their centres), on the rings, losses, energy, normal forces."""
 
     force: FloatArray
@@ -49,8 +47,7 @@ class Contacts:
     touching: int
 
 
-@dataclass(frozen=True)
-class Touching:
+class Touching(NamedTuple):
     """Points of one race inside rollers, n of them: which, where, how they move past the roller, what they do.
 
     `arm` from the roller's centre, `normal` off the roller, `slide` along its surface: [n, 3]. Normal force `press` and
@@ -290,8 +287,7 @@ def circle_profile(g: SphericalRollerGeometry, race: str, p: float) -> tuple[flo
     return g.inner_centre_radial_m - g.raceway_radius_m * c, g.inner_centre_axial_m - g.raceway_radius_m * s, c, s
 
 
-@dataclass(frozen=True)
-class Cloud:
+class Cloud(NamedTuple):
     """Points of one raceway in its ring's frame: position and normal [n, 3], share of K_c and C_c, circle 0 to 2."""
 
     position: FloatArray
@@ -310,7 +306,7 @@ def _cloud(scene: Scene, g: SphericalRollerGeometry, race: str) -> Cloud:
             position = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
             normal = np.stack([out * np.cos(angle), out * np.sin(angle), np.full(len(angle), side * up)], axis=1)
             clouds.append(Cloud(position, normal, share, np.full(len(angle), circle - 1)))
-    return Cloud(*(np.concatenate([getattr(c, name) for c in clouds]) for name in Cloud.__annotations__))
+    return Cloud(*map(np.concatenate, zip(*clouds, strict=True)))
 
 
 def _circle(scene: Scene, race: str, row: int, circle: int, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
