@@ -153,7 +153,10 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
-    """Read `quantities` of an analysed signal, by name; `order`, if given, replaces the fault line's measured order."""
+    """Read `quantities` of an analysed signal, by name, for the line of `fault`.
+
+    If `order` (line frequency over shaft speed) is given, it replaces the order that was read from the signal.
+    """
     found = {}
     for row in (row for row in quantities if fault in row.faults):
         read = row.read(analysis, fault)

@@ -70,13 +70,11 @@ def run_cases(
     """Simulate all cases in parallel and return the runs by case id; raises `NumericsError` if a run fails."""
     by_id = {case.id: case for case in cases}
     scenes = {name: case.scene for name, case in by_id.items()}
-    return side_by_side(
-        scenes,
-        lambda name, own: run_simulation_case(by_id[name], progress=own),
-        task="Simulate",
-        jobs=jobs,
-        progress=progress,
-    )
+
+    def run(name: str, report: Progress) -> Run:
+        return run_simulation_case(by_id[name], progress=report)
+
+    return side_by_side(scenes, run, task="Simulate", jobs=jobs, progress=progress)
 
 
 def with_points(scene: Scene, points: int) -> Scene:

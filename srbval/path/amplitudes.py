@@ -29,7 +29,7 @@ TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise 
 
 
 def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
-    """Third octaves (base ten) with their exact centre frequency in a band: edges [Hz] by centre frequency [Hz]."""
+    """Edges [Hz], by exact centre frequency [Hz], of the third octaves (base ten) with the centre in a band."""
     first, last = (10 * math.log10(one) for one in band_hz)
     middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
     return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
@@ -72,7 +72,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Level in each band [dB re 1 m/s2] of a record's power, less the power of the `healthy` record if it is given."""
+    """Level [dB re 1 m/s2] in each band of the record's power minus, if given, the power of the `healthy` record."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():
@@ -84,7 +84,7 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitu
 
 
 def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
-    """Level in each third octave [dB re 1 m/s2] of the sum of the powers of `recording` and, if given, `added`."""
+    """Level [dB re 1 m/s2] in each third octave of the power of `recording` plus, if given, the power of `added`."""
     found = {}
     powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
     for name, (low, high) in LEVEL_BANDS.items():
@@ -110,7 +110,10 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 def pattern(
     recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands of a fault line over its first harmonic [dB], modulation depth [%], and kurtosis."""
+    """Harmonics and sidebands of a fault line relative to its first harmonic [dB], modulation depth [%], and kurtosis.
+
+    Lines and depth are read in the squared envelope of a band; `line_order` is the line's frequency over shaft speed.
+    """
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz

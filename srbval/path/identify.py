@@ -83,7 +83,7 @@ def identify(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> Identified:
-    """Identify the path behind which the run of `pair` has the power of the record of `pair` in all third octaves.
+    """Identify the sensor path with which the simulated run of `pair` has the power of its record in each third octave.
 
     "Power" is the power that repeats with the fault, minus the power of a `healthy` record at the same shaft order. The
     ratio of gains across and along the load is fitted to the sidebands of `cross`, or of `pair` if its fault is on the

@@ -72,12 +72,11 @@ def make_plan(
 ) -> Plan:
     """Choose the cheapest model that answers `question` on `scene` with an error within `tolerance_pct` [%].
 
-    `scene` may be a name or file. Errors of all models, against a reference model at a finer step, were measured on
-    random scenes. A model is accurate enough if its largest error on scenes with the same defect and rule for the
-    roller diameter is within the tolerance (see `measured.Bound`). If no model is, or if the measured errors do not
-    apply to the scene, `met` is False, and the reference model is chosen if it can run the scene. `measured` replaces
-    the stored errors. Raises `ConfigurationError` for a tolerance that is not positive, a question that does not apply
-    to the defect, or a scene that no model can run.
+    `scene` may be a name or file. A model is accurate enough if its error bound (see `MeasuredErrors.bound`) is within
+    the tolerance. If no model is, or if the measured errors do not apply to the scene, `met` is False, and the
+    reference model is chosen if it can run the scene. `measured` replaces the stored errors. Raises
+    `ConfigurationError` for a tolerance that is not positive, a question that does not apply to the defect, or a scene
+    that no model can run.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     if question not in list(Question):

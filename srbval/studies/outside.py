@@ -148,7 +148,7 @@ def stability(
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
-    """Draw the chart of study `name` from `content`; limits of bundled solvers are shown beside a model's limits."""
+    """Draw the chart of study `name` from `content`: a model's largest stable steps beside those of bundled solvers."""
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])

@@ -1,6 +1,5 @@
-"""Comparison of a pair: for each quantity the error, its uncertainty and a verdict.
+"""Comparison of a pair: for each quantity the error, its uncertainty and a verdict (see `comparison.comparison`).
 
-Error E is simulated minus measured. Uncertainty U is the root of the sum of squares of its parts (ASME V&V 20, 2009).
 An external model has an uncertainty only if repeated files are given (Student's t of their mean) or the case states it;
 otherwise the verdict is ``insufficient data``. The reading error of a simulated line alone is not enough. Lines and
 cage ratio are compared in orders of the shaft, each side by its own speed.

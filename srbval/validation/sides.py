@@ -54,16 +54,13 @@ class SideReading:
 
 def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]:
     """Load the recordings of a side; `ConfigurationError` if a measured file states that it is simulated."""
-    found, held = [], [one for one in source.file or () if isinstance(one, Recording)]
-    files: list[Any] = [*held, *files_of_source(source, folder, side)]
-    for path in files:
+    measured = side == "measured"
+    given: list[Any] = [one for one in source.file or () if isinstance(one, Recording)]
+    found = given if measured else [dataclasses.replace(one, origin=Origin.SIMULATED) for one in given]
+    settings = source.settings if measured else dataclasses.replace(source.settings, origin=Origin.SIMULATED)
+    for path in files_of_source(source, folder, side):
         try:
-            if isinstance(path, Recording):
-                recording = path if side == "measured" else dataclasses.replace(path, origin=Origin.SIMULATED)
-            elif side == "measured":
-                recording = load_registered(path, source.settings)
-            else:
-                recording = load_recording(path, dataclasses.replace(source.settings, origin=Origin.SIMULATED))
+            found.append(load_registered(path, settings) if measured else load_recording(path, settings))
         except DataError as error:
             if not error.questions:
                 raise
@@ -72,12 +69,12 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
                 f"{side} side, {error.subject}: this is missing: {asked}. Put the key into [{side}] of the case, or "
                 f"state it for one command, such as `srbval validate CASE.toml --set {side}.channel=NAME`."
             ) from None
-        if side == "measured" and recording.origin is not Origin.MEASURED:
+    for recording in found if measured else ():
+        if recording.origin is not Origin.MEASURED:
             raise ConfigurationError(
                 f"{recording.file or recording.name}: states that it is {recording.origin}, but is given as measured. "
                 "Give it with --simulated, or name a measured file."
             )
-        found.append(recording)
     return tuple(found)
 
 

@@ -9,11 +9,11 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import pandas as pd
 
-from srbval.bearing import Bearing, Fault
+from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.bridges import NotebookObject, load_public
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
@@ -30,8 +30,6 @@ from srbval.validation.sides import SideReading, load_files, read_files, registe
 
 SIDES = ("simulated", "measured")
 MAX_SUM_SPEED_DIFFERENCE = 0.01  # relative difference of speeds up to which two race lines are added
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -167,18 +165,13 @@ def validate(
     stored = newest_result("inputs")
     effects = effects_of(stored.content) if stored is not None else {}
 
-    def try_pair(numbered_pair: tuple[int, CasePair]) -> PairReading | SrbvalError:
-        try:
-            return _read_and_compare(*numbered_pair, case, effects, progress)
-        except SrbvalError as error:
-            return error
-
     progress("compare the pairs", 0.0)
     rows, pairs, failed = list[Row](), list[Row](), dict[int, SrbvalError]()
-    tried = _in_order(try_pair, enumerate(case.pair, start=1), jobs or usable_cores())
-    for number, one in enumerate(tried, start=1):
-        if isinstance(one, SrbvalError):
-            failed[number] = one
+    for number, future in enumerate(_start_pairs(case, effects, jobs or usable_cores(), progress), start=1):
+        try:
+            one = wait_for_result(future)
+        except SrbvalError as error:
+            failed[number] = error
         else:
             rows += one.rows
             pairs.append(pair_row(one))
@@ -196,16 +189,17 @@ def validate(
     )
 
 
-def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: int) -> Iterator[Result]:
-    """Apply `function` to `items` in parallel and yield the results in order; at most `jobs` items are in memory."""
-    waiting = deque[Future[Result]]()
+def _start_pairs(
+    case: ValidationCase, effects: Effects, jobs: int, progress: Progress
+) -> Iterator[Future[PairReading]]:
+    """Read and compare `jobs` pairs at a time, and yield their future results in order; the caller waits for each."""
+    waiting = deque[Future[PairReading]]()
     with ThreadPoolExecutor(jobs) as pool:
-        for item in items:
-            waiting.append(pool.submit(function, item))
+        for number, pair in enumerate(case.pair, start=1):
+            waiting.append(pool.submit(_read_and_compare, number, pair, case, effects, progress))
             if len(waiting) >= jobs:
-                yield wait_for_result(waiting.popleft())
-        while waiting:
-            yield wait_for_result(waiting.popleft())
+                yield waiting.popleft()
+        yield from waiting
 
 
 def _read_and_compare(
@@ -267,13 +261,13 @@ def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]
     """Check on each side that the BPFO and BPFI orders of two pairs at one speed add to the number of rollers."""
     lines = [row for row in rows if row["kind"] == RACE_LINE.kind]
     for place, (side, name) in enumerate(zip(SIDES, ("model", "rig"), strict=True)):
-        of = {fault: [row for row in lines if row["state"] == fault and row[f"{name}_present"]] for fault in Fault}
-        for outer in of[Fault.OUTER]:
+        # A line computed from the cage speed has no reading error; it is no test of the shaft speed.
+        read = [row for row in lines if row[f"{name}_present"] and row[f"{name}_ci95"]]
+        outers, inners = ([row for row in read if row["state"] == fault] for fault in RACE_DEFECTS)
+        for outer in outers:
             shaft_hz = outer["speeds_hz"][place]
-            inner = min(of[Fault.INNER], key=lambda row: abs(row["speeds_hz"][place] - shaft_hz), default=None)
-            if inner is None or not (outer[f"{name}_ci95"] and inner[f"{name}_ci95"]):
-                continue  # a line computed from the cage speed is no test of the shaft speed
-            if abs(inner["speeds_hz"][place] / shaft_hz - 1) > MAX_SUM_SPEED_DIFFERENCE:
+            inner = min(inners, key=lambda row: abs(row["speeds_hz"][place] - shaft_hz), default=None)
+            if inner is None or abs(inner["speeds_hz"][place] / shaft_hz - 1) > MAX_SUM_SPEED_DIFFERENCE:
                 continue
             orders, ci95 = (outer[name], inner[name]), math.hypot(outer[f"{name}_ci95"], inner[f"{name}_ci95"])
             source = f"{side}, {60 * shaft_hz:.5g} rpm"

@@ -1,8 +1,7 @@
-"""Errors of every model on random scenes near a bundled scene, against the reference model.
+"""Errors of every model on random scenes near a bundled scene, against the reference model; theory: "Choosing a model".
 
-A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect.
-For one model, question, roller fit (rollers with play, or of the printed diameter) and defect, the errors on n random
-scenes bound the error on a further random scene: it is the largest of all n + 1 with a probability of 1 / (n + 1).
+A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect and
+one roller fit: rollers with play, or of the printed diameter.
 """
 
 import math
