@@ -44,7 +44,7 @@ def __getattr__(name: str) -> object:
 
 
 class _Package(type(sys)):  # type: ignore[misc]  # class of modules
-    """Class of the module `srbval`, in which the functions `plan` and `report` hide the sub-packages of that name."""
+    """Class of the module `srbval`: an import of the sub-package `plan` or `report` must not replace the function."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name not in ("plan", "report"):

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from srbval.errors import SrbvalError
+from srbval.storage.installation import import_library
 
 
 @functools.cache
@@ -37,13 +38,7 @@ def load_public(name: str) -> Any:
 
 def require_xarray() -> Any:
     """Import xarray and return it; if it is missing, raise an error that contains the install command."""
-    from srbval.storage.installation import MissingLibraryError
-
-    try:
-        import xarray
-    except ImportError:
-        raise MissingLibraryError("a data set of xarray", "xarray", "h5netcdf") from None
-    return xarray
+    return import_library("xarray", "a data set of xarray", "xarray", "h5netcdf")
 
 
 class NotebookObject:

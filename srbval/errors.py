@@ -22,8 +22,8 @@ class OpenQuestion(NamedTuple):
 class SrbvalError(Exception):
     """Base class of all expected failures; the command line prints the message and returns `exit_code`.
 
-    The message may quote a file, so control characters are escaped and its length is limited. If a file or recording,
-    the `subject`, does not state something necessary, `questions` lists everything that is missing.
+    The message may quote a file, so control characters are escaped and its length is limited. If a file or recording
+    lacks necessary information, `subject` is its name and `questions` lists everything that is missing.
     """
 
     exit_code = 1
@@ -47,13 +47,13 @@ class ConfigurationError(SrbvalError):
 
 
 class UnknownNameError(ConfigurationError):
-    """Error for an unknown key, unit or other word; `known` is empty if the message lists all known words."""
+    """Error for an unknown word; `known` contains all accepted words, unless the message lists them already."""
 
     known: Collection[str] = ()
 
     @classmethod
     def of(cls, text: str, name: str, known: Collection[str]) -> "UnknownNameError":
-        """Create the error with the message `text` and the known word closest to `name`, or else all known words."""
+        """Create the error; the message is `text` and the known word closest to `name`, or else all known words."""
         close = closest_word(name, known)
         error = cls(f"{text}{did_you_mean(name, known)}{'' if close else '.'}")
         error.known = known if close else ()

@@ -209,24 +209,15 @@ def test_limits_only_fall():
         assert above == [], f"above the limits of {revision}"
 
 
-def importers() -> dict[str, set[str]]:
-    """For each module the modules that import it."""
-    found: dict[str, set[str]] = {name: set() for name in MODULES}
-    for path, tree in sources().items():
-        for name in set(imported(tree)) - {module_name(path)}:
-            found[name].add(module_name(path))
-    return found
-
-
 def test_no_small_file_has_a_single_importer():
     """A file of a few lines that one other file imports is a part of that file."""
-    of = importers()
+    importers = Counter(name for path, tree in sources().items() for name in set(imported(tree)) - {module_name(path)})
     small = [
         str(path.relative_to(PACKAGE))
         for path in FILES
         if path.name != "__init__.py"
         and not path.stem.endswith("_kernel")
-        and len(of[module_name(path)]) == 1
+        and importers[module_name(path)] == 1
         and lines_of([path]) < LEAST_OF_ITS_OWN
         and path.stem not in STUDY_FILES
     ]
@@ -236,14 +227,19 @@ def test_no_small_file_has_a_single_importer():
 STUDY_FILES = ("study", "page", "figure")  # every study has the same few
 
 
+def functions() -> Iterator[tuple[str, ast.FunctionDef]]:
+    """Functions that are no kernels, with their files and names."""
+    for path, tree in sources().items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef) and not path.stem.endswith("_kernel"):
+                yield f"{path.relative_to(PACKAGE)}: {node.name}", node
+
+
 def test_functions_do_not_take_too_many_arguments():
     many = [
-        f"{path.relative_to(PACKAGE)}: {node.name}"
-        for path, tree in sources().items()
-        if not path.stem.endswith("_kernel")
-        for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef)
-        and node.name not in srbval.__all__
+        name
+        for name, node in functions()
+        if node.name not in srbval.__all__
         and len([*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]) > MOST_ARGUMENTS
     ]
     assert len(many) <= limits(LIMITS.read_text(encoding="utf-8"))["functions_with_many_arguments"], many
@@ -269,13 +265,9 @@ def test_nothing_below_the_report_draws():
 
 
 def test_no_function_is_too_long():
-    for path, tree in sources().items():
-        if path.stem.endswith("_kernel"):
-            continue
-        for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef):
-                length = (node.end_lineno or 0) - node.lineno + 1
-                assert length <= LONGEST_FUNCTION, f"{path.relative_to(PACKAGE)}: {node.name}: {length} lines"
+    for name, node in functions():
+        length = (node.end_lineno or 0) - node.lineno + 1
+        assert length <= LONGEST_FUNCTION, f"{name}: {length} lines"
 
 
 def test_the_report_computes_nothing():

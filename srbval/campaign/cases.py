@@ -33,7 +33,7 @@ class CampaignCase:
 
     `key` names the result file; `point` contains the changes of the base scene by dotted key, such as ``defect.kind``.
     `expected_s` is the wall time [s] that follows from stored timings of the model, None if there are none; `planned_s`
-    is the same or, without timings, a rough guess. `refused` is the reason if the changed scene is not valid.
+    is the same time, or a rough guess if there are no timings. `refused` is the reason if the scene is not valid.
     """
 
     index: int
@@ -52,7 +52,7 @@ def plan_cases(campaign: Campaign) -> list[CampaignCase]:
 
 
 def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """Build the base scene with the changes `point`, by dotted key; a model ``auto`` stays, as none is chosen here."""
+    """Build the scene of a case: the campaign's base scene with the changes `point`; its model may be ``auto``."""
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
         table = merge(table, nest_value(key, value))
@@ -63,7 +63,7 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Count all cases; sum the expected time [s on one core] and disk space of valid cases, equal ones only once."""
+    """Count the cases; sum expected time [s on one core] and disk space of the valid ones, each result file once."""
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),
@@ -88,7 +88,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
     except SrbvalError as error:
         key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
         return CampaignCase(index=index, key=key, point=point, refused=str(error))
-    planned_s, expected_s = cost_of(scene)
+    planned_s, expected_s = estimate_wall_times(scene)
     return CampaignCase(
         index=index,
         key=content_key(f"{' '.join(sorted(campaign.outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY),
@@ -101,8 +101,8 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
     )
 
 
-def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Planned and expected wall time [s] of a scene; without stored timings of its model, a rough guess and None."""
+def estimate_wall_times(scene: Scene) -> tuple[float, float | None]:
+    """Planned and expected wall time [s]; without stored timings of the model, a rough guess and None."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     with contextlib.suppress(DataError):  # no measured times are stored

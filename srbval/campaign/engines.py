@@ -2,7 +2,6 @@
 
 import contextlib
 import functools
-import importlib
 import itertools
 import logging
 import os
@@ -13,12 +12,12 @@ from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from srbval.campaign.results import CaseResult, CaseTask
-from srbval.campaign.worker import case_process, run_isolated, this_thread, write_crash
+from srbval.campaign.results import CRASHED, CaseResult, CaseTask
+from srbval.campaign.worker import case_process, run_isolated, this_thread, write_failure
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import without_ctrl_c
-from srbval.storage.installation import MissingLibraryError
+from srbval.storage.installation import import_library
 
 LOCAL, DASK = "local", "dask"
 LOCAL_CLUSTER = "distributed.LocalCluster"
@@ -62,7 +61,8 @@ def run_tasks(
         try:
             result = future.result(timeout=WORKER_CHECK_S)
         except lost:
-            result = write_crash(running[future], "worker was lost each time it was tried")
+            reason = "its worker was lost each time it was tried; the other cases were run"
+            result = write_failure(running[future], CRASHED, reason)
         except TimeoutError:  # Dask lost the worker before the result arrived, and repeats the case
             ended.put(future)
             check()
@@ -73,14 +73,14 @@ def run_tasks(
 
 @dataclass(frozen=True)
 class Engine:
-    """Engine of a campaign: ``run(tasks)`` yields each result when its case ends; closing this generator stops all."""
+    """Engine of a campaign: ``run(tasks)`` yields the result of each case; closing this generator ends these cases."""
 
     name: str
     run: Callable[[Iterable[CaseTask]], Generator[CaseResult]]
 
 
 def run_in_processes(jobs: int, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-    """Run cases in `jobs` processes of this machine, and yield their results; closing the generator ends them all."""
+    """Run cases in `jobs` processes of this machine and yield the results; closing the generator ends the processes."""
     processes = [case_process() for _ in range(jobs)]
     free = list(processes)
 
@@ -98,18 +98,27 @@ def run_in_processes(jobs: int, tasks: Iterable[CaseTask]) -> Generator[CaseResu
             process.close()
 
 
-def run_on_dask(cluster: Any, name: str, wait_s: float, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
+def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
     """Run cases on a Dask cluster, one at a time in each thread of a worker, and yield their results.
 
     `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object, or a function
-    that returns a context manager of a cluster. If there is no worker for `wait_s` [s], `DataError` is raised with the
-    `name` of the cluster. If the workers declare a resource ``memory`` [bytes], a worker runs as many cases at a time
+    that returns a context manager of a cluster. If the cluster has no worker for `wait_s` [s], `DataError` is raised
+    with the `cluster_name`. If the workers declare a resource ``memory`` [bytes], a worker runs as many cases at a time
     as fit into it. Dask moves the cases of a lost worker to other workers.
     """
     from distributed import KilledWorker
 
-    with _dask_client(cluster, name) as client:
-        check = functools.partial(_wait_for_worker, client, name, wait_s)
+    def check() -> None:
+        try:
+            client.wait_for_workers(1, timeout=wait_s)
+        except TimeoutError:
+            raise DataError(
+                f"no worker of {cluster_name} for {wait_s:g} s. See the cluster's log: the queue may be full (wait "
+                "longer with --wait S), jobs may be refused or exceed their time limit, or workers may not reach the "
+                "scheduler."
+            ) from None
+
+    with _dask_client(cluster, cluster_name) as client:
         check()
         workers = client.scheduler_info(n_workers=-1)["workers"].values()
         stated = [worker["resources"].get(MEMORY, 0.0) for worker in workers]
@@ -123,7 +132,7 @@ def run_on_dask(cluster: Any, name: str, wait_s: float, tasks: Iterable[CaseTask
 
 
 @contextlib.contextmanager
-def _dask_client(cluster: Any, name: str) -> Iterator[Any]:
+def _dask_client(cluster: Any, cluster_name: str) -> Iterator[Any]:
     """Context with the Dask client; errors of the cluster become a `DataError`, and Dask's log is suppressed."""
     from distributed import Client
 
@@ -139,20 +148,9 @@ def _dask_client(cluster: Any, name: str) -> Iterator[Any]:
         if isinstance(first, SrbvalError):
             raise first from None
         why = "its scheduler has ended" if isinstance(first, CancelledError) else " ".join(str(first).split())
-        raise DataError(f"{name} failed ({type(first).__name__}: {why}).") from None
+        raise DataError(f"{cluster_name} failed ({type(first).__name__}: {why}).") from None
     finally:
         logging.disable(before)
-
-
-def _wait_for_worker(client: Any, name: str, wait_s: float) -> None:
-    """Wait until the cluster has a worker; raise `DataError` after `wait_s`."""
-    try:
-        client.wait_for_workers(1, timeout=wait_s)
-    except TimeoutError:
-        raise DataError(
-            f"no worker of {name} for {wait_s:g} s. See the cluster's log: the queue may be full (wait longer with "
-            "--wait S), jobs may be refused or exceed their time limit, or workers may not reach the scheduler."
-        ) from None
 
 
 @contextlib.contextmanager
@@ -162,7 +160,7 @@ def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt
     If the class submits batch jobs, each worker is a job with one core, which runs one case at a time; with the option
     `cores`, it has this number of cores and runs as many cases at a time. Queue, account and time limit come from the
     options or from Dask's configuration, ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With `adapt`,
-    Dask starts and ends workers as needed, at most `workers`. Dask's web dashboard is off unless options or
+    Dask starts and ends workers as needed, at most `workers`. Dask's web dashboard is off unless the options or the
     configuration contain its address.
     """
     import dask
@@ -247,11 +245,9 @@ def choose_engine(
 def _dask_class(path: str) -> type:
     """Import the Dask cluster class with the dotted name `path`; raises `ConfigurationError` if it is no such class."""
     module, _, name = path.rpartition(".")
-    try:
-        with without_ctrl_c():
-            found = getattr(importlib.import_module(module or "distributed"), name, None)
-    except ModuleNotFoundError:
-        raise MissingLibraryError(f"cluster class {path!r}", "dask[distributed]", "dask-jobqueue") from None
+    packages = ("dask[distributed]", "dask-jobqueue")
+    with without_ctrl_c():
+        found = getattr(import_library(module or "distributed", f"cluster class {path!r}", *packages), name, None)
     if not (isinstance(found, type) and hasattr(found, "scale")):
         raise ConfigurationError(f"{path!r} is not a class of Dask clusters, such as dask_jobqueue.SLURMCluster.")
     return found

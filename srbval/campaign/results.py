@@ -30,9 +30,10 @@ SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_sha
 class Output(enum.StrEnum):
     """Requested content of a result.
 
-    ``summary``: cage speed over shaft speed, BPFO, BPFI, the rollers' share of the radial load, and the energy
-    imbalance. ``statistics``: numbers such as RMS and kurtosis of the outer ring's acceleration. ``acceleration``:
-    acceleration signals of the outer ring and at the sensor. ``signals``: all signals of a run file.
+    ``summary``: cage speed over shaft speed, BPFO, BPFI, the share of the radial load that the rollers carry, and the
+    part of the losses for which the energy balance does not account. ``statistics``: numbers such as RMS and kurtosis
+    of the outer ring's acceleration. ``acceleration``: acceleration signals of the outer ring and at the sensor.
+    ``signals``: all signals of a run file.
     """
 
     SUMMARY = "summary"
@@ -52,7 +53,7 @@ def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
 
 
 def _statistics(run: Run) -> Quantities:
-    """Compute statistics of the outer ring's vertical motion, and a roller's deepest penetration into a raceway."""
+    """Compute statistics of the outer ring's vertical motion, and the deepest penetration of all rollers."""
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis
@@ -96,7 +97,7 @@ class CaseTask:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """Numbers of a case, and the `status` of its run or, without a run, ``refused``, ``crashed`` or ``timed-out``."""
+    """Result of a case; its status is that of its run or, if none ended, ``refused``, ``crashed`` or ``timed-out``."""
 
     key: str
     status: str
@@ -125,8 +126,7 @@ def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs
         if run is None or not SIGNAL_OUTPUTS.intersection(outputs):
             file.attrs["srbval_kind"] = "campaign-case"
         else:
-            one = Output.SIGNALS not in outputs
-            writer = RunWriter(file, run.scene, acceleration_only=one)
+            writer = RunWriter(file, run.scene, acceleration_only=Output.SIGNALS not in outputs)
             writer.append(run)
             # set to zero first: a deleted attribute leaves its bytes in the file
             writer.finish(replace(run, wall_s=0.0, compile_s=0.0))

@@ -26,7 +26,7 @@ from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, code_version, read_case_result, read_intact_result
 from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.models.run import RunStatus
+from srbval.models.run import USABLE, RunStatus, works
 from srbval.progress import Progress, silent
 from srbval.recordings.manifest import CAMPAIGN_JSON, RESULTS_FOLDER
 from srbval.storage.files import atomic_write, remove_unfinished
@@ -80,8 +80,7 @@ class CampaignTable:
         data: xarray.Dataset = require_xarray().Dataset(columns, coordinates, about)
         if not signals:
             return data
-        accepted = {key for key, r in results.items() if r.usable and r.status != RunStatus.INACCURATE}
-        return data.merge(_signals_of(self, accepted))
+        return data.merge(_signals_of(self, {key for key, result in results.items() if works(result.status)}))
 
 
 USE = (
@@ -174,7 +173,7 @@ def read_campaign_table(folder: Path) -> CampaignTable:
 
 
 def case_numbers(sources: Sequence[Any]) -> dict[str, float]:
-    """Number of each case by the path of its result file; empty unless `sources` is one folder of a campaign."""
+    """Index of each case by the path of its result file; empty unless the only source is the folder of a campaign."""
     folder = Path(sources[0]) if len(sources) == 1 and isinstance(sources[0], str | Path) else None
     if folder is None or not (folder / CAMPAIGN_JSON).is_file():
         return {}
@@ -197,15 +196,15 @@ def summarise_campaign(table: CampaignTable, results: Mapping[str, CaseResult]) 
 
     `failed` cases have no numbers; the numbers of `inaccurate` cases have time-step errors above the tolerances.
     """
-    found = [(case.index, results[case.key]) for case in table.cases if case.key in results]
-    listed = [({"case": i, "key": r.key, "status": r.status, "reason": r.reason}, r.usable) for i, r in found]
+    rows = [row for row in result_rows(table, results) if row["status"] != NO_RESULT]
+    entries = [{name: row[name] for name in ("case", "key", "status", "reason")} for row in rows]
     return {
         "name": table.campaign.name,
         "cases": len(table.cases),
-        "done": len(found),
-        "statuses": dict(Counter(result.status for _, result in found)),
-        "failed": [entry for entry, usable in listed if not usable],
-        "inaccurate": [entry for entry, _ in listed if entry["status"] == RunStatus.INACCURATE],
+        "done": len(entries),
+        "statuses": dict(Counter(entry["status"] for entry in entries)),
+        "failed": [entry for entry in entries if entry["status"] not in USABLE],
+        "inaccurate": [entry for entry in entries if entry["status"] == RunStatus.INACCURATE],
     }
 
 
@@ -385,13 +384,15 @@ def _run_missing(
 
 
 def _make_task(table: CampaignTable, case: CampaignCase) -> CaseTask:
-    scene = replace(scene_of_point(table.campaign, case.point), model=case.model)
+    campaign = table.campaign
+    scene = replace(scene_of_point(campaign, case.point), model=case.model)
+    limit_s = max(campaign.least_limit_s, campaign.limit_factor * case.planned_s) if campaign.limit_factor else None
     return CaseTask(
         key=case.key,
         version=table.version,
         scene=scene,
-        outputs=table.campaign.outputs,
+        outputs=campaign.outputs,
         path=result_path(table.folder, case.key),
-        limit_s=table.campaign.limit_s(case.planned_s),
+        limit_s=limit_s,
         memory_bytes=PROCESS_BYTES + SAMPLE_BYTES * scene.samples,
     )

@@ -65,10 +65,10 @@ class Axes(Limited):
         super().__post_init__()
         given = {n for n in ("values", "cases", "ranges", "samples") if getattr(self, n)}
         needed = NEEDS.get(self.kind, {"ranges", "samples"})
-        if given != needed:
-            wrong = sorted(needed - given) or sorted(given - needed)
-            verb = "needs" if needed - given else "does not use"
-            raise ConfigurationError(f"axes of kind {self.kind.value!r}: this kind {verb} {', '.join(wrong)}.")
+        if missing := sorted(needed - given):
+            raise ConfigurationError(f"axes of kind {self.kind.value!r}: this kind needs {', '.join(missing)}.")
+        if unused := sorted(given - needed):
+            raise ConfigurationError(f"axes of kind {self.kind.value!r}: this kind does not use {', '.join(unused)}.")
 
     def factors(self, seed: int) -> list[list[Point]]:
         """Lists of points (changes of inputs); a case takes one point from each list. `seed` is for random samples."""
@@ -135,10 +135,6 @@ class Campaign(Limited):
             )
         if not self.outputs:
             raise ConfigurationError(f"outputs is empty; choose from {', '.join(Output)}.")
-
-    def limit_s(self, expected_s: float) -> float | None:
-        """Limit of the wall time [s] of a case with the planned time `expected_s` [s]; None if there is no limit."""
-        return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
 
     def points(self) -> Iterator[Point]:
         """Yield the changed inputs of every case: combinations of `axes` (the first changes slowest), and repeats."""

@@ -9,7 +9,6 @@ import contextlib
 import platform
 import threading
 from dataclasses import replace
-from weakref import WeakKeyDictionary
 
 from srbval.campaign.results import (
     CRASHED,
@@ -36,15 +35,17 @@ ATTEMPTS = 3  # per case: the system may kill a process because another one need
 PREPARE_LIMIT_S = 1800.0  # limit for loading and compiling, which takes a minute or two
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 this_thread = threading.local()  # `process` of each thread that waits for cases
-_prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()  # compiled kernels by process
+_compiled = set[tuple[str, ...]]()  # models with the kernels that this process has compiled or loaded
 
 
 def prepare(scene: Scene) -> str:
     """Compile or load the kernels (inner loops) of a scene's model; returns the version of this process's code."""
-    if not level_of(scene.model).outside:
+    kernels = (scene.model, scene.solver.name, *kernels_of(scene))
+    if kernels not in _compiled and not level_of(scene.model).outside:
         shortest_s = max(COMPILE_RUN_S, 1 / scene.output_rate_hz)
         with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case itself reports the error
             simulate(replace(scene, duration_s=shortest_s, settle_s=0.0), step=Step.UNCHECKED)
+    _compiled.add(kernels)
     return code_version()
 
 
@@ -85,28 +86,24 @@ def case_process() -> WorkerProcess:
 def run_isolated(task: CaseTask) -> CaseResult:
     """Compile a model's inner loops and run a case in this thread's worker process, in at most `ATTEMPTS` attempts.
 
-    Raises `ConfigurationError` if the version of the process's code differs from the task's, `NumericsError` if
-    processes die or hang while they compile, and `DataError` if no process can be started, or the campaign folder does
-    not exist here or cannot be written.
+    Raises `ConfigurationError` if the process has another version of the code than the task requires, `NumericsError`
+    if processes die or hang while they compile, and `DataError` if no process can be started, or if the campaign folder
+    does not exist here or cannot be written.
     """
     here, folder = f"the Dask worker at {platform.node()}", task.path.parents[1]
     if not folder.is_dir():
         raise DataError(f"{here} cannot access {folder}; choose a folder that all machines share.")
     if not hasattr(this_thread, "process"):
         this_thread.process = case_process()
-    kind = (task.version, task.scene.model, task.scene.solver.name, *kernels_of(task.scene))
     for _ in range(ATTEMPTS):
         ready = False
         try:
-            prepared = _prepared.setdefault(this_thread.process.start(), set())
-            if kind not in prepared:
-                theirs = this_thread.process.call(task.scene, limit_s=PREPARE_LIMIT_S)
-                if theirs != task.version:
-                    raise ConfigurationError(
-                        f"{here} runs another version of the model ({theirs}, here {task.version}): results would not "
-                        "be comparable. Install the same srbval there."
-                    )
-                prepared.add(kind)
+            version = this_thread.process.call(task.scene, limit_s=PREPARE_LIMIT_S)
+            if version != task.version:
+                raise ConfigurationError(
+                    f"{here} runs another version of the model ({version}, here {task.version}): results would not be "
+                    "comparable. Install the same srbval there."
+                )
             ready = True
             result: CaseResult | DataError = this_thread.process.call(task, limit_s=task.limit_s)
         except DiedError as error:
@@ -125,18 +122,14 @@ def run_isolated(task: CaseTask) -> CaseResult:
         why = f"within {PREPARE_LIMIT_S:g} s" if over else f"but died {ATTEMPTS} times ({how})"
         raise NumericsError(f"a worker process did not compile the model's kernels {why}. See: srbval doctor")
     if not over:
-        return write_crash(task, f"process died {ATTEMPTS} times ({how})")
+        return write_failure(task, CRASHED, f"its process died {ATTEMPTS} times ({how}); the other cases were run")
     limit = f"its limit of {task.limit_s:.6g} s, so its process was ended; the other cases were run"
     options = "--limit-factor, --least-limit, or limit_factor and least_limit in the campaign file"
-    return _write_failure(task, TIMED_OUT, f"it took longer than {limit}. If it only needs more time: {options}")
+    return write_failure(task, TIMED_OUT, f"it took longer than {limit}. If it only needs more time: {options}")
 
 
-def write_crash(task: CaseTask, how: str) -> CaseResult:
-    """Write and return the result of a case whose process died at every attempt; `how`: text about its end."""
-    return _write_failure(task, CRASHED, f"its {how}; the other cases were run without it")
-
-
-def _write_failure(task: CaseTask, status: str, reason: str) -> CaseResult:
+def write_failure(task: CaseTask, status: str, reason: str) -> CaseResult:
+    """Write and return the result of a case that its process did not complete."""
     result = CaseResult(key=task.key, status=status, reason=reason)
     write_result(task.path, result)
     return result

@@ -23,8 +23,8 @@ INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # 
 class Parser(argparse.ArgumentParser):
     """Argument parser that raises `ConfigurationError` (exit code 2) instead of exiting.
 
-    The message suggests the closest known command, option or choice. If `takes_rest`, unknown arguments are not an
-    error: they are stored in `rest`, and the command parses them.
+    The message suggests the closest known command, option or choice. If `takes_rest` is true, unknown arguments are not
+    an error: they are stored in the attribute `rest` of the options, for a parser of the command itself.
     """
 
     def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
@@ -40,7 +40,7 @@ class Parser(argparse.ArgumentParser):
         raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse `args`; store unknown arguments in `rest` if the parser `takes_rest`, otherwise raise an error."""
+        """Parse `args`; store unknown arguments in `rest` if `takes_rest` is true, otherwise raise an error."""
         found, unknown = super().parse_known_args(args, namespace)
         if self.takes_rest:
             found.rest, unknown = unknown, []
@@ -51,19 +51,15 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def add_command(self, commands: Any, name: str, table: CommandTable, groups: CommandTable) -> None:
-        """Add the command `name` to `commands`; its `table` in ``commands.toml`` lists its options and sub-commands."""
+        """Add a command; its `table` in ``commands.toml`` lists options, groups of shared options, and sub-commands."""
         example = f"example: {table['example']}" if "example" in table else None
         about = {"help": table["help"], "description": table["help"], "epilog": example}
         added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print the result as one JSON document")
-        table_file: dict[str, Any] = {
-            "metavar": "OUT.csv|xlsx",
-            "type": "table",
-            "help": "also write the tables of the result to this file",
-        }
-        added.add_argument("--export", "--csv", default=default or None, **table_file)
+        export: dict[str, Any] = {"metavar": "OUT.csv|xlsx", "type": "table", "default": default or None}
+        added.add_argument("--export", "--csv", help="write the result to this file as one or more tables", **export)
         for group in (*table.get("groups", ()), ""):
             arguments = groups[group] if group else table.get("arguments", {})
             to = added.add_argument_group(group) if group else added
@@ -115,16 +111,14 @@ def _suggest(word: str, known: Sequence[str]) -> str:
 
 def _read_number(kind: type, low: float, high: float, text: str) -> float:
     """Convert an argument to a number of type `kind`, at least `low` and at most `high`."""
+    expected = "a whole number" if kind is int else "a finite number"
     try:
         number: float = kind(text)
     except ValueError:
-        point = "; decimals have a point" if "," in text else ""
-        what = "a whole number" if kind is int else "a number"
-        raise argparse.ArgumentTypeError(f"{text!r} is not {what}{point}") from None
+        hint = "; decimals have a point" if "," in text else ""
+        raise argparse.ArgumentTypeError(f"{text!r} is not {expected}{hint}") from None
     if not low <= number <= high:
-        what = "a whole number" if kind is int else "a finite number" if low < 0 else "positive"
-        more = f"{low:g} or more" if kind is int else f"at least {low:g}"
-        raise argparse.ArgumentTypeError(f"{text!r} must be {what}, {more} and at most {high:g}")
+        raise argparse.ArgumentTypeError(f"{text!r} must be {expected}, at least {low:g} and at most {high:g}")
     return number
 
 
@@ -142,7 +136,7 @@ MOST_DB = 200.0
 
 
 def _inline_bearing(kind: str, text: str) -> str:
-    """Check the argument of ``--elements`` or ``--orders`` (`kind`); return it as the name of a bearing."""
+    """Check the argument of ``--elements`` or ``--orders`` (`kind`); return a text that `load_bearing` accepts."""
     from srbval.bearing import load_bearing
 
     return load_bearing(f"{kind} {text.replace(' ', '')}").name

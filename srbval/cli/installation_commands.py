@@ -4,7 +4,6 @@ import argparse
 import json
 import os
 import platform
-import webbrowser
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
@@ -18,7 +17,7 @@ from srbval.processes.machine import usable_cores
 from srbval.progress import ProgressDisplay, stage
 from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
 from srbval.storage.content_store import LIMIT_BYTES
-from srbval.storage.installation import MissingLibraryError, package_folder, pip_command, shipped_folder
+from srbval.storage.installation import import_library, package_folder, pip_command, shipped_folder
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
@@ -119,41 +118,30 @@ def _version(name: str) -> str | None:
 
 
 def run_docs_command(options: argparse.Namespace) -> int:
-    """Build the documentation, print the path of its first page and, with ``--open``, open it in the browser."""
+    """Build the documentation and print the path of its first page."""
     with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
         page = build_docs(Path(options.output))
-    print_result(options, {"page": str(page)}, str(page))
-    if options.open:
-        webbrowser.open(page.resolve().as_uri())
-    return 0
+    return print_result(options, {"page": str(page)}, str(page))
 
 
 def build_docs(folder: str | Path) -> Path:
     """Build the documentation in `folder` and return its first page; raises an error without the library Sphinx."""
-    try:
-        import myst_parser  # noqa: F401
-        from sphinx.cmd.build import build_main
-    except ImportError:
-        place = package_folder() / "docs"
-        raise MissingLibraryError(f"building the documentation from {place}", "sphinx", "myst-parser", "furo") from None
+    needed = ("building the documentation", "sphinx", "myst-parser", "furo")
+    import_library("myst_parser", *needed)
+    sphinx = import_library("sphinx.cmd.build", *needed)
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError
         raise DataError(f"{folder}: cannot be written ({getattr(error, 'strerror', None) or error}).") from None
-    code = build_main(["-q", str(package_folder() / "docs"), str(folder)])
-    if code:
+    if code := sphinx.build_main(["-q", str(package_folder() / "docs"), str(folder)]):
         raise DataError(f"{folder}: Sphinx could not build the documentation (it ended with {code}; see above).")
     return folder / "index.html"
 
 
 def run_completion_command(options: argparse.Namespace) -> int:
     """Print the script that completes commands and options in a shell; the library shtab generates it."""
-    try:
-        import shtab
-    except ImportError:
-        raise MissingLibraryError("completion", "shtab") from None
-    whole = build_parser()
+    shtab, whole = import_library("shtab", "completion"), build_parser()
     for action in actions_of(whole):
         if action.choices is None and any(path in str(action.metavar) for path in PATHS):
             action.complete = shtab.FILE  # type: ignore[attr-defined]

@@ -31,7 +31,7 @@ BELONGS_TO = {  # option on the command line that discards the machine's value
 
 
 def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
-    """Declare a key of the machine file that sets the command-line option `name` [`unit`] within the `limits`."""
+    """Declare a key that sets the command-line option `name` [`unit`]; `dimension` and `limits` as in `quantity`."""
     of_quantity = {"dimension": dimension} if dimension else {}
     return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
 
@@ -67,7 +67,7 @@ class Sensor(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineRecords(Limited):
-    """Healthy record for comparison and its scale factor; for a trend, the number of healthy `records` at its start."""
+    """Healthy record for comparison and its scale factor; for a trend, number of first `records` that are healthy."""
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)

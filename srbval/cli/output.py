@@ -6,14 +6,13 @@ import shlex
 import sys
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError, SrbvalError
 from srbval.progress.tables import text_table
 from srbval.storage.files import atomic_write, check_suffix
-from srbval.storage.installation import MissingLibraryError
+from srbval.storage.installation import import_library
 from srbval.storage.json_files import json_text, to_json
 
 WIDTH = 99  # characters per line of text output
@@ -32,7 +31,7 @@ def print_result(
 ) -> int:
     """Print the result of a command and return the exit code `code`.
 
-    With ``--json`` the `document` (mapping or dataclass) is printed with the field `status`, by default as `code` says.
+    With ``--json`` the `document` (mapping or dataclass) is printed with the field `status` (default: see `STATUS`).
     Without it the text `show` is printed, or the function `show` prints the result. With ``--export`` the `tables`
     (lists of rows by name, by default all lists of mappings in the document) are written to a file.
     """
@@ -57,8 +56,8 @@ def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
 def export_file(text: str) -> str:
     """Check and return the file name of ``--export``: CSV, or Excel if the library openpyxl is installed."""
     check_suffix(Path(text), "CSV or Excel", (".csv", ".xlsx"))
-    if text.endswith(".xlsx") and find_spec("openpyxl") is None:
-        raise MissingLibraryError("an Excel file", "openpyxl")
+    if text.endswith(".xlsx"):
+        import_library("openpyxl", "an Excel file")
     return text
 
 

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +27,7 @@ from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import load_registered
 from srbval.storage.files import atomic_write, check_suffix
-from srbval.storage.installation import MissingLibraryError
+from srbval.storage.installation import import_library
 from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
@@ -83,8 +82,8 @@ def run_features_command(options: argparse.Namespace) -> int:
     path = Path(options.output)
     check_suffix(path, "CSV, Parquet or Feather", (".csv", ".parquet", ".feather"))
     kind = path.suffix.lower().removeprefix(".") or "csv"
-    if kind != "csv" and find_spec("pyarrow") is None:
-        raise MissingLibraryError(f"{path}, unlike a .csv file,", "pyarrow")
+    if kind != "csv":
+        import_library("pyarrow", f"a {path.suffix} file, unlike a .csv file,")
     with ProgressDisplay() as progress:
         table = records.record_features(
             options.files, request_from_options(options), jobs=options.jobs, progress=progress

@@ -77,9 +77,9 @@ def run_simulate_command(options: argparse.Namespace) -> int:
     output = Path(options.output) if options.output else None
     if output is not None:
         check_suffix(output, *HDF5)
+        if not output.parent.is_dir():
+            raise DataError(f"{output.parent}: no such folder for {output.name}. Create it or choose another -o.")
     scene, planned = _choose_model(scene_from_options(options), options)
-    if output is not None and not output.parent.is_dir():
-        raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     scene, step = _choose_step(scene, options)
     with ProgressDisplay() as progress:
         result = stored_summary(scene, output, step=step, progress=progress)
@@ -119,7 +119,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
 
 def _describe_load_share(run: RunSummary) -> str:
-    """Sentence on the share of radial load on the rollers, in the run and in static equilibrium; empty if unknown."""
+    """Sentence on the share of the radial load that the rollers carry, in the run and at rest; empty if unknown."""
     if math.isnan(run.roller_load_share):
         return ""
     rest = "the housing spring the rest" if run.scene.load.path is LoadPath.HOUSING else "no other part carries load"
@@ -150,10 +150,10 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
 
 
 def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
-    """Return the scene to run, and whether its step is to be chosen (`AUTO`) or only its error estimated (`CHECKED`).
+    """Return the scene to run, and whether to choose its time step (`AUTO`) or only estimate its error (`CHECKED`).
 
-    A step stated in the options or in a scene file is kept. Without one, the step is chosen, except for an explicit
-    solver: that uses the default step of this scene or of the scene `paper`, whichever is shorter.
+    A step that the options or a scene file state is kept. Otherwise the step is chosen, but an explicit solver uses the
+    scene's default step or, if it is shorter, the default step of the scene `paper`.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED

@@ -145,7 +145,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
 def _run_variant(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study shortened, for a user's model or for several sizes of input; store only to ``--output``."""
+    """Run ``bench`` or ``stability`` with --quick, --model or --scale; only --output stores such a result."""
     given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):

@@ -31,9 +31,9 @@ Result = TypeVar("Result")
 
 
 def wait_for_result(future: Future[Result]) -> Result:
-    """Wait for a future and return its result; a signal interrupts the wait within `SIGNAL_S` [s].
+    """Wait for a future and return its result; a signal such as Ctrl-C interrupts the wait within `SIGNAL_S` [s].
 
-    If `Future.result` itself waited, a signal just before the wait would have no effect until the result is there.
+    `Future.result` alone may ignore a signal until the result is there.
     """
     while not wait([future], SIGNAL_S).done:
         pass

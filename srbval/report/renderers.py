@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from srbval.report.blocks import Report
 from srbval.report.plain import as_plain
-from srbval.storage.installation import MissingLibraryError
+from srbval.storage.installation import import_library
 
 # Characters of a data URI that need an escape in a quoted attribute.
 _ESCAPED = re.compile(rb"[^\w !$'()*+,\-./:;=?@\[\]^{|}~]")
@@ -63,11 +63,7 @@ def _data_uri(folder: Path, name: str) -> Markup:
 
 def require_typst() -> Any:
     """Import typst, or raise an error with the command that installs it."""
-    try:
-        import typst
-    except ImportError:
-        raise MissingLibraryError("writing the report as PDF (omitted with --no-pdf)", "typst") from None
-    return typst
+    return import_library("typst", "writing the report as PDF (omitted with --no-pdf)")
 
 
 def render_pdf(report: Report, folder: Path) -> bytes:

@@ -114,7 +114,7 @@ class ContentStore:
         self.keep(content, write)
 
     def keep(self, content: str, write: Callable[[Path], None]) -> None:
-        """Let `write` create the file for `content` at the path it is given, or none if the folder is not writable."""
+        """Call `write` with the path at which it must create the file for `content`; errors of writing are ignored."""
         path = self.path(content)
         with contextlib.suppress(DataError, OSError):
             write(path)

@@ -1,11 +1,13 @@
 """Folder and revision of this package, data shipped with it, and the environment of child processes."""
 
+import importlib
 import os
 import shlex
 import subprocess
 import sys
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
 
@@ -36,11 +38,13 @@ def pip_command(*libraries: str) -> str:
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
-class MissingLibraryError(ConfigurationError):
-    """Error for a feature `what` whose libraries are not installed; the message contains the install command."""
-
-    def __init__(self, what: str, *libraries: str) -> None:
-        super().__init__(f"{what} needs {' and '.join(libraries)}. Install: {pip_command(*libraries)}")
+def import_library(module: str, feature: str, *libraries: str) -> Any:
+    """Import the `module` that a `feature` needs; `ConfigurationError` with an install command if it is missing."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        needed = libraries or (module,)
+        raise ConfigurationError(f"{feature} needs {' and '.join(needed)}. Install: {pip_command(*needed)}") from None
 
 
 def is_source_tree() -> bool:

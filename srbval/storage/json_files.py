@@ -102,8 +102,8 @@ def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
 def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
     """Move all files of folder `stage` to `folder`, and write the file `listing`: `content` and each file's SHA-256.
 
-    Files of the earlier listing in `folder` are removed if unchanged and not replaced. Without `content` there is no
-    listing.
+    Before, `folder` may contain a listing of an earlier call. The files in it are removed, except files that the user
+    has changed since. If `content` is None, no listing is written.
     """
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     if content is not None:

@@ -59,9 +59,9 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
 def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> set[Path]:
     """Find the source files of `modules` and of everything they import within `package`, directly or not.
 
-    Data files beside a module count if the module names them in quotes; if `lazy`, so do modules that are imported at
-    the first use of a name, such as "module:name". The ``__init__`` of the package itself does not count, because it
-    only exports names. Raises `ModuleNotFoundError` for a module that does not exist.
+    Data files beside a module count if the module names them in quotes. If `lazy` is true, a module that is imported at
+    the first use of a function counts, too; a text ``"module:function"`` names it. The ``__init__`` of the package
+    itself does not count, because it only exports names. Raises `ModuleNotFoundError` for a module that does not exist.
     """
     known = _modules(package)
     missing = [module for module in modules if module not in known]
@@ -93,17 +93,16 @@ def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
 
 
 def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
-    """Files that a source uses: its imports, its data files and, if `lazy`, modules imported at first use."""
-    imported, places, data = _names_in(source.read_text(encoding="utf-8"), source.suffix == ".py")
+    """Files that a source uses: its imports, its data files and, if `lazy` is true, modules imported at first use."""
+    imported, places, data = _names_in(source.read_text(encoding="utf-8"))
     files = [file for name in (imported | places if lazy else imported) for file in _run_by(name, known)]
     return files + [path for name in data if (path := source.with_name(name)).is_file()]
 
 
 @cache
-def _names_in(text: str, module: bool) -> tuple[frozenset[str], frozenset[str], list[str]]:
-    """Names of imports, of modules imported at first use, and of data files; only the second if not a `module`."""
-    imported, data = (_imported(text), DATA_FILE.findall(text)) if module else ((), [])
-    return frozenset(imported), frozenset(PLACE.findall(text)), data
+def _names_in(text: str) -> tuple[frozenset[str], frozenset[str], list[str]]:
+    """Names in a source: of imports, of modules imported at first use, and of data files."""
+    return frozenset(_imported(text)), frozenset(PLACE.findall(text)), DATA_FILE.findall(text)
 
 
 def _imported(text: str) -> Iterator[str]:
@@ -139,24 +138,24 @@ def _statements(source: Path, package: Path) -> list[bytes]:
     return found
 
 
-def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
-    """Append the content of a syntax tree to `words`, equal for every version of Python; a docstring adds nothing."""
+def _describe(node: ast.AST, package_prefix: str, words: list[str]) -> None:
+    """Append the content of a syntax tree, except docstrings, to `words`, equal for every version of Python."""
     if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
         return
     words.append(type(node).__name__)
     for name in node._fields:
         value: Any = getattr(node, name, None)
         if isinstance(value, ast.AST):
-            _describe(value, inner, words)
+            _describe(value, package_prefix, words)
         elif isinstance(value, list):
             for item in value:
                 if isinstance(item, ast.AST):
-                    _describe(item, inner, words)
+                    _describe(item, package_prefix, words)
                 else:
                     words.append(repr(item))
             if value:  # newer versions of Python have more, empty fields
                 words.append(f"end of {name}")
-        elif isinstance(value, str) and value.startswith(inner):  # a reference to a module, which may move
+        elif isinstance(value, str) and value.startswith(package_prefix):  # a reference to a module, which may move
             words.append(value.partition(":")[2])
         elif name in _NAME_FIELDS and isinstance(value, str) and value.startswith("_") and not value.startswith("__"):
             words.append("_")

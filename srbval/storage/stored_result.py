@@ -49,11 +49,11 @@ def tolerance(name: str, value: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckedQuantity:
-    """Number of the program's fingerprint: its current `value` and its accepted range, `low` to `high`.
+    """One number of the fingerprint, by which the program's behaviour is compared with a stored reference.
 
-    If the fingerprint contains a word in place of a number, `words` are the reference word and the current word, and
-    `value` is 1 if they are equal, otherwise 0. `low` and `high` are NaN if the reference lacks the number, `value` is
-    NaN if the number was not computed.
+    `value` is the number that the program computes now (NaN if none), `low` to `high` the accepted range (NaN if the
+    reference lacks the number). If the quantity is a word, such as a status, `words` are the reference word and the
+    present word, and `value` is 1 if they are equal, otherwise 0.
     """
 
     name: str

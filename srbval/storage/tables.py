@@ -43,11 +43,11 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
 
     `dimension` is a key of `UNIT_FACTORS`, such as ``force``; `where` names the setting in the `ConfigurationError`.
     """
-    units, said = UNIT_FACTORS[dimension], f"{where}: {quote_value(value)}"
+    units, setting_and_value = UNIT_FACTORS[dimension], f"{where}: {quote_value(value)}"
     if isinstance(value, str):
         found = number_and_unit(value)
         if found is None:
-            raise ConfigurationError(f"{said} is not a number with a unit; write e.g. {_example(units)}.")
+            raise ConfigurationError(f"{setting_and_value} is not a number with a unit; write e.g. {_example(units)}.")
         number, unit = found
         if unit not in units:
             known = ", ".join(u for u in units if u) or "no unit"
@@ -56,9 +56,9 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     elif isinstance(value, int | float) and not isinstance(value, bool):
         number = float(value) if isinstance(value, float) or abs(value) < 2**1023 else math.inf
     else:
-        raise ConfigurationError(f"{said} is not a {dimension}; write a number or e.g. {_example(units)}.")
+        raise ConfigurationError(f"{setting_and_value} is not a {dimension}; write a number or e.g. {_example(units)}.")
     if not math.isfinite(number):
-        raise ConfigurationError(f"{said} is not finite.")
+        raise ConfigurationError(f"{setting_and_value} is not finite.")
     return number
 
 
@@ -112,20 +112,21 @@ def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -
     if "dimension" in field.metadata:
         low, high = PHYSICAL_RANGES[field.metadata["dimension"]]
         if number and not low <= abs(number) <= high:  # also false for NaN
-            said = f"its absolute value must be between {low:g} and {high:g}, or zero."
-            raise ConfigurationError(f"{field.name} = {number:.6g}: {said}")
+            raise ConfigurationError(
+                f"{field.name} = {number:.6g}: its absolute value must be between {low:g} and {high:g}, or zero."
+            )
     above, least, most = field.metadata["limits"]
     if (above is None or number > above) and (least is None or number >= least) and (most is None or number <= most):
         return
     if most is None:
-        words = "be positive" if above == 0 else "not be negative" if least == 0 else f"be {least:g} or more"
+        limit_in_words = "be positive" if above == 0 else "not be negative" if least == 0 else f"be {least:g} or more"
     elif least is None:
-        words = f"be at most {most:g}" if above is None else f"be above {above:g} and at most {most:g}"
+        limit_in_words = f"be at most {most:g}" if above is None else f"be above {above:g} and at most {most:g}"
     else:
-        words = f"be between {least:g} and {most:g}"
+        limit_in_words = f"be between {least:g} and {most:g}"
     table = re.sub("(?<=[a-z])(?=[A-Z])", "_", type(owner).__name__).lower()
     value = f"{number:.9g}" if isinstance(number, float) else str(number)
-    raise ConfigurationError(f"{table} {field.name} = {value} must {words}.")
+    raise ConfigurationError(f"{table} {field.name} = {value} must {limit_in_words}.")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -138,7 +139,7 @@ def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
     try:
         text = content.decode("utf-8-sig")
         if LONG_KEY.search(text):
-            raise ValueError(f"a key of more than {LONGEST_KEY} parts")
+            raise ValueError(f"a key has more than {LONGEST_KEY} parts")
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         why = "nested too deep" if isinstance(error, RecursionError) else str(error)
@@ -233,7 +234,7 @@ def _read_value(raw: object, hint: Any, where: str, number: NumberReader) -> Any
 
 
 def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberReader) -> Any:
-    """Read a value with a union type: as the type it already has, if allowed, or else as the first type that fits."""
+    """Read a value that may have any type of `hints`: its own type if that is one of them, else the first that fits."""
     if raw is None and types.NoneType in hints:
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
@@ -266,9 +267,9 @@ LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three l
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
 
-    `hints` contains exceptions from the types of the fields. By (class, field name) it gives the type of a value in the
-    file that the program converts before `build`, or None to omit the field. By enum class it gives words that are
-    accepted besides the members. No key of a file is required.
+    `hints` contains what the fields' types do not state. Its key (class, field name) gives another type for a field
+    whose value the program converts before it calls `build`, or None to omit the field. Its key enum class gives words
+    that a file may contain besides the members of the enum. No key of a file is required.
     """
     definitions: dict[str, Any] = {}
 

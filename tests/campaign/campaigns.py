@@ -5,13 +5,10 @@ import hashlib
 import os
 import subprocess
 import sys
-from collections.abc import Generator, Iterable, Iterator, Mapping
-from pathlib import Path
-from typing import Any
 
 import pytest
 
-from srbval.campaign.results import CaseResult, CaseTask
+from srbval.campaign.engines import Engine
 from srbval.campaign.run import RESULTS_CSV, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign
 from srbval.campaign.worker import ATTEMPTS, prepare, run_case
@@ -35,9 +32,9 @@ MIXED = [
 ]
 
 
-def small(**changes: Any) -> Campaign:
+def small(**changes):
     """Six cases of a simple model, 5 ms each."""
-    table: dict[str, Any] = {
+    table = {
         "name": "small",
         "outputs": ["summary", "statistics", "acceleration"],
         "scene": {"duration": "5 ms", "settle": "0 s", "model": "planar"},
@@ -49,38 +46,34 @@ def small(**changes: Any) -> Campaign:
     return build(Campaign, table | changes, "campaign")
 
 
-class InProcess:
-    """An engine that runs one case after the other in this process, without limits."""
-
-    name = "in-process"
-
-    def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        for task in tasks:
-            prepare(task.scene)
-            yield run_case(task)
+def one_after_the_other(tasks):
+    for task in tasks:
+        prepare(task.scene)
+        yield run_case(task)
 
 
-def run_small(campaign: Campaign, folder: Path, **options: Any) -> dict[str, Any]:
-    return run_campaign(campaign, folder, engine=InProcess(), **options)
+def run_small(campaign, folder):
+    """Run a campaign in this process, without limits."""
+    return run_campaign(campaign, folder, engine=Engine("in-process", one_after_the_other))
 
 
-def resume(folder: Path, **changes: Any) -> dict[str, Any]:
+def resume(folder, **changes):
     """Run the campaign `MIXED` again; returns its summary."""
     return run_small(small(axes=MIXED, **changes), folder)
 
 
-def content(folder: Path) -> dict[str, str]:
+def content(folder):
     """Digest of every result, and of the table of results, by name."""
     files = [*(folder / "cases").glob("*.h5"), folder / RESULTS_CSV]
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def good_results(folder: Path) -> list[Path]:
+def good_results(folder):
     """The results with signals."""
     return sorted(path for path in (folder / "cases").glob("*.h5") if path.stat().st_size > 20_000)
 
 
-def damaged_names(folder: Path) -> set[str]:
+def damaged_names(folder):
     return {found["file"].name for found in verify_campaign(folder)["damaged"]}
 
 
@@ -103,13 +96,7 @@ SLURM = {
 }
 
 
-def start(
-    file: Path,
-    folder: Path,
-    *options: str,
-    stderr: int = subprocess.DEVNULL,
-    environment: Mapping[str, str] | None = None,
-) -> subprocess.Popen[bytes]:
+def start(file, folder, *options, stderr=subprocess.DEVNULL, environment=()):
     """Start the command in a process group of its own, in the folder of the file."""
     return subprocess.Popen(
         [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder), *options],
@@ -117,12 +104,12 @@ def start(
         cwd=file.parent,
         stdout=subprocess.DEVNULL,
         stderr=stderr,
-        env=os.environ | dict(environment or {}),
+        env=os.environ | dict(environment),
         preexec_fn=answer_ctrl_c,
     )
 
 
-def stand_in_for_slurm(folder: Path, **changes: str) -> dict[str, str]:
+def stand_in_for_slurm(folder, **changes):
     """The environment in which the commands of `SLURM`, but for `changes`, come before all others."""
     pytest.importorskip("dask_jobqueue")
     commands = folder / "bin"
@@ -135,7 +122,7 @@ def stand_in_for_slurm(folder: Path, **changes: str) -> dict[str, str]:
 
 
 @contextlib.contextmanager
-def dask_cluster(environment: Mapping[str, str] | None = None) -> Iterator[Any]:
+def dask_cluster(environment):
     """A cluster of Dask with two worker processes of one thread each, which have that `environment`."""
     distributed = pytest.importorskip("distributed")
     import dask
@@ -143,13 +130,13 @@ def dask_cluster(environment: Mapping[str, str] | None = None) -> Iterator[Any]:
     options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": "127.0.0.1:0"}
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1}),
-        distributed.LocalCluster(**options, env=dict(environment or {}), silence_logs="CRITICAL") as made,
+        distributed.LocalCluster(**options, env=environment, silence_logs="CRITICAL") as made,
     ):
         yield made
 
 
 @contextlib.contextmanager
-def cluster(engine: str, folder: Path, environment: dict[str, str]) -> Iterator[tuple[str, ...]]:
+def cluster(engine, folder, environment):
     """The cluster that `engine` needs, with `environment`, to which it may add; yields options of the command."""
     if engine == "scheduler":
         with dask_cluster(environment) as made:

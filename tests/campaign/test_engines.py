@@ -9,15 +9,12 @@ import subprocess
 import threading
 import time
 from concurrent.futures import Future
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
 
 import pytest
 
 from srbval.campaign import worker
 from srbval.campaign.engines import WORKER_CHECK_S, choose_engine, run_tasks
-from srbval.campaign.results import CaseResult
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from tests.campaign.campaigns import MANY, MIXED, content, dask_cluster, run_small, small, stand_in_for_slurm, start
@@ -29,9 +26,9 @@ IN_THREADS = {"processes": False, "dashboard_address": "127.0.0.1:0"}  # a clust
 
 
 @pytest.mark.parametrize("name", ["local", "dask"])
-def test_every_engine_gives_the_same(name: str, whole: Path, tmp_path: Path) -> None:
+def test_every_engine_gives_the_same(name, whole, tmp_path):
     with contextlib.ExitStack() as opened:
-        engine: Any = choose_engine(jobs=2)
+        engine = choose_engine(jobs=2)
         if name == "dask":
             kind = pytest.importorskip("distributed").LocalCluster
             cluster = opened.enter_context(kind(n_workers=2, threads_per_worker=1, **IN_THREADS))
@@ -43,13 +40,13 @@ def test_every_engine_gives_the_same(name: str, whole: Path, tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path: Path) -> None:
+def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path):
     """As when all jobs reach their time limit: a client would wait for ever for another worker."""
     campaign = small(scene=TINY, axes=[{"kind": "grid", "values": {"seed": list(range(60))}}])
 
     with dask_cluster({"PYTHONPATH": _at_start(LONG_CASES, tmp_path)}) as cluster:
 
-        def lose_all() -> None:
+        def lose_all():
             until(lambda: any(tmp_path.glob("cases/*.h5")))
             cluster.scale(0)
 
@@ -65,25 +62,25 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
     assert (again["done"], again["ran"], again["failed"]) == (60, 60 - kept, [])
 
 
-def test_a_result_that_is_lost_with_its_worker_comes_from_another() -> None:
+def test_a_result_that_is_lost_with_its_worker_comes_from_another():
     """Dask's future ends, its worker is lost before the result came, and ends again after another run."""
     asked = []
 
-    class LostOnce(Future[CaseResult]):
-        def result(self, timeout: float | None = None) -> CaseResult:
+    class LostOnce(Future):
+        def result(self, timeout=None):
             asked.append(timeout)
             if len(asked) == 1:
                 raise TimeoutError
             return super().result(timeout)
 
-    def submit(_: Any, task: Any) -> LostOnce:
+    def submit(_, task):
         future = LostOnce()
         future.set_result(task)
         return future
 
-    checks: list[int] = []
-    found = run_tasks(submit, cast(Any, ["first", "second"]), check=lambda: checks.append(len(asked)))
-    assert sorted(map(str, found)) == ["first", "second"]
+    checks = []
+    found = run_tasks(submit, ["first", "second"], check=lambda: checks.append(len(asked)))
+    assert sorted(found) == ["first", "second"]
     assert (checks, asked) == ([1], [WORKER_CHECK_S] * 3)
 
 
@@ -115,7 +112,7 @@ pool.attempt, results.write_result = attempt, write
 """
 
 
-def _at_start(code: str, folder: Path) -> str:
+def _at_start(code, folder):
     """The PYTHONPATH with which every process runs `code` when it starts."""
     (folder / "sitecustomize.py").write_text(code)
     return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -123,7 +120,7 @@ def _at_start(code: str, folder: Path) -> str:
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
 @pytest.mark.parametrize("name", ["local", pytest.param("dask", marks=pytest.mark.long_form)])
-def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cases_that_kill_their_process_or_never_end(name, tmp_path, monkeypatch):
     """Each fails with its reason, the others run, and the next start tries those again and nothing else."""
     paths = _at_start(BAD_CASES, tmp_path)
     axes = [{"kind": "grid", "values": {"seed": [1, 666, 2, 667, 668, 669]}}]
@@ -160,13 +157,13 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
         ({"cluster_class": "no_such.Cluster"}, "needs dask.*-m pip install .*dask-jobqueue"),
     ],
 )
-def test_engines_that_cannot_be(options: dict[str, Any], message: str) -> None:
+def test_engines_that_cannot_be(options, message):
     pytest.importorskip("distributed")
     with pytest.raises(ConfigurationError, match=message):
         choose_engine(**options)
 
 
-def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_scheduler_there(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("srbval.campaign.engines.CONNECT_S", "1 s")
     with pytest.raises(DataError, match=r"dask at tcp://127.0.0.1:9 failed \(.*0 of 6 cases"):
@@ -176,7 +173,7 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 RUNNING = {"now": 0, "most": 0}  # cases in this process
 
 
-def count_running(task: Any) -> Any:
+def count_running(task):
     RUNNING["now"] += 1
     RUNNING["most"] = max(RUNNING.values())
     time.sleep(0.5)
@@ -185,7 +182,7 @@ def count_running(task: Any) -> Any:
 
 
 @pytest.mark.parametrize(("worker_bytes", "at_once"), [(0, 3), (1.5e9, 1), (4e9, 3)])
-def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dask_counts_the_memory_of_cases(worker_bytes, at_once, monkeypatch):
     """Three threads of a worker take as many cases as fit into its memory; one that needs more than that runs alone."""
     distributed = pytest.importorskip("distributed")
     options = {"n_workers": 1, "threads_per_worker": 3, **IN_THREADS}
@@ -194,7 +191,7 @@ def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int, monk
     RUNNING.update(now=0, most=0)
     tasks = [SimpleNamespace(memory_bytes=size) for size in (1e9, 1e9, 1e9, 9e9)]
     with distributed.LocalCluster(**options, resources=resources) as cluster, distributed.Client(cluster) as client:
-        assert len(list(choose_engine(scheduler=client).run(cast(Any, tasks)))) == len(tasks)
+        assert len(list(choose_engine(scheduler=client).run(tasks))) == len(tasks)
         assert client.status == "running"  # it is the user's
     assert RUNNING["most"] == at_once
 
@@ -207,7 +204,7 @@ def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int, monk
     ],
     ids=["whose jobs never come", "that refuses jobs"],
 )
-def test_slurm(sbatch: str, said: str, tmp_path: Path) -> None:
+def test_slurm(sbatch, said, tmp_path):
     """Cores as stated, a memory that Dask counts by; the user's own settings are kept."""
     environment = stand_in_for_slurm(tmp_path, sbatch=f'#!/bin/sh\ncp "$1" job.sh\n{sbatch}\n') | {
         "DASK_JOBQUEUE__SLURM__QUEUE": "long",
@@ -229,8 +226,8 @@ def test_slurm(sbatch: str, said: str, tmp_path: Path) -> None:
     assert [text for text in (*wanted, "--nthreads 4", "--resources memory=8000000000") if text not in script] == []
 
 
-def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any, **__: Any) -> None:
+def test_processes_that_the_system_refuses(tmp_path, monkeypatch):
+    def refuse(*_, **__):
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     monkeypatch.setattr("srbval.processes.worker.WorkerProcess.start", refuse)
@@ -248,14 +245,7 @@ if "srbval.campaign.worker" in sys.orig_argv:
 
 
 @pytest.mark.parametrize(("code", "limit_s", "said"), [(DIES, 60.0, "died 3 times"), (HANGS, 3.0, "within 3 s")])
-def test_processes_that_never_get_ready(
-    code: str,
-    limit_s: float,
-    said: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_processes_that_never_get_ready(code, limit_s, said, tmp_path, monkeypatch, capfd):
     monkeypatch.setenv("PYTHONPATH", _at_start(code, tmp_path))
     monkeypatch.setattr(worker, "PREPARE_LIMIT_S", limit_s)
     with pytest.raises(NumericsError, match=said):

@@ -1,9 +1,7 @@
 """Folders of campaigns, damaged, in use, full or someone else's: nothing is lost or run twice; a data set of one."""
 
 import errno
-import json
 import os
-import random
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,21 +16,11 @@ import xarray
 import srbval
 from srbval.campaign.results import TIMED_OUT, CaseResult, read_case_result, write_result
 from srbval.campaign.run import CAMPAIGN_JSON, RESULTS_CSV, campaign_status, folder_lock, result_path
-from srbval.cli import run_command_line
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.campaigns import content, damaged_names, good_results, resume, run_small, small
 
-FLIPS = int(os.environ.get("SRBVAL_FLIPS", "30"))
 
-
-def flip(path: Path, chance: random.Random) -> None:
-    raw = bytearray(path.read_bytes())
-    # the first bytes of the table of cases state whose folder it is
-    raw[chance.randrange(100 if path.name == CAMPAIGN_JSON else 0, len(raw))] ^= 1 << chance.randrange(8)
-    path.write_bytes(raw)
-
-
-def foreign(path: Path) -> None:
+def foreign(path):
     with h5py.File(path, "w") as file:
         file["value"] = [1.0, 2.0]
 
@@ -46,28 +34,19 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
 }
 
 
-def test_every_flipped_bit_is_found(folder: Path) -> None:
-    chance, files = random.Random(FLIPS), [folder / CAMPAIGN_JSON, *sorted(folder.glob("cases/*.h5"))]
-    for path in chance.choices(files, k=FLIPS):
-        before = path.read_bytes()
-        flip(path, chance)
-        assert damaged_names(folder) == {path.name}
-        path.write_bytes(before)
-
-
-def test_damaged_results_are_named_and_run_again(whole: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_damaged_results_are_named_and_run_again(whole, folder, srbval_json):
+    """`verify` names each, `status` does not count it; the other bits of a file: `test_every_byte_counts`."""
     first, *others = good_results(folder)
     for damage in DAMAGES.values():
         first.unlink()
         damage(Path(shutil.copy(whole / "cases" / first.name, first)))
-        assert run_command_line(["campaign", "verify", str(folder), "--json"]) == 3
-        found = json.loads(capsys.readouterr().out)
+        found = srbval_json("campaign", "verify", folder, code=3)
         assert (found["ok"], found["status"]) == (False, "damaged")
         assert [one["file"] for one in found["damaged"]] == [str(first)]
         assert campaign_status(folder)["done"] == 5
         assert (srbval.load_campaign(folder).to_xarray()["status"] == "missing").sum() == 1
-    for path in (folder / CAMPAIGN_JSON, *others):
-        flip(path, random.Random(1))
+    for path in others:
+        DAMAGES["cut"](path)
     again = resume(folder)
     assert (again["done"], again["ran"]) == (6, 3)
     assert content(folder) == content(whole)
@@ -75,7 +54,7 @@ def test_damaged_results_are_named_and_run_again(whole: Path, folder: Path, caps
 
 
 @pytest.mark.parametrize("in_its_place", [Path.mkdir, os.mkfifo])
-def test_a_folder_or_pipe_in_a_results_place_stays(in_its_place: Callable[[Path], None], folder: Path) -> None:
+def test_a_folder_or_pipe_in_a_results_place_stays(in_its_place, folder):
     path = good_results(folder)[0]
     path.unlink()
     in_its_place(path)
@@ -85,7 +64,7 @@ def test_a_folder_or_pipe_in_a_results_place_stays(in_its_place: Callable[[Path]
     assert path.exists()
 
 
-def test_results_that_are_gone_and_results_to_try_again(whole: Path, folder: Path) -> None:
+def test_results_that_are_gone_and_results_to_try_again(whole, folder):
     gone, late, _ = good_results(folder)
     gone.unlink()
     (folder / RESULTS_CSV).unlink()
@@ -96,13 +75,10 @@ def test_results_that_are_gone_and_results_to_try_again(whole: Path, folder: Pat
     assert content(folder) == content(whole)
 
 
-def test_status_counts_inaccurate_cases_and_the_table_has_a_row_for_each(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_status_counts_inaccurate_cases_and_the_table_has_a_row_for_each(folder, srbval_text):
     changed = good_results(folder)[0]
     write_result(changed, replace(read_case_result(changed), status="inaccurate", reason="the step is too long"))
-    assert run_command_line(["campaign", "status", str(folder)]) == 0
-    text = capsys.readouterr().out
+    text = srbval_text("campaign", "status", folder).out
     assert all(f"1 {how}" in text for how in ("inaccurate", "load-lost", "x inaccurate: the step is too long (case "))
     table = pandas.read_csv(folder / RESULTS_CSV)
     assert list(table["case"]) == list(range(6))
@@ -110,21 +86,19 @@ def test_status_counts_inaccurate_cases_and_the_table_has_a_row_for_each(
     assert list(table["bpfo_hz"].notna()) == [True] * 3 + [False] * 3
 
 
-def test_verify_reads_all_and_writes_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_verify_reads_all_and_writes_nothing(folder, srbval_json):
     """Also results of an earlier form of the campaign, which stay."""
     resume(folder, seed=7)
     before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
-    assert run_command_line(["campaign", "verify", str(folder), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = srbval_json("campaign", "verify", folder)
     assert (found["ok"], found["damaged"]) == (True, [])
     assert found["results"] == len(list((folder / "cases").glob("*.h5"))) > 6
     assert {path: path.stat().st_mtime_ns for path in before} == before
-    assert run_command_line(["campaign", "verify", str(folder.parent / "none")]) == 3
+    srbval_json("campaign", "verify", folder.parent / "none", code=3)
 
 
-def test_a_damaged_table_of_cases(whole: Path, folder: Path) -> None:
-    raw = (folder / CAMPAIGN_JSON).read_bytes()
-    (folder / CAMPAIGN_JSON).write_bytes(raw[: len(raw) // 2])
+def test_a_damaged_table_of_cases(whole, folder):
+    DAMAGES["cut"](folder / CAMPAIGN_JSON)
     assert damaged_names(folder) == {CAMPAIGN_JSON}
     with pytest.raises(DataError, match=r"damaged .*keep the results"):
         campaign_status(folder)
@@ -135,7 +109,7 @@ def test_a_damaged_table_of_cases(whole: Path, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [CAMPAIGN_JSON, RESULTS_CSV])
-def test_a_folder_with_anothers_files_is_left_alone(name: str, tmp_path: Path) -> None:
+def test_a_folder_with_anothers_files_is_left_alone(name, tmp_path):
     """As after ``-o .`` in a folder with a table of that name."""
     (tmp_path / name).write_text('{"name": "small", "theirs": 1}\n')
     with pytest.raises(ConfigurationError, match="nothing was changed"):
@@ -145,7 +119,7 @@ def test_a_folder_with_anothers_files_is_left_alone(name: str, tmp_path: Path) -
     assert (tmp_path / name).read_text() == '{"name": "small", "theirs": 1}\n'
 
 
-def test_a_users_own_files_stay(folder: Path) -> None:
+def test_a_users_own_files_stay(folder):
     own = [folder / "notes.h5", folder / "cases" / "notes.txt", folder / ".x.part"]
     for path in own:
         path.write_text("mine")
@@ -153,7 +127,7 @@ def test_a_users_own_files_stay(folder: Path) -> None:
     assert [path.read_text() for path in own] == ["mine"] * len(own)
 
 
-def test_two_campaigns_in_one_folder(folder: Path) -> None:
+def test_two_campaigns_in_one_folder(folder):
     with folder_lock(folder):
         with pytest.raises(ConfigurationError, match="another campaign runs in this folder"):
             resume(folder)
@@ -161,16 +135,16 @@ def test_two_campaigns_in_one_folder(folder: Path) -> None:
     assert not campaign_status(folder)["running"]
 
 
-def test_a_disk_that_is_too_small_is_seen_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_is_too_small_is_seen_before(tmp_path, monkeypatch):
     monkeypatch.setattr("srbval.campaign.run.shutil.disk_usage", lambda _: type("usage", (), {"free": 1000}))
     with pytest.raises(DataError, match=r"6 results will take .* MB are free"):
         run_small(small(), tmp_path)
 
 
-def test_a_disk_that_fills_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_fills_up(tmp_path, monkeypatch):
     room = iter(range(3))  # for the table of cases and two results
 
-    def fill(_: int) -> None:
+    def fill(_):
         if next(room, None) is None:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -182,7 +156,7 @@ def test_a_disk_that_fills_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert run_small(small(), tmp_path)["ran"] == 4
 
 
-def test_a_campaign_is_one_data_set(whole: Path, tmp_path: Path) -> None:
+def test_a_campaign_is_one_data_set(whole, tmp_path):
     """Swept inputs are coordinates; every case has its status; signals are those of accurate cases."""
     campaign = srbval.load_campaign(whole)
     data = campaign.to_xarray(signals=True)
@@ -204,23 +178,17 @@ def test_a_campaign_is_one_data_set(whole: Path, tmp_path: Path) -> None:
     assert campaign.to_frame()["cage_ratio"].iloc[0] == data["cage_ratio"].values[0]
 
 
-def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    def ask(*arguments: str) -> tuple[int, dict[str, object]]:
-        return run_command_line(["campaign", *arguments, "--json"]), json.loads(capsys.readouterr().out)
-
-    file = tmp_path / "two.toml"
+def test_commands(srbval_json, tmp_path):
+    file, out = tmp_path / "two.toml", tmp_path / "run"
     file.write_text(
         'name = "two"\noutputs = ["acceleration"]\n[scene]\nduration = "5 ms"\nsettle = "0 s"\nmodel = "planar"\n'
         '[[axes]]\nkind = "grid"\nvalues = { "load.radial" = ["1 kN", "-1 kN"] }\n'
     )
-    out = str(tmp_path / "run")
-    code, found = ask("run", str(file), "-o", out, "--dry-run")
-    assert (code, found["cases"], found["refused"], found["models"]) == (0, 2, 1, {"planar": 1})
-    assert not Path(out).exists()
-    code, found = ask("run", str(file), "-o", out, "--jobs", "1")
-    assert (code, found["cases"], found["done"], found["engine"]) == (1, 2, 2, "local")
-    assert [f["status"] for f in found["failed"]] == ["refused"]  # type: ignore[attr-defined]
-    code, found = ask("status", out)
-    assert (code, found["done"], found["running"]) == (0, 2, False)
-    assert ask("run", str(tmp_path / "none.toml"))[0] == 3
-    assert ask("run", str(file), "-o", out, "--engine", "x")[0] == 2
+    found = srbval_json("campaign", "run", file, "-o", out, "--dry-run")
+    assert (found["cases"], found["refused"], found["models"]) == (2, 1, {"planar": 1})
+    assert not out.exists()
+    found = srbval_json("campaign", "run", file, "-o", out, "--jobs", "1", code=1)
+    assert (found["cases"], found["done"], found["engine"]) == (2, 2, "local")
+    assert [entry["status"] for entry in found["failed"]] == ["refused"]
+    found = srbval_json("campaign", "status", out)
+    assert (found["done"], found["running"]) == (2, False)

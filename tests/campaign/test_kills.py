@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import time
-from pathlib import Path
 
 import pytest
 
@@ -34,7 +33,7 @@ RESULT = "cases/*.h5"
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def undisturbed(tmp_path_factory):
     """Results of a campaign that nobody disturbs."""
     folder = tmp_path_factory.mktemp("undisturbed")
     (folder / "many.toml").write_text(MANY)
@@ -44,7 +43,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @pytest.mark.parametrize("engine", ["local", *CLUSTERS])
 @pytest.mark.timeout(120 + 60 * KILLS)
-def test_killed_at_random_moments(engine: str, undisturbed: dict[str, str], tmp_path: Path) -> None:
+def test_killed_at_random_moments(engine, undisturbed, tmp_path):
     chance, file = random.Random(engine), tmp_path / "many.toml"
     file.write_text(MANY)
     mark = {"SRBVAL_TEST": str(tmp_path)}
@@ -79,7 +78,7 @@ def test_killed_at_random_moments(engine: str, undisturbed: dict[str, str], tmp_
 
 
 @pytest.mark.parametrize("engine", ["local", *CLUSTERS[:2]])
-def test_ctrl_c(engine: str, tmp_path: Path) -> None:
+def test_ctrl_c(engine, tmp_path):
     """It reaches all processes of a terminal: one of them answers, in one line, and the same command resumes."""
     file, folder = tmp_path / "many.toml", tmp_path / "run"
     file.write_text(MANY)
@@ -97,12 +96,12 @@ def test_ctrl_c(engine: str, tmp_path: Path) -> None:
     assert (found["done"], found["ran"], found["failed"]) == (12, 12 - kept, [])
 
 
-def _wait_for_a_result(folder: Path, process: subprocess.Popen[bytes]) -> None:
+def _wait_for_a_result(folder, process):
     before = len(list(folder.glob(RESULT)))
     until(lambda: process.poll() is not None or len(list(folder.glob(RESULT))) > before)
 
 
-def _assert_ports(engine: str, campaign: int) -> None:
+def _assert_ports(engine, campaign):
     """Only SLURM's jobs must reach this machine, at the scheduler's port; a cluster of this machine reaches itself."""
     pids = [campaign, *_descendants(campaign)]
     if engine == "slurm":
@@ -112,7 +111,7 @@ def _assert_ports(engine: str, campaign: int) -> None:
         assert not [address for pid in pids for address in ports(pid)]
 
 
-def _kill(target: str, how: signal.Signals, campaign: int, mark: dict[str, str], chance: random.Random) -> None:
+def _kill(target, how, campaign, mark, chance):
     if target == ALL:
         os.killpg(campaign, how)
     elif target == OWN:
@@ -121,7 +120,7 @@ def _kill(target: str, how: signal.Signals, campaign: int, mark: dict[str, str],
         os.kill(chance.choice([pid for pid, words in marked(mark).items() if any(w in words for w in WORKERS)]), how)
 
 
-def _descendants(pid: int) -> list[int]:
+def _descendants(pid):
     found = subprocess.run(["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True, check=False)
     children = [int(text) for text in found.stdout.split()]
     return [*children, *(below for child in children for below in _descendants(child))]

@@ -1,25 +1,22 @@
 """Campaign files: axes, sampling, presets; what is refused and why."""
 
 import re
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from srbval.campaign.cases import plan_cases, scene_of_point
 from srbval.campaign.run import load_campaign
 from srbval.campaign.settings import Campaign, presets
-from srbval.cli import run_command_line
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import build
 from tests.campaign.campaigns import small
 
 
-def points_of(*axes: dict[str, Any], **more: Any) -> list[dict[str, Any]]:
+def points_of(*axes, **more):
     return list(build(Campaign, {"name": "c", "axes": list(axes)} | more, "c").points())
 
 
-def test_blocks_multiply_and_repeats_have_seeds_of_their_own() -> None:
+def test_blocks_multiply_and_repeats_have_seeds_of_their_own():
     grid = {"kind": "grid", "values": {"shaft_speed": ["1 rpm", "2 rpm"], "load": {"radial": ["3 kN"]}}}
     together = {"kind": "zip", "values": {"contact.points_per_circle": [250, 500], "contact.stiffness": ["a", "b"]}}
     listed = {"kind": "list", "cases": [{"defect": {"kind": "outer"}}, {"defect.kind": "inner", "model": "planar"}]}
@@ -39,7 +36,7 @@ def test_blocks_multiply_and_repeats_have_seeds_of_their_own() -> None:
 
 
 @pytest.mark.parametrize("kind", ["latin-hypercube", "sobol"])
-def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
+def test_sampled_points_fill_the_ranges_and_repeat(kind):
     ranges = {"shaft_speed": ["100 rpm", "900 rpm"], "contact.static_friction": [0.1, 0.7]}
     axes = {"kind": kind, "samples": 16, "ranges": ranges}
     first, again, other = points_of(axes), points_of(axes), points_of(axes, seed=1)
@@ -55,9 +52,7 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
     ("table", "message"),
     [
         ({"axes": [{"kind": "grid", "cases": [{"a": 1}]}]}, "needs values"),
-        ({"outputs": ["signal"]}, "did you mean 'signals'"),
         ({"name": "a/b"}, "only letters, digits"),
-        ({"tolerance_pct": -1.0}, "above 0"),
         ({"axes": [{"kind": "zip", "values": {"a": [1], "b": [1, 2]}}]}, "equally long; they have a 1, b 2"),
         ({"axes": [{"kind": "grid", "values": {"a": [n]}} for n in (1, 2)]}, "'a' is set twice"),
         ({"axes": [{"kind": "sobol", "samples": 12, "ranges": {"a": [0, 1]}}]}, "power of two, such as 16"),
@@ -65,12 +60,11 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
         ({"axes": [{"kind": "sobol", "samples": 8, "ranges": {"a": [2, 1]}}]}, "least and the largest"),
         ({"axes": [{"kind": "sobol", "samples": 2, "ranges": {"a": ["0 N", "1e400 N"]}}]}, "least and the largest"),
         ({"axes": [{"kind": "sobol", "samples": 2**62, "ranges": {"a": [1, 2]}}]}, "must be between 0"),
-        ({"axes": [{"kind": "latin-hypercube", "samples": 2**62, "ranges": {"a": [1, 2]}}]}, "must be between 0"),
         ({"axes": [{"kind": "sobol", "samples": 2, "ranges": {f"k{i}": [1, 2] for i in range(30_000)}}]}, "30000"),
         ({"axes": [{"kind": "grid", "values": {str(i): list(range(100)) for i in range(9)}}]}, "cases; the limit"),
     ],
 )
-def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:
+def test_wrong_files_are_refused(table, message):
     with pytest.raises(ConfigurationError, match=message):
         plan_cases(build(Campaign, {"name": "c"} | table, "c"))
 
@@ -83,20 +77,17 @@ def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:
         ('seed = [1]\n[scene]\nmodl = "planar"', r"case 0: .*unknown key 'modl'"),
     ],
 )
-def test_a_typo_ends_before_anything_runs(
-    axis: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_typo_ends_before_anything_runs(axis, message, tmp_path, srbval_text):
     table, *more = axis.split("\n", 1)
     (tmp_path / "c.toml").write_text(
         "\n".join(['name = "c"', f'[[axes]]\nkind = "grid"\nvalues = {{ duration = ["1 s", "2 s"], {table} }}', *more])
     )
-    assert run_command_line(["campaign", "run", str(tmp_path / "c.toml"), "-o", str(tmp_path / "c")]) == 2
-    assert re.search(message, capsys.readouterr().err)
+    assert re.search(message, srbval_text("campaign", "run", tmp_path / "c.toml", "-o", tmp_path / "c", code=2).err)
     assert [path.name for path in tmp_path.iterdir()] == ["c.toml"]
 
 
-def test_names_of_results_follow_the_content() -> None:
-    def key(**changes: Any) -> str:
+def test_names_of_results_follow_the_content():
+    def key(**changes):
         return plan_cases(small(axes=[], **changes))[0].key
 
     same = {"duration": "0.005 s", "settle_s": 0.0, "model": "planar"}
@@ -105,7 +96,7 @@ def test_names_of_results_follow_the_content() -> None:
     assert key() != key(outputs=["summary"])
 
 
-def test_a_scene_file_lies_below_the_scene(tmp_path: Path) -> None:
+def test_a_scene_file_lies_below_the_scene(tmp_path):
     (tmp_path / "base.toml").write_text('duration = "1 s"\n[load]\nradial = "50 kN"\n')
     (tmp_path / "c.toml").write_text('name = "c"\nscene_file = "base.toml"\n[scene.load]\naxial = "2 kN"\n')
     scene = scene_of_point(load_campaign(str(tmp_path / "c.toml")), {})
@@ -113,7 +104,7 @@ def test_a_scene_file_lies_below_the_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["table5", "table5-smoke"])
-def test_presets_are_table_5_at_one_load(name: str) -> None:
+def test_presets_are_table_5_at_one_load(name):
     campaign = load_campaign(name)
     cases = plan_cases(campaign)
     scenes = [scene_of_point(campaign, case.point) for case in cases]

@@ -87,7 +87,6 @@ def test_it_starts_again_until_it_is_stopped(process):
 PARENT = f"""
 import sys
 from srbval.processes import worker
-from srbval.processes.machine import one_thread
 worker.WorkerProcess({ANSWERER!r}).call(sys.argv[1], limit_s=float(sys.argv[2]))
 """
 

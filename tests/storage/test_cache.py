@@ -115,17 +115,14 @@ def test_whoever_wants_fresh_results_reads_none(tmp_path):
 
 
 def test_a_damaged_file_is_as_good_as_none(tmp_path):
-    """Whichever byte is another, and wherever the file ends."""
+    """A changed content or a missing checksum; every byte of a file: `test_every_byte_counts`."""
     store = store_in(tmp_path)
     store.save("a scene", {"x": 1.5})
     path = store.path("a scene")
     whole = path.read_bytes()
-    for place in range(len(whole)):
-        for damaged in (whole[:place], whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :]):
-            path.write_bytes(damaged)
-            assert store.load("a scene", dict) is None, damaged
-    path.write_bytes(whole)
-    assert store.load("a scene", dict) == {"x": 1.5}
+    for damaged in (whole[:-1], whole.replace(b"1.5", b"2.5"), b""):
+        path.write_bytes(damaged)
+        assert store.load("a scene", dict) is None, damaged
 
 
 def test_what_was_not_used_for_longest_goes(tmp_path):

@@ -27,7 +27,7 @@ from srbval.errors import ConfigurationError, DataError, UnknownNameError
 from srbval.models.outside.signals import VECTORS, SimulatedSignals
 from srbval.models.run_file import scene_dict
 from srbval.scene import Scene, paper_scene
-from srbval.storage.installation import MissingLibraryError
+from srbval.storage.installation import import_library
 from srbval.storage.tables import SI_SUFFIX, UNIT_FACTORS, read_toml, walk_leaves
 
 SUFFIXES = {"_m_s2": {"m/s2": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "g": 9.80665}, "_w": {"W": 1.0, "kW": 1e3}}
@@ -60,10 +60,7 @@ def load_fmu(path: Path) -> Any:
     Raises `ConfigurationError` if a library is missing, if the FMU has no co-simulation, or for an unknown key,
     variable or unit; `DataError` if a file is missing or damaged.
     """
-    try:
-        import fmpy
-    except ImportError:
-        raise MissingLibraryError("a model in an FMU", "fmpy") from None
+    fmpy = import_library("fmpy", "a model in an FMU")
     where = path.with_suffix(".toml")
     table = read_toml(where)
     try:
