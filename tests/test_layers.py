@@ -21,7 +21,7 @@ PACKAGE = Path(srbval.__file__).parent
 PATHS = sorted(PACKAGE.rglob("*.py"))
 FILES = [path for path in PATHS if path.parent not in (PACKAGE, PACKAGE / "docs")]
 DRAWING = ("srbval.report.", "matplotlib")
-WRITING_FUNCTIONS = {"document", "to_json", "json_text", "write_json", "move_listed_files", "content_sha256"}
+WRITING_FUNCTIONS = {"to_json", "json_text", "write_json", "move_listed_files", "content_sha256", "import_library"}
 GATHERING = ("findings", "pages.py", "reports.py")  # of the report: what is shown, before anything is drawn
 EMPTY_WORDS = """
     all answers behind beside both columns counts data drawn each entries facts few found given held here items kept

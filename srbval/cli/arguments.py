@@ -111,7 +111,7 @@ def _suggest(word: str, known: Sequence[str]) -> str:
 
 def _read_number(kind: type, low: float, high: float, text: str) -> float:
     """Convert an argument to a number of type `kind`, at least `low` and at most `high`."""
-    expected = "a whole number" if kind is int else "a finite number"
+    expected = "a whole number" if kind is int else "a number"
     try:
         number: float = kind(text)
     except ValueError:
