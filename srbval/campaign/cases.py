@@ -88,7 +88,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
     except SrbvalError as error:
         key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
         return CampaignCase(index=index, key=key, point=point, refused=str(error))
-    planned_s, expected_s = estimate_wall_times(scene)
+    planned_s, expected_s = cost_of(scene)
     return CampaignCase(
         index=index,
         key=content_key(f"{' '.join(sorted(campaign.outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY),
@@ -101,7 +101,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
     )
 
 
-def estimate_wall_times(scene: Scene) -> tuple[float, float | None]:
+def cost_of(scene: Scene) -> tuple[float, float | None]:
     """Planned and expected wall time [s]; without stored timings of the model, a rough guess and None."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
