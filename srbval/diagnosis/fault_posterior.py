@@ -175,9 +175,9 @@ def log_likelihood(
     """Log likelihood ratio of each state in `CLASSES` to healthy, for use with any prior.
 
     `views` contains the comb scores for each channel, and for each shaft speed that was tried; their likelihoods are
-    averaged, because a fault may be visible in only one of them. `lines` contains a number for each part: 0 without a
-    peak at the part's line, 1 for a peak that neither noise nor a healthy record explains, 2 for a line that has risen
-    in comparison with the healthy record. `stands` is true if any line or comb of the record is unexplained (see
+    averaged, because a fault may be visible in only one of them. `lines` contains a number for each part: 2 if its line
+    has risen in comparison with a healthy record, 1 if its line is detected and neither noise nor a healthy record
+    explains it, otherwise 0. `stands` is true if any line or comb of the record is unexplained (see
     `Diagnosis.standing`). If the record's lines fit a shaft speed outside the stated tolerance, `elsewhere` contains
     the comb scores at that speed: a fault of an unknown part is more likely if its strongest comb has another cause.
     """

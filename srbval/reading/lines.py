@@ -218,7 +218,7 @@ def read_lines(
 def _readings(
     record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
 ) -> dict[Family, LineReading]:
-    """Read each family near `scale` times its kinematic frequency f, within `share` times f."""
+    """Read each family within `share` times f about f, which is `scale` times its kinematic frequency."""
     found = {}
     for family in families:
         centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz

@@ -107,7 +107,7 @@ class Processed:
 
     @functools.cached_property
     def envelope(self) -> FloatArray:
-        """Envelope of the band-passed signal over time (Hilbert modulus, as in the paper), [n]."""
+        """Envelope of the band-passed signal over time, the modulus of its analytic signal, [n]."""
         return drop_ends(np.abs(self._analytic), self.fs_hz, self.end_s)
 
     @functools.cached_property
@@ -132,8 +132,8 @@ def process(
 ) -> Processed:
     """Rotate (two axes only), normalise and band-pass a recording, compute its squared envelope, and drop the ends.
 
-    The result equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within
-    1e-5 of the largest value. `ends_s` replaces the time dropped at each end. Raises `ConfigurationError` for an
+    The result equals the chain of Giraudo et al. 2025, sect. 5 (two-way Butterworth filter, Hilbert transform, modulus)
+    within 1e-5 of the largest value. `ends_s` replaces the time dropped at each end. Raises `ConfigurationError` for an
     unknown channel or impossible band, `DataError` for an unusable signal.
     """
     signal = one_signal(recording)
@@ -192,14 +192,17 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice | None:
-    """Band given [Hz], else the record's, else the paper's if the record is simulated or from its rig, else None."""
+    """Given band [Hz], else the record's, else the band of Giraudo et al. 2025 for their rig and simulated records.
+
+    The band of a simulated larger bearing is lower by the ratio of the sizes. None for other records.
+    """
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:
         return BandChoice(band_hz=recording.band_hz, why="stated for the record, by its data set or the user")
     simulated = recording.origin is Origin.SIMULATED
     size = size_of(bearing) if simulated and bearing is not None and bearing.geometry is not None else None
-    if size is not None and size > 1 + 0.01:  # below it the paper's band stays
+    if size is not None and size > 1 + 0.01:  # below it the band stays
         low, high = (round(edge / size) for edge in SIMULATED_BAND_HZ)
         return BandChoice(band_hz=(low, high), why=f"the paper's, for a bearing {size:.3g} times as large")
     own = recording.dataset is None and recording.origin is Origin.MEASURED  # the same bearing in another machine

@@ -8,7 +8,7 @@ import scipy.fft
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError, DataError
 
-FILTER_ORDER = 4  # of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
+FILTER_ORDER = 4  # of the Butterworth prototype, not stated by Giraudo et al. 2025; the two-way pass doubles the slope
 # The record's ends spoil the envelope for this time and this many periods of the bandwidth: the slowest pole decays
 # at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
 MIN_END_S, END_PERIODS = 0.05, 12.0

@@ -245,7 +245,7 @@ def modes_of(count: int) -> Modes:
 
 
 def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArray:
-    """Most likely phase of a line in each block [rad], [blocks], if its steps between blocks vary by `step_rad2`."""
+    """Most likely phase of a line in each block [rad], [blocks], for steps between blocks of variance `step_rad2`."""
     grid = np.arange(PHASES) * (2 * math.pi / PHASES)
     rotation = np.exp(-1j * np.outer(number, grid))
     step = np.abs(grid[:, None] - grid)

@@ -183,7 +183,7 @@ def morlet_scalogram(
     rows: int = SCALOGRAM_ROWS,
     columns: int = SCALOGRAM_COLUMNS,
 ) -> Scalogram:
-    """Complex-Morlet scalogram of `samples` [n], as in the paper's Figure 14, with at most `rows` and `columns`.
+    """Complex-Morlet scalogram of `samples` [n], with at most `rows` and `columns`; Giraudo et al. 2025, Figure 14.
 
     The rows are at frequencies whose wavelet has samples symmetric about its middle. At these the amplitudes of
     ``pywt.cwt`` are too low by the factor sin(x)/x, x = pi f / fs, and are divided by it. Raises `ConfigurationError`
