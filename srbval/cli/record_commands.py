@@ -26,6 +26,7 @@ from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import load_registered
+from srbval.signal.envelope import FILTER_IN_WORDS
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import import_library
 from srbval.storage.json_files import to_json
@@ -239,10 +240,10 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
 
 def _show_all(reading: RecordReading, wanted: str) -> None:
     result, verdict = reading.analysis, reading.verdict
-    recording, shown = result.recording, result.processed
+    recording, shown, (low, high) = result.recording, result.processed, result.processed.band_hz
     print_wrapped(
         result.bearing.title,
-        f"band {shown.chain}; {result.band.why}",
+        f"band {low:g} to {high:g} Hz, {FILTER_IN_WORDS}; {shown.end_s:.3g} s dropped at each end; {result.band.why}",
         f"lines searched in {result.search}",
         f"that is {', '.join(f'{name} {low:.2f} to {high:.2f} Hz' for name, (low, high) in result.windows.items())}",
         f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})",

@@ -130,18 +130,12 @@ def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> lis
 def read_record(request: RecordRequest) -> RecordReading:
     """Load and analyse a record, compare it with the given or registered healthy record, and compute the verdict.
 
-    One error names all facts that the user must still state (bearing, speed). If no channel is stated, all channels
-    contribute to the verdict. Raises the errors of all steps.
+    If no channel is stated, all channels contribute to the verdict. Raises the errors of all steps.
     """
     stored, all_channels = registered_settings(request.file), request.settings.channel is None
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
-    recording = request.recording or load_registered(request.file, request.settings, request.band_hz)
+    recording, bearing = _loaded(request)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
-    known = recording.bearing or recording.own_bearing or request.bearing
-    if not known and recording.speed is None:  # if only one of them is missing, its own error is raised below
-        subject = subject_of(Path(recording.file)) if recording.file else recording.name
-        raise questions_error(ConfigurationError, subject, (BEARING_QUESTION, SPEED_QUESTION))
-    bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     if overload := bearing.overload(recording.radial_n, recording.axial_n):
         recording = replace(recording, cautions=(*recording.cautions, overload))
     band = {"band_hz": request.band_hz, "auto_band": request.auto_band, "whole_band": request.one_band}
@@ -407,7 +401,11 @@ def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, An
 
 
 def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
+    """Load the record of a request, and its bearing; one error names both bearing and speed if neither is known."""
     recording = request.recording or load_registered(request.file, request.settings, request.band_hz)
+    if not (recording.bearing or recording.own_bearing or request.bearing or recording.speed):
+        subject = subject_of(Path(recording.file)) if recording.file else recording.name
+        raise questions_error(ConfigurationError, subject, (BEARING_QUESTION, SPEED_QUESTION))
     return recording, bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
 
 

@@ -30,7 +30,7 @@ from srbval.signal import (
     rotate_axes,
     squared_envelope_one_pass,
 )
-from srbval.signal.envelope import END_PERIODS, FILTER_IN_WORDS
+from srbval.signal.envelope import END_PERIODS
 
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]  # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5, as for the rig
 RIG_BEARING = "skf-22240"
@@ -119,12 +119,6 @@ class Processed:
     def seconds(self) -> float:
         """Duration of the record without its ends [s]."""
         return self.squared.size / self.squared_fs_hz
-
-    @property
-    def chain(self) -> str:
-        """Band and filter by which the record was processed, in words."""
-        low, high = self.band_hz
-        return f"{low:g} to {high:g} Hz, {FILTER_IN_WORDS}; {self.end_s:.3g} s dropped at each end"
 
 
 def process(

@@ -145,10 +145,8 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 
     fits = estimate(stated, ())
     found = read_at(fits) if is_within(fits) else _search_trial_speeds(processed, bearing, stated)
-    # Trials made before a speed was read from the record still count.
-    lines, outside = sidak_corrected(found.lines, found.tried), None
-    if not detected_fault_lines(lines):
-        outside, lines = _find_outside_family(found)
+    outside, lines = _find_outside_family(found)
+    lines = lines or sidak_corrected(found.lines, found.tried)  # trials before a speed was read from the record count
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
     if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) >= bearing.largest_slip:
         # The sidebands belong to another shaft, or the line to another family than its frequency suggests.
