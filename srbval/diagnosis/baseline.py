@@ -51,10 +51,10 @@ class BaselineComparison:
     """Comparison of the fault lines of a record with the same lines of a healthy record.
 
     `ratios` maps the name of a line to its modulation in this record over its modulation in the healthy record, and to
-    the 95 % interval of this ratio. The modulation is the line's amplitude in the squared envelope, in (m/s2)^2 if
-    `by_level`, otherwise as a share of the squared envelope's mean. A line has risen if its ratio is at least
-    `RISEN_RATIO` and the interval is above 1. `line` is the name of the risen line with the greatest modulation depth,
-    None if no line has risen. `baseline` is the file of the healthy record.
+    the 95 % interval of this ratio. The modulation is the line's amplitude in the squared envelope: in (m/s2)^2 if both
+    records are in m/s2 (`by_level`), otherwise as a share of the squared envelope's mean. A line has risen if its ratio
+    is at least `RISEN_RATIO` and the interval is above 1. `line` is the name of the risen line with the greatest
+    modulation depth, None if no line has risen. `baseline` is the file of the healthy record.
     """
 
     sentence: str
@@ -192,8 +192,7 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
     """Compare the fault lines of `analysis` with a healthy record; raises `ValueError` if their bands differ.
 
-    Modulations are compared in (m/s2)^2 if both records are in m/s2, otherwise as shares of the squared envelope's
-    mean. No line is compared with a `Baseline` that has a `fault` or another speed or load (`conditions`).
+    No line is compared with a `Baseline` that has a `fault` or another speed or load (`conditions`).
     """
     if baseline is None:
         return NO_HEALTHY

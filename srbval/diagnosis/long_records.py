@@ -1,10 +1,8 @@
 """Analysis of long records in parts as short as the records on which the method was calibrated (1 to 13 s).
 
-A comb is a line with its harmonics up to the fifth, which stays within one frequency bin only while the shaft turns
-evenly. If the speed changes by 1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as
-strong in parts of 10 s as in parts of 20 s, and are lost in parts of 60 s. Parts of 10 s are long enough: in a band of
-2 kHz, a line whose depth makes a fault as probable as none (`fault_posterior.EVEN_ODDS_DEPTH`) still has 80 times the
-power of the noise.
+A comb, a line with its harmonics, stays within one frequency bin only while the shaft turns evenly. If the speed
+changes by 1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s
+as in parts of 20 s, and are lost in parts of 60 s.
 
 Fault probabilities follow from the mean likelihood of all parts, but lines are read in one part only. To choose it, the
 parts are ranked by their strongest fault comb: rank 1 is the part with the strongest comb of all. Of n parts, the part
