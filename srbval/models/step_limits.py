@@ -74,7 +74,7 @@ def longest_step(method: Method, system: LinearSystem) -> float | None:
     grows = max(0.0, float(eigenvalues.real.max())) + GROWTH_PER_S
 
     def stable(h: float) -> bool:
-        return spectral_radius(step_map(method, system, h)) <= math.exp(grows * h) + ROUNDING
+        return bool(np.abs(np.linalg.eigvals(step_map(method, system, h))).max() <= math.exp(grows * h) + ROUNDING)
 
     low = 0.0
     for h in np.geomspace(MIN_STEP_S, MAX_STEP_S, round(PER_OCTAVE * math.log2(MAX_STEP_S / MIN_STEP_S)) + 1).tolist():
@@ -105,11 +105,6 @@ def _stable_radius(method: Method, direction: complex) -> float:
     first = int(np.argmax(found))
     low, high = float(RAY[first - 1]) if first else 0.0, float(RAY[first])
     return _bisect(low, high, lambda r: not outside(np.array([r]))[0])
-
-
-def spectral_radius(matrix: NDArray[np.float64]) -> float:
-    """Largest modulus of the eigenvalues of a matrix."""
-    return float(np.abs(np.linalg.eigvals(matrix)).max())
 
 
 def _bisect(low: float, high: float, stable: Callable[[float], bool]) -> float:

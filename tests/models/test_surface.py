@@ -23,13 +23,12 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.frames_kernel import SurfaceHeights
 from srbval.models.full.parameters import Parameters, felt_share, make_parameters, state_layout
 from srbval.models.full.steps import rates
-from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.line import Patch, RaisedPiece, line_parameters, patches, raised_piece
 from srbval.models.simulate import Step, simulate
 from srbval.plan.measures import measure
 from srbval.plan.questions import Question, answer_questions
 from srbval.scene import RollerFit, Scene, paper_scene
-from tests.verification.harness import geometry
+from tests.verification.harness import geometry, parameters
 
 DENSE = 4000  # points per circle: eight times the paper's
 MILLION = 1_000_000  # points per circle: dense enough to be the limit
@@ -131,11 +130,6 @@ def scene_of(model: str = "line", **surface: Any) -> Any:
     return load_scene("rig", {"model": model, "duration_s": DURATION_S, **one_cage, **table})
 
 
-def smooth(model: str) -> Parameters:
-    scene = scene_of(model)
-    return level_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
-
-
 def loaded(model: Parameters) -> FloatArray:
     """A state with every roller at rest in contact with both races."""
     layout = state_layout(model)
@@ -161,7 +155,7 @@ def waves(order: int, phase: float) -> FloatArray:
 
 @pytest.mark.parametrize("model", CONTINUOUS)
 def test_round_races_and_rollers_are_bit_for_bit_those_without_a_surface(model):
-    plain = smooth(model)
+    plain = parameters(scene_of(model))
     y = loaded(plain)
     ours, theirs = rates(plain._replace(surface=heights()), 0.0, y), rates(plain, 0.0, y)
     assert plain.surface.races.size == plain.surface.rollers.size == 0
@@ -172,7 +166,7 @@ def test_round_races_and_rollers_are_bit_for_bit_those_without_a_surface(model):
 @pytest.mark.parametrize("model", CONTINUOUS)
 def test_a_height_is_a_race_that_stands_nearer(model):
     """Of the outer race: the ring moved inwards along the slot; of the inner one: the roller moved inwards."""
-    plain = smooth(model)
+    plain = parameters(scene_of(model))
     layout, y = state_layout(plain), loaded(plain)
     before = loads(plain, y)
     outer = loads(plain._replace(surface=heights(np.array([HEIGHT_M, 0.0])[:, None, None])), y) - before
@@ -193,7 +187,7 @@ def test_a_height_is_a_race_that_stands_nearer(model):
 @pytest.mark.parametrize("race", [0, 1])
 def test_the_height_is_that_under_the_roller(race):
     """Of a race at the slot's angle less the race's own, of a roller at the contact's less the roller's own."""
-    plain = smooth("line")
+    plain = parameters(scene_of())
     layout, y = state_layout(plain), loaded(plain)
     y[layout.cage][2], shaft, spun = 0.3, 1.1, 0.7
     y[layout.rotation] = spun
@@ -210,7 +204,7 @@ def test_the_height_is_that_under_the_roller(race):
 
 def test_a_contact_begins_with_its_height():
     """A roller clear of both races touches them, and is searched for, where they stand higher than it is clear."""
-    plain = smooth("line")
+    plain = parameters(scene_of())
     y = np.zeros(2 * state_layout(plain).half)
     assert not loads(plain, y).any()
     depth = [plain.scratch.space[int(col.MIDDLE_DEPTH) + race * col.RACE] for race in range(2)]
@@ -260,12 +254,8 @@ def test_a_contact_feels_a_wave_as_an_elastic_half_plane_does(reach, phase):
 
 
 def test_a_seed_says_all():
-    def made(seed: int) -> SurfaceHeights:
-        scene = load_scene("rig", {"seed": seed, "surface": {"roughness_class": "N3"}})
-        found: Parameters = level_of("slices").make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
-        return found.surface
-
-    first, again, other = made(1), made(1), made(2)
+    rough = {"surface": {"roughness_class": "N3"}}
+    first, again, other = (parameters(load_scene("rig", rough | {"seed": seed})).surface for seed in (1, 1, 2))
     for a, b, c in zip(first, again, other, strict=True):
         assert np.array_equal(a, b)
         assert np.abs(np.corrcoef(a.ravel(), c.ravel())[0, 1]) < 0.1
