@@ -133,7 +133,7 @@ class RunSummary:
     free_rollers: Mapping[str, float] = field(default_factory=dict)
 
     def require_usable(self, what: str) -> Self:
-        """Return this run; if it is not usable, raise `NumericsError` with the reason. `what`: name of the task."""
+        """Return this run; if it is not usable, raise `NumericsError` with the reason. `what`: the run's name."""
         if not self.status.usable:
             raise NumericsError(f"{what} failed with the status {self.status}: {self.reason}.")
         return self

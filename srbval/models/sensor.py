@@ -70,7 +70,7 @@ def band_pass(
 
 @lru_cache(maxsize=16)
 def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[ComplexArray, ...]:
-    """Constants of `band_pass`: powers of the poles, free responses to the states, spectrum of the impulse response."""
+    """Constants of `band_pass` for `count` samples: pole powers, free responses of states, response spectrum."""
     poles, weights, gain = _one_pole_filters(fs_hz, band_hz)
     powers = poles[:, None] ** np.arange(count + 1)
     impulse = (weights @ powers[:, :count]).real
@@ -80,7 +80,7 @@ def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[
 
 @cache
 def _one_pole_filters(fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, ComplexArray, float]:
-    """Poles and weights of the one-pole filters whose sum is a Butterworth band-pass; first value of its response.
+    """Poles and weights of the one-pole filters whose sum is a Butterworth band-pass, and its response's first value.
 
     Bilinear transform with corrected band edges of the analogue filter (Oppenheim & Schafer, Discrete-Time Signal
     Processing, ch. 7), then expansion in partial fractions.

@@ -117,9 +117,9 @@ def films_m(
 def _join_tables(
     contacts: list[SlicedContact], defects: Sequence[Defect], on_rollers: Sequence[Defect], height_m: float
 ) -> tuple[Races, tuple[FloatArray, IntArray, FloatArray, FloatArray]]:
-    """Join the tables of slices of both races (`SlicedContact.tables`) in the arrays that the kernels use.
+    """Join the tables of slices of both races (`SlicedContact.tables`) into the arrays that the kernels use.
 
-    Behind a race's own tables there is one for each defect of `on_rollers`, in reverse order. Returns `Races`, by which
+    After a race's own tables there is one for each defect of `on_rollers`, in reverse order. Returns `Races`, by which
     the kernels choose the table for a roller at each angle, and the first four fields of `SliceTable`; `height_m`: see
     `Races`.
     """

@@ -174,7 +174,7 @@ def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: Floa
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
-    """Longest step [s] with which a roller that bounces between the races comes to rest; None if with every step.
+    """Longest step [s] with which a roller that bounces between the races comes to rest; None if with any step.
 
     The model is linearised about the static balance `state`, with all bodies at rest and without friction. Only the
     roller with the stiffest contacts moves, towards the outer race and back; larger penetrations at a defect are not

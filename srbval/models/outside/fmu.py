@@ -39,7 +39,7 @@ FMU_SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for ax
 class FmuVariable(NamedTuple):
     """Variable `name` of an FMU, which receives the scene's setting `key` or computes the signal `key`.
 
-    `unit`: the variable's unit in SI units, such as 1000 for kN; `codes`: numbers that stand for words, as outer = 1.
+    `unit`: the variable's unit in SI units, such as 1000 for kN; `codes`: numbers that stand for words, e.g. outer = 1.
     """
 
     key: str

@@ -91,7 +91,7 @@ def run_in_process(scene: Scene) -> OutsideResult:
 
 @contextlib.contextmanager
 def models_ended() -> Iterator[None]:
-    """Stop the running models from outside the package; callers get `CancelledError`. No other starts in the block."""
+    """Stop the running models from outside the package; callers get `CancelledError`. In the block, none can start."""
     _ending.append(None)
     try:
         while _running:

@@ -28,8 +28,8 @@ FIRST_COLUMN = {
 class SimulatedSignals:
     """Signals of a model from outside, as arrays or objects that NumPy converts to arrays.
 
-    `time_s`, [n], has constant steps. Its rate is the scene's output rate or a multiple of it; from a multiple, means
-    over output intervals are taken. The last `Scene.duration_s` is recorded; earlier times are settling.
+    `time_s`, [n], has constant steps. Its rate is the scene's output rate or a multiple of it; the signals are then
+    averaged over output intervals. The last `Scene.duration_s` is recorded; earlier times are settling.
     `acceleration_m_s2` of the outer ring: [n] along the sensor's axis, or [n, 2] or [n, 3] along x, y, z. Optional:
     `cage_ratio` (cage over shaft speed) and `drive_power_w`, numbers or [n]; `cage_angle_rad`, [n], instead of
     `cage_ratio`; `ring_displacement_m`, shaped like the acceleration; `wall_s`, the computing time that the model
