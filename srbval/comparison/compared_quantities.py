@@ -95,9 +95,9 @@ def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
 
 
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
-    """Mean level of the lines with these `names` and this number of the `harmonic`, over the first harmonic [dB].
+    """Mean level of the given `harmonic` of the lines `names`, over the first harmonic of the fault's line [dB].
 
-    The first harmonic is that of the fault's line. None if a line cannot be read.
+    None if a line cannot be read.
     """
     first = analysis.line_of(fault)
     lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]

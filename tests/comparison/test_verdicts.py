@@ -36,14 +36,9 @@ def readings(slow_pct: float = 0.0, outer_pct: float = 0.0) -> list[CageReading]
 
     def one(rpm: float, state: Fault) -> CageReading:
         ratio = RATIO * (1 + (slow_pct * (rpm == SPEEDS[0]) + outer_pct * (state is Fault.OUTER)) / 100)
-        place: dict[str, Any] = {
-            "record": f"{state.code} {rpm:g}",
-            "state": state,
-            "nominal_rpm": rpm,
-            "shaft_rpm": rpm,
-        }
-        same: dict[str, Any] = {"per_speed": -RATIO, "read_from": "BPFO", "band_hz": (1.0, 2.0)}
-        return CageReading(ratio=ratio, reading_u=1e-6, speed_u=1e-6, **place, **same)
+        about: dict[str, Any] = {"record": f"{state.code} {rpm:g}", "read_from": "BPFO", "band_hz": (1.0, 2.0)}
+        about |= {"state": state, "nominal_rpm": rpm, "shaft_rpm": rpm, "per_speed": -RATIO}
+        return CageReading(ratio=ratio, reading_u=1e-6, speed_u=1e-6, **about)
 
     return [one(rpm, state) for rpm in SPEEDS for state in STATES]
 
@@ -63,7 +58,7 @@ def variant(
     own = {"scene": scene, "at": np.column_stack((np.full(at.size, 0.5), at)).tolist()}
     records = [(state, rpm) for rpm in SPEEDS for state in (Fault.HEALTHY, *RACE_DEFECTS)]
     spread = half_pct * (2 * at - 1)
-    moved, shares = {"reach": reach_pct, "spread": half_pct}, [0.0, 0.5, 1.0]
+    moved, shares, ends = {"reach": reach_pct, "spread": half_pct}, [0.0, 0.5, 1.0], np.array([-1.0, 0.0, 1.0])
     return own | {
         "records": [
             {"state": state.value, "nominal_rpm": rpm, "drawn": ratios(rpm, spread)}
@@ -71,11 +66,7 @@ def variant(
             for state, rpm in records
         ],
         "effects": [
-            {
-                "name": name,
-                "shares": shares,
-                "ratios": [ratios(rpm, by * np.array([-1.0, 0.0, 1.0])) for _, rpm in records],
-            }
+            {"name": name, "shares": shares, "ratios": [ratios(rpm, by * ends) for _, rpm in records]}
             for name, by in moved.items()
         ],
     }

@@ -23,21 +23,10 @@ CAGE = {"quantity": "cage ratio", "shift": 0.0, "inputs_ci95": 0.001, "grid_ci95
 
 def analysis(depth_second=0.5, detected=True, found_hz=108.2):
     """An inner-race record of known lines."""
-
-    def line(name, harmonic, depth, shown=True):
-        return Line(
-            name=name,
-            harmonic=harmonic,
-            kinematic_hz=108.2,
-            found_hz=harmonic * found_hz,
-            ci95_hz=0.01,
-            snr=200.0,
-            depth=depth,
-            detected=shown,
-        )
-
-    lines = [line("BPFI", 1, 1.0), line("BPFI", 2, depth_second, detected)]
-    lines += [line(name, 1, depth) for name, depth in (("BPFI-fr", 0.2), ("BPFI+fr", 0.4))]
+    about = {"kinematic_hz": 108.2, "found_hz": found_hz, "ci95_hz": 0.01, "snr": 200.0}
+    first = Line(name="BPFI", harmonic=1, depth=1.0, detected=True, **about)
+    lines = [first, replace(first, harmonic=2, found_hz=2 * found_hz, depth=depth_second, detected=detected)]
+    lines += [replace(first, name=name, depth=depth) for name, depth in (("BPFI-fr", 0.2), ("BPFI+fr", 0.4))]
     return SimpleNamespace(
         lines=lines,
         line_of=lambda _: lines[0],
