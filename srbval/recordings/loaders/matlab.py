@@ -35,24 +35,24 @@ def load_matlab(path: Path) -> RawFile:
     contents = loadmat(path)
     for name, value in contents.items():
         if not name.startswith("__"):  # fields by scipy, and unnamed contents by MATLAB
-            collect(variables, name, value)
+            collect(path, variables, name, value)
     notes = add_objects(path, variables) if OBJECTS in contents else ()
     return RawFile(path=path, variables=variables, notes=notes)
 
 
-def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
+def collect(path: Path, variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
     """Add numbers and texts in `value` to `variables`, fields as ``name.field``; `depth` counts nested levels."""
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
         most = f"{MAX_STRUCT_DEPTH} nested levels and {MAX_VARIABLES} variables"
-        raise DataError(f"{name[:99]!r} is beyond the limits of {most}. The file is not a recording.")
+        raise DataError(f"{path}: {name[:99]!r} is beyond the limits of {most}; not a recording.")
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
     value = getattr(value, "properties", value)  # of an object
     if isinstance(value, Mapping):
         for key, member in value.items():
-            collect(variables, f"{name}.{key}", member, depth + 1)
+            collect(path, variables, f"{name}.{key}", member, depth + 1)
     if not isinstance(value, np.ndarray) or isinstance(value, MatlabFunction | MatlabOpaque):
         return
     if value.dtype.kind in "mM" and value.size:
@@ -66,7 +66,7 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int
             place = name if value.size == 1 else f"{name}({i})"
             for field in value.dtype.names or ("",):
                 member = element[field] if field else element
-                collect(variables, f"{place}.{field}" if field else place, member, depth + 1)
+                collect(path, variables, f"{place}.{field}" if field else place, member, depth + 1)
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
@@ -76,7 +76,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
         from matio import load_from_mat
 
         for name, value in load_from_mat(str(path)).items():
-            collect(variables, name, value)
+            collect(path, variables, name, value)
         _name_series(variables)
     except ImportError:
         why = f"which need the library mat-io ({pip_command('mat-io')})"
