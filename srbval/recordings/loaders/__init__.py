@@ -20,7 +20,7 @@ _SOUND = rb"fLaC|(?:RIFF|RIFX|RF64).{4}WAVE"
 _UFF = rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s"
 _JSON = rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[-\d\[{])"
 _TEXT = rb"\xff\xfe|\xfe\xff|[^\0-\x08\x0b\x0e-\x1f]*\Z"  # UTF-16, or no control characters but white space
-_COLUMNS = rb"PAR1|ARROW1\0\0"
+_ARROW = rb"PAR1|ARROW1\0\0"
 _SCIPY, _PYARROW = ("scipy.io.matlab", "scipy"), ("pyarrow.parquet", "pyarrow")
 _COPIED, _OBJECTS = 4, 16  # expansion: in memory twice during the transfer; texts converted to Python objects first
 
@@ -35,7 +35,7 @@ FILE_FORMATS = (
     FileFormat("TDMS", "TDMS", rb"TDSm", load_tdms, ("nptdms", "npTDMS"), PACKED),
     FileFormat("UFF58", "universal file (UFF, data set 58)", _UFF, load_uff, ("pyuff", "pyuff"), _OBJECTS),
     FileFormat("LabVIEW", "LabVIEW .lvm", rb"LabVIEW Measurement", load_lvm, ("lvm_read", "lvm-read"), _OBJECTS),
-    FileFormat("table in columns", "Parquet, Feather", _COLUMNS, load_table, _PYARROW, TABLE_EXPANSION),
+    FileFormat("table in columns", "Parquet, Feather", _ARROW, load_table, _PYARROW, TABLE_EXPANSION),
     FileFormat("JSON", "JSON", _JSON, load_json, ("pandas", "pandas"), 64),
     FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True),
 )
