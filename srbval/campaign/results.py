@@ -1,7 +1,7 @@
 """Result of one case of a campaign: status with reason, numbers with units and, if requested, signals.
 
-A result is one HDF5 file, readable by xarray. Its name is a hash of the case's scene, outputs and code; Dask writes the
-same bytes as this machine. A result with signals is also a run file, so every command that reads run files accepts it.
+A result is one HDF5 file, readable by xarray. Its name is a hash of the case's scene, outputs and code; all engines
+write the same bytes. A result with signals is also a run file, so every command that reads run files accepts it.
 Status, reason and numbers are also stored as a line of JSON after the HDF5 part, so that they can be read without HDF5.
 """
 

@@ -37,7 +37,7 @@ _read_utc: list[str] = []  # dates of the results that this process has read, IS
 
 @contextlib.contextmanager
 def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
-    """Context that ignores stored results if `fresh`; yields a list that collects the dates of stored results read."""
+    """Context in which stored results are not read if `fresh` is true; yields the list of dates of those that are."""
     before, _read_utc[:] = os.environ.get(FRESH, ""), []
     os.environ[FRESH] = "1" if fresh else before
     try:
@@ -73,9 +73,9 @@ def content_sha256(*values: Any) -> str:
 class ContentStore:
     """Store for results of one `kind`, computed by the module `computed_by`, in `folder` (default: the user's cache).
 
-    File names contain a hash of the code and of `content`, a text that identifies the input of the result. The hash of
-    the code does not cover the models, because they are imported at their first use. The `content` of a model's run
-    therefore contains a hash of the model's code.
+    File names contain a hash of the code and of `content`, a text that identifies the input of the result. The code of
+    the models is not included, because models are imported only when they are used; the `content` that identifies a
+    run therefore contains a hash of its model's code.
     """
 
     kind: str

@@ -66,7 +66,7 @@ class CheckedQuantity:
 
 
 def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
-    """Compare one program part's fingerprint `now` with the reference `known`; a name in only one of them fails."""
+    """Compare one program part's fingerprint `now` with the reference `known`; a number that one lacks fails."""
     found, both = [], [name for name in now if name in known]
     for name in dict.fromkeys([*both, *now, *known]):
         value, middle, words = now.get(name, math.nan), known.get(name, math.nan), None
@@ -91,7 +91,7 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
 
 @cache
 def reference_fingerprint() -> Fingerprint:
-    """Load the shipped results of short test runs, which `srbval check` compares; empty if there are none."""
+    """Load the reference fingerprint, which is shipped with srbval; empty if it is missing or damaged."""
     try:
         content = read_json(shipped_folder(REPORTS) / REFERENCE_FILE, MAX_RESULT_BYTES)
         known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())

@@ -12,7 +12,7 @@ from srbval.storage import stored_result
 from srbval.storage.installation import package_folder
 from srbval.storage.json_files import write_json
 from srbval.storage.sources import code_sha256, content_version, sources_of
-from srbval.storage.stored_result import ResultKind, StoredResult, compare_part, fingerprint_of, newest_result
+from srbval.storage.stored_result import StoredResult, compare_part, fingerprint_of, newest_result
 
 SOURCES = {
     "__init__.py": "from made.unrelated import nothing",
@@ -154,20 +154,13 @@ def test_the_newest_is_found_with_its_origin(tmp_path, monkeypatch):
         ({"fingerprint": None}, "does not state the fingerprint"),
         ({"fingerprint": {"full": {**NOW["full"], "outer: rms_m_s2": 2.001}}}, "part full behaves differently"),
         ({"fingerprint": {"full": {**NOW["full"], "gone": 1.0}}}, "gone"),
+        ({"code_sha256": "other", "evidence_kind": "recorded"}, None),
+        ({"code_sha256": "other", "computed_once": "blind"}, None),
     ],
 )
-def test_evidence_is_stale_if_what_it_depends_on_has_changed(changes, why):
+def test_only_evidence_is_stale_if_what_it_depends_on_has_changed(changes, why):
     found = result(**changes).why_stale(NOW)
     assert found is None if why is None else why in (found or "")
-
-
-@pytest.mark.parametrize(
-    ("changes", "kind"), [({"evidence_kind": "recorded"}, "recorded"), ({"computed_once": "blind"}, "document")]
-)
-def test_other_kinds_are_never_stale(changes, kind):
-    found = result(**changes, code_sha256="other")
-    assert found.kind is ResultKind(kind)
-    assert found.why_stale({}) is None
 
 
 def test_values_agree_within_their_tolerance():
