@@ -47,7 +47,7 @@ class ConfigurationError(SrbvalError):
 
 
 class UnknownNameError(ConfigurationError):
-    """Error for an unknown word; `known` contains all accepted words, unless the message lists them already."""
+    """Error for an unknown word; `known` contains all accepted words if the message suggests only the closest one."""
 
     known: Collection[str] = ()
 

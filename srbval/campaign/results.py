@@ -31,9 +31,8 @@ class Output(enum.StrEnum):
     """Requested content of a result.
 
     ``summary``: cage speed over shaft speed, BPFO, BPFI, the share of the radial load that the rollers carry, and the
-    part of the losses for which the energy balance does not account. ``statistics``: numbers such as RMS and kurtosis
-    of the outer ring's acceleration. ``acceleration``: acceleration signals of the outer ring and at the sensor.
-    ``signals``: all signals of a run file.
+    error of the energy balance. ``statistics``: numbers such as RMS and kurtosis of the outer ring's acceleration.
+    ``acceleration``: acceleration signals of the outer ring and at the sensor. ``signals``: all signals of a run file.
     """
 
     SUMMARY = "summary"

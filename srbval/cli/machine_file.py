@@ -67,7 +67,7 @@ class Sensor(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineRecords(Limited):
-    """Healthy record for comparison and its scale factor; for a trend, number of first `records` that are healthy."""
+    """Healthy record for comparison and its scale factor; for a trend, number of first `records` that are normal."""
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)

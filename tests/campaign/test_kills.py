@@ -103,12 +103,12 @@ def _wait_for_a_result(folder, process):
 
 def _assert_ports(engine, campaign):
     """Only SLURM's jobs must reach this machine, at the scheduler's port; a cluster of this machine reaches itself."""
-    pids = [campaign, *_descendants(campaign)]
+    children = pytest.importorskip("psutil").Process(campaign).children(recursive=True)
     if engine == "slurm":
         assert len({port for _, port in reachable(campaign)}) <= 1
     else:
         ports = reachable if engine == "dask" else listening
-        assert not [address for pid in pids for address in ports(pid)]
+        assert not [address for pid in (campaign, *(child.pid for child in children)) for address in ports(pid)]
 
 
 def _kill(target, how, campaign, mark, chance):
@@ -118,9 +118,3 @@ def _kill(target, how, campaign, mark, chance):
         os.kill(campaign, how)
     else:
         os.kill(chance.choice([pid for pid, words in marked(mark).items() if any(w in words for w in WORKERS)]), how)
-
-
-def _descendants(pid):
-    found = subprocess.run(["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True, check=False)
-    children = [int(text) for text in found.stdout.split()]
-    return [*children, *(below for child in children for below in _descendants(child))]
