@@ -67,9 +67,9 @@ class FullRun:
 
     def with_output_rate(self, least_hz: float) -> "FullRun":
         """Return the run with an output rate of `least_hz` or more (at most one output per step) and the same step."""
-        steps = self.steps_per_output
-        divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
-        per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
+        steps, step_s = self.steps_per_output, self.step_s
+        fitting = (n for n in range(1, steps + 1) if steps % n == 0 and n * least_hz * step_s <= 1)
+        per_output = max(fitting, default=1)
         rate_hz = self.output_rate_hz * (steps // per_output)
         return replace(self, output_rate_hz=rate_hz, steps_per_output=per_output)
 

@@ -28,8 +28,8 @@ QUANTITY_KINDS = {CAGE_QUANTITY: "cage", DRIVE_QUANTITY: "drive_power"}  # other
 # Negligible values, added to the means before they are compared (for bands: squares). The noise of industrial
 # accelerometers in such a band is 1e-4 m/s2 or more; without contact the rounding is 1e-11 m/s2.
 NEGLIGIBLE_MEANS = {"cage": 0.0, "band_rms": 1e-4**2, "drive_power": 1e-3}  # -, (m/s2)^2, W
-MIN_BLOCKS_FOR_SPREAD = 4  # if fewer blocks contain a band's power (single knocks), blocks are compared in pairs
-MAX_REFINEMENT = 8  # most steps in one of the scene's, which limits the cost of a chosen step
+MIN_BLOCKS_FOR_SPREAD = 4  # if fewer blocks contain a band's power (single knocks), their geometric means are compared
+MAX_REFINEMENT = 8  # most steps in place of one of the scene's; limits the cost of a chosen step
 PIECE_S = 0.15  # both runs cost five times this: 8 % of a ten-second run, 10 % if a quarter of the step is chosen
 LONG_PIECE_FACTOR = 4.0  # on `PIECE_S` if chance hides the errors of a step to be chosen: a third of a ten-second run
 MIN_PASSAGES = 4.0  # least number of roller passages over a point of the outer race in a piece
