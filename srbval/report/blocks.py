@@ -65,7 +65,7 @@ class Cell:
     note: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the cell's entry in ``report.json``: its value, and what else is given."""
+        """Return the cell's entry in ``report.json``: value, and interval, source, judgement and remark if given."""
         further = {name: getattr(self, name) for name in ("ci95", "badge", "tone", "note")}
         return {"value": self.value} | {name: given for name, given in further.items() if given not in (None, "")}
 

@@ -17,25 +17,48 @@ def stored_content(results: StoredResults, name: str) -> Mapping[str, Any]:
     return results[name].content if name in results else {}
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Page:
-    """Section of the report, made from the stored results named in `results`; sections are sorted by `place`.
+    """Section of the report from the newest stored result of the study in `package`; sections are sorted by `place`.
 
-    `data` returns further keys of ``report.json``; a list under an existing key extends the list that is there. `tile`
-    returns a short answer for the report's first screen, or None if no result is stored.
+    `blocks` makes the section from the texts of the package (``texts.md``) and the content of the result, `tile` a
+    short answer for the report's first screen. `data` computes further keys of ``report.json`` from the content and all
+    results; a list under an existing key extends the list that is there. `more_results` names results that `data` uses.
     """
 
-    name: str
+    package: str
     place: float
-    results: tuple[str, ...]
-    section: Callable[[StoredResults], Section]
-    data: Callable[[StoredResults], Mapping[str, Any]]
-    tile: Callable[[StoredResults], Callout | None]
+    blocks: Callable[[Prose, Mapping[str, Any]], Iterable[Block]]
+    data: Callable[[Mapping[str, Any], StoredResults], Mapping[str, Any]] = lambda *_: {}
+    tile: Callable[[Prose, Mapping[str, Any]], Callout] | None = None
+    more_results: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the study and of its result."""
+        return self.package.rpartition(".")[2]
+
+    def section(self, results: StoredResults) -> Section:
+        """Make the section; it begins with the origin of the result or, without one, with the command to compute it."""
+        prose = Prose(self.package)
+        shown = self.blocks(prose, results[self.name].content) if self.name in results else ()
+        return prose.section(origin_line(results, self.name), *shown)
+
+    def short_answer(self, results: StoredResults) -> Callout | None:
+        """Make the short answer for the first screen, if the page has one and its result is stored."""
+        return (
+            self.tile(Prose(self.package), results[self.name].content) if self.tile and self.name in results else None
+        )
+
+    def report_data(self, results: StoredResults) -> Mapping[str, Any]:
+        """Return the page's keys of ``report.json``; nothing if its result is not stored."""
+        return self.data(results[self.name].content, results) if self.name in results else {}
 
 
 def load_newest_results(pages: Iterable[Page], *names: str) -> StoredResults:
     """Load the newest stored results of `names` and of the names that `pages` use."""
-    wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
+    of_pages = (name for page in pages for name in (page.name, *page.more_results))
+    wanted = dict.fromkeys((*names, *of_pages))
     return {name: result for name in wanted if (result := newest_result(name)) is not None}
 
 
@@ -46,35 +69,6 @@ def join_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dic
         for key, value in part.items():
             found[key] = [*found[key], *value] if key in found and isinstance(value, list | tuple) else value
     return found
-
-
-def study_page(
-    package: str,
-    place: float,
-    blocks: Callable[[Prose, Mapping[str, Any]], Iterable[Block]],
-    data: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {},
-    tile: Callable[[Prose, Mapping[str, Any]], Callout] | None = None,
-) -> Page:
-    """Make the page of the study in `package` from its newest stored result.
-
-    The section starts with the origin of the result, followed by `blocks`, made from the result and the package's
-    ``texts.md``. Without a result the section names the command that computes it. `data` and `tile` compute keys of
-    ``report.json`` and the short answer on the first screen from the result.
-    """
-    name, prose = package.rpartition(".")[2], Prose(package)
-
-    def section(results: StoredResults) -> Section:
-        shown = blocks(prose, results[name].content) if name in results else ()
-        return prose.section(origin_line(results, name), *shown)
-
-    return Page(
-        name=name,
-        place=place,
-        results=(name,),
-        section=section,
-        data=lambda results: data(results[name].content) if name in results else {},
-        tile=lambda results: tile(prose, results[name].content) if tile and name in results else None,
-    )
 
 
 def origin_line(results: StoredResults, name: str) -> Callout | Paragraph:

@@ -16,7 +16,7 @@ from srbval.report import blocks
 from srbval.report.blocks import Badge, Callout, Figure, Paragraph, TableColumn, Tone
 from srbval.report.findings.gather import select_simulated
 from srbval.report.findings.records import fault_cursors
-from srbval.report.pages import join_data, origin_line, study_page
+from srbval.report.pages import Page, join_data, origin_line
 from srbval.report.plain import literal, mask_controls, spans
 from srbval.report.prose import Prose
 from srbval.storage.stored_result import StoredResult, newest_result
@@ -127,7 +127,7 @@ def test_the_origin_of_a_result_says_kind_date_machine_and_command(more, words):
 
 def test_a_study_page_starts_with_the_origin_or_the_command(monkeypatch):
     monkeypatch.setattr(Prose, "_parts", {"": "# Naming {#naming}", "found": "{n} of 3."})
-    page = study_page("made.naming", 10, lambda prose, content: [prose.paragraph("found", n=content["n"])])
+    page = Page("made.naming", 10, lambda prose, content: [prose.paragraph("found", n=content["n"])])
     results = {"naming": StoredResult(path=Path("naming.json"), content=STORED | {"n": 2})}
     assert page.section(results).blocks == (origin_line(results, "naming"), Paragraph("2 of 3."))
     (remark,) = page.section({}).blocks

@@ -27,7 +27,7 @@ def plot(of: Any, ax: Any = None, **options: Any) -> Any:
     A recording, a run or a file is drawn as its signal over time; an analysis as its envelope spectrum with the
     expected fault frequencies, together with the spectrum of the analysis `healthy` if given; a diagnosis as the
     probabilities of the bearing states; a bearing as its fault frequencies in shaft orders; a validation as errors with
-    uncertainties.
+    uncertainties; a spectrum as its amplitude over frequency.
     """
     with figure_style():
         if ax is None:

@@ -165,7 +165,7 @@ def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
 
 
 def near_cage_rows(judged: Iterable[Row], ratios: Iterable[Row], change: Row) -> list[Row]:
-    """List the rig's cage ratios (`ratios`) and their `change` with speed, with the errors judged in both scenes."""
+    """List the rig's cage ratios and their `change` with speed, with the model's errors in both scenes (`judged`)."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
@@ -230,7 +230,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """List the cage ratios at each speed: of each rig record, their mean, of each scene (`stored`), in pure rolling."""
+    """List cage ratios by speed: of the rig's records, their mean, the model in each scene (`stored`), pure rolling."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))

@@ -43,7 +43,7 @@ TABLE6_SOURCES = (  # rows of Table 6: source of the rig's value, source of the 
 def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
     """Make the first screen of the main report from the findings, the content of ``report.json`` and studies' pages."""
     judged, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
-    tiles += filter(None, (page.tile(findings.results) for page in pages))
+    tiles += filter(None, (page.short_answer(findings.results) for page in pages))
     origin = {
         "machine": data["provenance"]["machine"]["processor"],
         "version": __version__,

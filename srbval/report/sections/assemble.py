@@ -25,7 +25,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
     """Build the main report with the `pages` of studies; `command` is printed as the command that repeats it."""
     pages = tuple(pages)
     origin = {"command": command, **findings.provenance}
-    data = join_data(findings.data, (page.data(findings.results) for page in pages)) | {"provenance": origin}
+    data = join_data(findings.data, (page.report_data(findings.results) for page in pages)) | {"provenance": origin}
     verdict = verdict_box(findings, data, pages)
     placed = (
         (10, table6_section(findings)),

@@ -1,7 +1,6 @@
 """Report page of the study of amplitudes: errors of one-third-octave bands, and level errors too large for chance."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import pandas as pd
@@ -9,7 +8,7 @@ import pandas as pd
 from srbval.comparison.comparison import VERDICT
 from srbval.report.blocks import Block
 from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, PanelData, legend_above, new_axes, panel
-from srbval.report.pages import StoredResults, record_words, stored_content, study_page
+from srbval.report.pages import Page, StoredResults, record_words, stored_content
 from srbval.report.prose import Prose
 
 LOCKED, OUTCOME = "locked level", "prediction_outcome"
@@ -57,15 +56,15 @@ def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
     yield prose.paragraph("open", conclusion=unexplained(content["tests"], locked))
 
 
-def data(results: StoredResults) -> Mapping[str, Any]:
+def data(content: Mapping[str, Any], results: StoredResults) -> Mapping[str, Any]:
     """Results of the study for ``report.json``, by key."""
-    content, outcome = (stored_content(results, name) for name in ("amplitudes", OUTCOME))
+    outcome = stored_content(results, OUTCOME)
     return {
-        "amplitudes": content.get("counts"),
-        "amplitude_levels": content.get("tests", []),
-        "comparisons": [*content.get("rows", []), *outcome.get("comparisons", [])],
+        "amplitudes": content["counts"],
+        "amplitude_levels": content["tests"],
+        "comparisons": [*content["rows"], *outcome.get("comparisons", [])],
         "prediction_outcome": {key: value for key, value in outcome.items() if key != "comparisons"},
     }
 
 
-PAGE = replace(study_page(__package__, 40, _blocks), results=("amplitudes", OUTCOME), data=data)
+PAGE = Page(__package__, 40, _blocks, data, more_results=(OUTCOME,))

@@ -7,7 +7,7 @@ import pandas as pd
 
 from srbval.plan.questions import MEANING, Question
 from srbval.report.blocks import Block, Callout, TableColumn, Tone
-from srbval.report.pages import study_page
+from srbval.report.pages import Page
 from srbval.report.prose import Prose
 
 SCENE_TITLES = {"paper": "paper's scene", "rig": "rig's scene"}
@@ -79,4 +79,4 @@ def _digits(value: float) -> str:
     return "10³+" if value > 1000 else f"{value:.3g}" if value >= 99 else f"{value:.2g}"
 
 
-PAGE = study_page(__package__, 70, blocks, lambda content: {"ladder": content["ladder"]}, tile)
+PAGE = Page(__package__, 70, blocks, lambda content, _: {"ladder": content["ladder"]}, tile)

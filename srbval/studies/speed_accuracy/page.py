@@ -8,7 +8,7 @@ import pandas as pd
 
 from srbval.report.blocks import Badge, Block
 from srbval.report.figures.style import INK, SERIES, VERMILION, PanelData, new_figure, panel
-from srbval.report.pages import study_page
+from srbval.report.pages import Page
 from srbval.report.prose import Prose
 from srbval.sweep.scenes import PAPER
 
@@ -89,4 +89,4 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     yield prose.table("speed-accuracy-table", noted.assign(line_pct=100 * shown["cage_error"], status_tone=tones))
 
 
-PAGE = study_page(__package__, 50, blocks, data=lambda content: {"speed_accuracy": content["runs"]})
+PAGE = Page(__package__, 50, blocks, lambda content, _: {"speed_accuracy": content["runs"]})

@@ -8,7 +8,7 @@ import pandas as pd
 
 from srbval.report.blocks import Badge, Block, Callout, Listing, Tone
 from srbval.report.figures.style import SERIES, PanelData, new_figure, panel
-from srbval.report.pages import study_page
+from srbval.report.pages import Page
 from srbval.report.prose import Prose
 
 SIZE_INCHES = (7.6, 3.0)
@@ -68,6 +68,6 @@ def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
     return prose.callout("tile", tone=Tone.NEUTRAL, rpm=RPM, **words, finest=max(content["steps_per_s"]))
 
 
-PAGE = study_page(
-    __package__, 60, blocks, lambda content: {"stability": content["cells"], "limits": content["limits"]}, tile
+PAGE = Page(
+    __package__, 60, blocks, lambda content, _: {"stability": content["cells"], "limits": content["limits"]}, tile
 )
