@@ -56,7 +56,7 @@ class Page:
 
 
 def load_newest_results(pages: Iterable[Page], *names: str) -> StoredResults:
-    """Load the newest stored results of `names` and of the names that `pages` use."""
+    """Load the newest stored results called `names`, and those from which `pages` are made."""
     of_pages = (name for page in pages for name in (page.name, *page.more_results))
     wanted = dict.fromkeys((*names, *of_pages))
     return {name: result for name in wanted if (result := newest_result(name)) is not None}

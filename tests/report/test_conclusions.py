@@ -44,6 +44,11 @@ def picture(what: str, model: float, rig: float = 0.0, state: str = "outer") -> 
     return about | {"model": model, "rig": rig, "alike": abs(model - rig) <= 3.0}
 
 
+def level(name: str, model: float | None) -> str:
+    """Sentence on a line of the model; None if the line was not read."""
+    return level_sentence([] if model is None else [picture("a line", model)], "a line", name)
+
+
 def rows_of(**alarms: int) -> list[dict[str, Any]]:
     return [{"alarm": alarm, "name": "a*b", "state": "x"} for alarm, n in alarms.items() for _ in range(n)]
 
@@ -90,29 +95,17 @@ SENTENCES = [  # text, words that it has, words that it has not
         "OR 877 fitted, for levels only; none unknown before the comparison; 1 seen",
         None,
     ),
-    (
-        answer.used_sentence([USED[0] | {"used_for": "blind"}], READ),
-        "unknown before the comparison: OR 877",
-        "none blind",
-    ),
+    (answer.used_sentence([{**USED[0], "used_for": "blind"}], READ), "the comparison: OR 877", "none unknown"),
     (answer.stored_sentence([]), "nothing", None),
     (picture_verdict([picture("a", 1.0), picture("b", -9.0)], "spectrum", Fault.OUTER), "differs: b -9 dB", "alike"),
     (picture_verdict([picture("a", 1.0), picture("b", -9.0, state="inner")], "spectrum", Fault.OUTER), "alike: a", "b"),
     (picture_verdict([picture("a", 1.0)], "acceleration", Fault.OUTER), "not compared", "alike"),
-    (
-        level_sentence([picture("5xBPFO", -18.0)], "5xBPFO", "fifth"),
-        "As in the paper, the model's fifth harmonic is missing",
-        None,
-    ),
-    (level_sentence([picture("5xBPFO", -1.0)], "5xBPFO", "fifth"), "Unlike in the paper", "missing"),
-    (level_sentence([], "5xBPFO", "fifth"), "was not read", "paper"),
-    (
-        level_sentence([picture("BPFI sidebands", -17.0)], "BPFI sidebands", "sidebands"),
-        "struck in the load zone only",
-        None,
-    ),
-    (level_sentence([picture("BPFI sidebands", 1.0)], "BPFI sidebands", "sidebands"), "Both defects", "zone"),
-    (level_sentence([], "BPFI sidebands", "sidebands"), "not read", None),
+    (level("fifth", -18.0), "As in the paper, the model's fifth harmonic is missing", None),
+    (level("fifth", -1.0), "Unlike in the paper", "missing"),
+    (level("fifth", None), "was not read", "paper"),
+    (level("sidebands", -17.0), "struck in the load zone only", None),
+    (level("sidebands", 1.0), "Both defects", "zone"),
+    (level("sidebands", None), "not read", None),
     (trend_sentence(TREND), "exceeds its uncertainty of 0.08 %; its cause is not known", "within"),
     (trend_sentence(TREND | {"model_pct": 0.2}), "within its uncertainty of 0.08 %", "exceeds"),
     (trend_sentence(TREND | {"model_pct": None}), "+0.22 ± 0.08 % at 353", "scene"),

@@ -38,9 +38,7 @@ def trend_points(trend: Trend) -> Iterator[str]:
     """State the false-alarm probability, why severity zones (ISO 20816-3) are missing, and how levels are defined."""
     if trend.comparisons:
         each, all_pct = trend.false_alarm / trend.comparisons, 100 * trend.false_alarm
-        yield TREND_TEXTS.text(
-            "how-sure", comparisons=trend.comparisons, baseline=trend.baseline, each=each, all_pct=all_pct
-        )
+        yield TREND_TEXTS.text("how-sure", trend=trend, each=each, all_pct=all_pct)
     if reasons := dict.fromkeys(one.velocity_missing for one in trend.channels if one.velocity_missing):
         yield TREND_TEXTS.text("no-zone", reasons="; ".join(reasons))
     yield TREND_TEXTS.text("level")
