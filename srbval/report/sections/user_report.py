@@ -204,7 +204,9 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
 def unseen_reason(line: Line, **limits: float) -> str:
     """State why a line is not detected; `limits` are the highest usable frequency and the lowest detectable SNR."""
     why = line.not_detected or NotDetected.OWN
-    name = "hidden-snr" if why is NotDetected.HIDDEN and line.snr else why.name.lower().replace("_", "-")
+    name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
+    if why is NotDetected.HIDDEN and line.snr:
+        name += "-snr"
     return USER_TEXTS.text(name, line=line, **limits)
 
 
