@@ -165,8 +165,8 @@ class Figure:
 
     ``draw(folder, id)`` writes the picture (SVG) and the plotted data (CSV). `label` ("Figure 11a") precedes the
     caption. A `wide` figure takes the full width of the text. `small_of` is empty, or for a thumbnail the id of the
-    full figure. `explore` describes an interactive chart of the data (see `explore_spectrum`). Raises ValueError if the
-    alternative text or the caption is empty.
+    full figure. `explore` describes an interactive chart of the data as JSON (see `explore_spectrum`). Raises
+    ValueError if the alternative text or the caption is empty.
     """
 
     JSON_OMITTED: ClassVar = ("draw", "badge", "wide", "small_of", "explore")
@@ -180,7 +180,7 @@ class Figure:
     badge: str | None = None
     wide: bool = True
     small_of: str = ""
-    explore: Mapping[str, Any] | None = None
+    explore: str = ""
 
     def __post_init__(self) -> None:
         if not (self.alt.strip() and self.caption.strip()):

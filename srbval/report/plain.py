@@ -15,7 +15,6 @@ from typing import Any
 
 from srbval import __version__
 from srbval.report.blocks import Cell, KeyValues, Report, ReportTable, TableColumn, format_value
-from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
 MAX_OPEN_SECTIONS = 3  # sections of a page without folds; a page with more sections folds them
@@ -74,8 +73,6 @@ def as_plain(report: Report) -> dict[str, Any]:
 
 def _plain(value: Any, name: str = "") -> Any:
     """Convert a value in the report's field `name` to text, list or dict; a dict's `kind` is its dataclass's name."""
-    if name == "explore" and value is not None:
-        return json_text(value)
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, str):

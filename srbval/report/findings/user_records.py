@@ -141,7 +141,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """Run the model with a defect of `part` for a measured record of a known bearing; a text if the run failed."""
+    """Run the model with a defect of `part` for a measured record of a known bearing, else None; text if it failed."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None

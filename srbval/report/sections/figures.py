@@ -31,6 +31,7 @@ from srbval.report.findings.records import (
 )
 from srbval.report.prose import Prose
 from srbval.signal.spectrum import SCALOGRAM_HZ
+from srbval.storage.json_files import json_text
 from srbval.validation.validate import SIDES, PairReading
 
 FIGURE_TEXTS, PAIR_TEXTS = (Prose("srbval.report", f"texts/{name}.md") for name in ("figures", "pairs"))
@@ -139,20 +140,15 @@ def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
     return FIGURE_TEXTS.text(f"{name}-weak" if row["model"] < row["rig"] - row["limit"] else f"{name}-there", **row)
 
 
-def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> dict[str, Any]:
-    """Describe the interactive chart of an envelope spectrum, which the page's script draws from the figure's data.
+def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> str:
+    """Return the description (JSON) from which the page's script draws the interactive chart of an envelope spectrum.
 
     `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and x positions of the
     frequencies to mark, `x_per_order` is the width of one shaft order in units of the x axis.
     """
-    return {
-        "x": "frequency_hz",
-        "x_label": "Frequency, Hz",
-        "y_label": y_label,
-        "curves": curves,
-        "marks": [(cursor.name, cursor.frequency_hz) for cursor in view.cursors],
-        "x_per_order": view.record.shaft_hz,
-    }
+    axes = {"x": "frequency_hz", "x_label": "Frequency, Hz", "y_label": y_label, "curves": curves}
+    marks = [(cursor.name, cursor.frequency_hz) for cursor in view.cursors]
+    return json_text(axes | {"marks": marks, "x_per_order": view.record.shaft_hz})
 
 
 def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **options: Any) -> Figure:
