@@ -167,22 +167,23 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
     """Refine the phases `path_rad`; returns log evidence of a line, mean step per block, its 95 % half width [rad]."""
     blocks = sums.shape[1]
-    modes = modes_of(blocks)
-    ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share
+    contrasts = contrasts_of(blocks)
+    ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * contrasts.share
     for _ in range(4):
         amplitude = _amplitudes(sums, number, path_rad)
         phase, variance = _refined(sums, number, path_rad, amplitude)
-        residual = modes.contrasts @ phase
-        excess, weight, log_likelihood = _excess_noise(residual, variance, modes.share)
-        path_rad = phase - modes.contrasts.T @ (weight @ (1 / spread) * residual)  # less each residual's share of noise
+        residual = contrasts.weights @ phase
+        excess, weight, log_likelihood = _excess_noise(residual, variance, contrasts.share)
+        by_noise = weight @ (1 / spread) * residual  # each residual's share of noise
+        path_rad = phase - contrasts.weights.T @ by_noise
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
     log_spread = float(weight @ np.log1p(WALK_RATIOS))
     # Without a walk the frequency of highest power needs no correction, and is better for weak lines.
-    carried = weight @ (ratios * modes.with_slope / spread)  # share of each residual that a walk adds to the slope
-    slope = float(modes.slope @ phase - carried @ residual) * walk_share(log_spread)
+    carried = weight @ (ratios * contrasts.with_slope / spread)  # share of each residual that a walk adds to the slope
+    slope = float(contrasts.slope @ phase - carried @ residual) * walk_share(log_spread)
     strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
-    error = math.sqrt(excess * variance * modes.slope_variance)
+    error = math.sqrt(excess * variance * contrasts.slope_variance)
     return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
 
 
@@ -197,17 +198,16 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Modes:
+class Contrasts:
     """Weighted sums of n phases that separate a random walk of the phase from noise.
 
-    The `contrasts` [n - 2, n] are orthonormal weights whose sums vanish for phases on a straight line and are
-    uncorrelated both for a random walk and for noise. The weights `slope` [n] give the slope of the phases;
-    `slope_variance` is its variance if the phases have noise of variance 1. For a random walk that gives the slope the
-    same variance, `share` [n - 2] are the variances of the contrasts, `with_slope` [n - 2] their covariances with the
-    slope.
+    The `weights` [n - 2, n] are orthonormal; their sums vanish for phases on a straight line, and are uncorrelated both
+    for a random walk and for noise. The weights `slope` [n] give the slope of the phases, `slope_variance` is its
+    variance if the phases have noise of variance 1. For a random walk that gives the slope the same variance, `share`
+    [n - 2] are the variances of the contrasts, `with_slope` [n - 2] their covariances with the slope.
     """
 
-    contrasts: FloatArray
+    weights: FloatArray
     share: FloatArray
     with_slope: FloatArray
     slope: FloatArray
@@ -224,8 +224,8 @@ def weigh_walk_ratios(residual: FloatArray, share: FloatArray) -> tuple[FloatArr
 
 
 @functools.cache
-def modes_of(count: int) -> Modes:
-    """`Modes` of `count` phases, each the mean over one block of a random walk plus noise."""
+def contrasts_of(count: int) -> Contrasts:
+    """`Contrasts` of `count` phases, each the mean over one block of a random walk plus noise."""
     index = np.arange(count)
     walk = np.minimum.outer(index, index) + 0.5 - np.eye(count) / 6
     middle = index - (count - 1) / 2
@@ -234,11 +234,11 @@ def modes_of(count: int) -> Modes:
     per_ratio = noise_variance / walk_variance
     free = np.linalg.svd(np.vstack((np.ones(count), middle)))[2][2:].T  # all that has no mean and no slope
     share, rotation = np.linalg.eigh(free.T @ walk @ free)
-    contrasts = (free @ rotation).T
-    return Modes(
-        contrasts=contrasts,
+    weights = (free @ rotation).T
+    return Contrasts(
+        weights=weights,
         share=np.maximum(share, 0) * per_ratio,
-        with_slope=contrasts @ walk @ slope * per_ratio,
+        with_slope=weights @ walk @ slope * per_ratio,
         slope=slope,
         slope_variance=noise_variance,
     )

@@ -17,7 +17,7 @@ from srbval.arrays import FloatArray
 from srbval.processes.pool import in_processes
 from srbval.signal import NORMAL_95, Periodogram, Phasors, read_comb
 from srbval.signal.phase_posterior import posterior
-from srbval.signal.slip import WALK_RATIOS, modes_of, noise_error_hz, slip_interval, weak_sums, weigh_walk_ratios
+from srbval.signal.slip import WALK_RATIOS, contrasts_of, noise_error_hz, slip_interval, weak_sums, weigh_walk_ratios
 from tests.signal.test_comb import FS_HZ, LINE_HZ, SHAFT_HZ, comb
 
 BLOCKS, MODES, DRAWS, STEPS = 96, 24, 8000, 300
@@ -37,9 +37,9 @@ RECORDS = 240  # of each cell: seconds, amplitudes with the first one's line-to-
 
 def drawn_slip(ratio: float, rng: np.random.Generator, draws: int = DRAWS) -> tuple[FloatArray, FloatArray]:
     """Spread that the residuals suggest, and the modulus of the slope's error in noise errors, both [draws]."""
-    modes = modes_of(BLOCKS)
-    kept = np.argsort(modes.share)[::-1][:MODES]
-    share, cross = modes.share[kept], modes.with_slope[kept] / math.sqrt(modes.slope_variance)
+    contrasts = contrasts_of(BLOCKS)
+    kept = np.argsort(contrasts.share)[::-1][:MODES]
+    share, cross = contrasts.share[kept], contrasts.with_slope[kept] / math.sqrt(contrasts.slope_variance)
     covariance = np.eye(MODES + 1)
     covariance[0, 0] += ratio
     covariance[1:, 1:] += ratio * np.diag(share)
