@@ -410,10 +410,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 
 def _dependencies(request: RecordRequest, register: str) -> str:
-    """Key of a stored result: text of all inputs on which it depends; empty if the result cannot be stored.
-
-    `register` is the text of all entries in the register of recordings.
-    """
+    """Key of a stored result: text of all its inputs and of the `register` of recordings; empty if not to be stored."""
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:

@@ -152,10 +152,7 @@ class Trend:
 
 
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
-    """Velocities [mm/s] between zones A, B, C, D of ISO 20816-3 for a class of machine; empty for None.
-
-    Raises `UnknownNameError` for an unknown class.
-    """
+    """Velocities [mm/s] between zones A, B, C and D of ISO 20816-3 for a class of machine; empty for None."""
     classes = read_toml(Path(__file__).with_name("iso_20816_3.toml"))["boundaries_mm_s"]
     if machine_class is not None and machine_class not in classes:
         raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, classes)

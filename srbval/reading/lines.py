@@ -170,10 +170,7 @@ def read_lines(
     shaft_masked = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Put a family's lines into `lines`, and its first harmonic into `stronger` if detected; True if detected.
-
-        A line at a simple ratio to one of the `stronger` lines is not detected.
-        """
+        """Put a family's lines into `lines`; True if its first harmonic is detected, which then joins `stronger`."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)

@@ -30,10 +30,7 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power that repeats at shaft order `found_order`, by name of the band.
-
-    Bands narrower than twice the frequency of this order are omitted.
-    """
+    """Power in each band that repeats at a shaft order; bands narrower than twice its frequency are omitted."""
     speed = recording.known_speed
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}
