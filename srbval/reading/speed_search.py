@@ -131,7 +131,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
     def estimate(at: ShaftSpeed, lines: tuple[Line, ...]) -> ShaftSpeed | None:
         line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
         half_hz = max(SEARCH_SHARE, stated.ci95_hz / stated.value_hz) * stated.value_hz
-        record = periodogram_of(processed, bearing, at).unmasked()
+        record = replace(periodogram_of(processed, bearing, at), masks_hz=np.empty((0, 2)))
         found = shaft_by_lines(record, line_hz, stated.value_hz, half_hz)
         if found is None:
             return None

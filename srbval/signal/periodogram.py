@@ -123,10 +123,6 @@ class Periodogram:
         zones[:, 1] = np.maximum.accumulate(zones[:, 1])  # so that the last zone to begin ends last
         return replace(self, masks_hz=zones)
 
-    def unmasked(self) -> Periodogram:
-        """Periodogram without masks."""
-        return replace(self, masks_hz=np.empty((0, 2)))
-
     @property
     def seconds(self) -> float:
         """Duration of the record [s]."""
