@@ -50,39 +50,38 @@ class OutsideResult(NamedTuple):
 def run_requested_model(request: tuple[Scene, float]) -> OutsideResult | SrbvalError:
     """Run the model of a scene; `request` is the scene and the memory limit [bytes].
 
-    A wrong name or file is returned as an error; every exception of the model becomes a status.
+    A wrong name or file of the model is returned as an error; every other exception becomes a status.
     """
     scene, memory = request
     limit_resource("RLIMIT_CORE", 0)  # a crash leaves no memory dump
     limit_memory(memory)
+    model: Model | None = None
     try:
-        return run_model(load_model(scene.model), scene)
-    except SrbvalError as error:
-        kind = next(kind for kind in (ConfigurationError, DataError, SrbvalError) if isinstance(error, kind))
-        return kind(str(error))  # not every error can be pickled
+        model = load_model(scene.model)
+        return run_model(model, scene)
+    except UnusableSignalsError as error:
+        return OutsideResult(*error.args)
     except MemoryError as error:
         reason = f"it needed more memory than {memory / 1e9:g} GB, its limit ({error})"
         return OutsideResult(RunStatus.OUT_OF_MEMORY, reason)
     except BaseException as error:  # whatever foreign code raises, also SystemExit
+        if model is None and isinstance(error, SrbvalError):
+            kind = next(kind for kind in (ConfigurationError, DataError, SrbvalError) if isinstance(error, kind))
+            return kind(str(error))  # not every error can be pickled
         return OutsideResult(RunStatus.RAISED, _place_and_text(error))
 
 
 def run_model(model: Model, scene: Scene) -> OutsideResult:
     """Call the model, first for a short scene as a warm-up, and convert its signals to a result."""
-    try:
-        with contextlib.suppress(Exception):  # the run raises the exception again, unless only the short scene fails
-            model(replace(scene, duration_s=min(WARM_UP_S, scene.duration_s), settle_s=0.0))
-        wall_s, cpu_s = time.perf_counter(), _worked_s()
-        returned = model(scene)
-        wall_s, cpu_s = time.perf_counter() - wall_s, _worked_s() - cpu_s
-        signals = signals_of(returned)
-        own_s = wall_s if signals.wall_s is None else min(float(signals.wall_s), wall_s)
-        out, own_cpu_s = recorded_columns(signals, scene), max(cpu_s - (wall_s - own_s), 0.0)
-        return OutsideResult(RunStatus.OK, REASON, out, own_s, own_cpu_s)
-    except UnusableSignalsError as error:
-        return OutsideResult(*error.args)
-    except SrbvalError as error:  # raised by a bundled model that the model calls
-        return OutsideResult(RunStatus.RAISED, _place_and_text(error))
+    with contextlib.suppress(Exception):  # the run raises the exception again, unless only the short scene fails
+        model(replace(scene, duration_s=min(WARM_UP_S, scene.duration_s), settle_s=0.0))
+    wall_s, cpu_s = time.perf_counter(), _worked_s()
+    returned = model(scene)
+    wall_s, cpu_s = time.perf_counter() - wall_s, _worked_s() - cpu_s
+    signals = signals_of(returned)
+    own_s = wall_s if signals.wall_s is None else min(float(signals.wall_s), wall_s)
+    out, own_cpu_s = recorded_columns(signals, scene), max(cpu_s - (wall_s - own_s), 0.0)
+    return OutsideResult(RunStatus.OK, REASON, out, own_s, own_cpu_s)
 
 
 def load_model(name: str) -> Model:

@@ -54,8 +54,9 @@ def with_own_solver(scene: Scene) -> Scene:
     Raises `ConfigurationError` if the model does not offer the scene's solver, `DataError` if its files are missing.
     """
     content_of(scene.model)
-    offered = solvers_of(scene.model) or (OWN_SOLVER,)
-    name = offered[0] if scene.solver.name == default_solver() not in offered else scene.solver.name
+    offered, name = solvers_of(scene.model) or (OWN_SOLVER,), scene.solver.name
+    if name == default_solver() and name not in offered:
+        name = offered[0]
     check_known(f"{scene.model}: the solver", name, offered)
     return replace(scene, solver=replace(scene.solver, name=name))
 
