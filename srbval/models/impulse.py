@@ -66,11 +66,7 @@ def _defect_passages(
 ) -> tuple[FloatArray, IntArray, FloatArray]:
     """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), angle of the roller's place [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
-
-    def jitter(count: int) -> FloatArray:
-        return scene.slip_jitter * random.standard_normal(count)
-
-    time_s, race = passage_times(defect, motion, rolling_elements, samples / scene.output_rate_hz, jitter)
+    time_s, race = passage_times(defect, motion, rolling_elements, samples / scene.output_rate_hz, random)
     if defect.kind is Fault.ROLLER:
         angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
     else:

@@ -6,7 +6,7 @@ The kinematic model computes the frequencies of the fault lines without slip. Al
 strength, so it has no valid harmonics, sidebands, noise floor or amplitudes; a healthy bearing's signal is zero.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,14 +80,15 @@ def passage_times(
     motion: PrescribedMotion,
     rolling_elements: int,
     seconds: float,
-    jitter: Callable[[int], FloatArray] | None = None,
+    random: np.random.Generator | None = None,
 ) -> tuple[FloatArray, IntArray]:
     """Times of the passages over a defect [s], in rising order, and the races hit (0 outer, 1 inner), [k] each.
 
     The times contain all passages from 0 to `seconds` and a few before and after. A roller's defect hits the outer race
-    at even-numbered passages. ``jitter(k)`` returns k random changes of the spacing, relative to the mean spacing,
-    which accumulate (stationary increments: Antoni & Randall 2003, J. Vib. Acoust. 125, 282); without it, passages are
-    periodic in the shaft's angle. Raises `ConfigurationError` if there are more than `MOST_PASSAGES`.
+    at even-numbered passages. Without `random`, passages are periodic in the shaft's angle. With it, each spacing has a
+    random change, `Scene.slip_jitter` times a normally distributed number; the changes accumulate (stationary
+    increments: Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Raises `ConfigurationError` if there are more than
+    `MOST_PASSAGES`.
     """
     grid = np.arange(-20 * GRID_S, seconds + 20 * GRID_S, GRID_S)
     fixed, per_turn = defect.angle_rad + motion.scene.load.zone_rad, rolling_elements / (2 * np.pi)
@@ -103,8 +104,8 @@ def passage_times(
             f"model is {MOST_PASSAGES:.0e}: shorten the run, or use --model full."
         )
     numbers = np.arange(np.ceil(phase[0]), np.floor(phase[-1]) + 1)
-    wander = np.zeros(len(numbers)) if jitter is None else np.cumsum(jitter(len(numbers)))
-    time_s = np.interp(numbers + wander, phase, grid)
+    changes = 0.0 * numbers if random is None else motion.scene.slip_jitter * random.standard_normal(len(numbers))
+    time_s = np.interp(numbers + np.cumsum(changes), phase, grid)
     if defect.kind is Fault.ROLLER:
         return time_s, numbers.astype(np.int64) % 2
     return time_s, np.full(len(numbers), int(defect.kind is Fault.INNER))
