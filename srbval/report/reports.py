@@ -24,7 +24,7 @@ from srbval.diagnosis.records import (
 from srbval.diagnosis.trend import Trend, record_times, trend_of
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
-from srbval.progress import Progress, silent
+from srbval.progress import Progress, silent, stage
 from srbval.recordings.registry import RecordSource, find_shipped
 from srbval.recordings.settings import with_keywords
 from srbval.report.blocks import FigureGrid, Report
@@ -73,7 +73,7 @@ def make_report(
     with one_thread():
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
-        return found, write_report(report, folder, formats, progress=progress)
+        return found, _written(report, folder, formats, progress)
 
 
 def report(
@@ -136,7 +136,7 @@ def report_sources(
         records, unread, facts = gather_user_records(requests, model=model, progress=progress)
         failed = [*unread, *failed]
         report = assemble_user_report(records, command=command, provenance=facts, failed=failed, others=others)
-        return report, write_report(report, folder, formats, progress=progress)
+        return report, _written(report, folder, formats, progress)
 
 
 def trend(
@@ -192,8 +192,7 @@ def report_case(
                 grids[one.number] = pair_figures(one, Path(name))
 
         result = validate(case, found=found, progress=progress)
-        report = assemble_case(result, grids, command=command)
-        return result, write_report(report, Path(folder), formats, progress=progress)
+        return result, _written(assemble_case(result, grids, command=command), Path(folder), formats, progress)
 
 
 def check_plot(path: Path) -> None:
@@ -225,3 +224,8 @@ def _write_page(page: Report, path: Path) -> None:
     with atomic_write(path) as part, tempfile.TemporaryDirectory(prefix="srbval-") as figures:
         draw_figures(page, Path(figures))
         part.write_text(render_html(page, Path(figures)), encoding="utf-8")
+
+
+def _written(report: Report, folder: Path, formats: tuple[str, ...], progress: Progress) -> dict[str, Path]:
+    with stage(progress, "Draw the figures and write the report"):
+        return write_report(report, folder, formats)

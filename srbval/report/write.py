@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.progress import Progress, silent, stage
 from srbval.report.blocks import FIGURES_FOLDER, Report, ReportTable
 from srbval.report.plain import as_plain
 from srbval.report.renderers import list_pdf_dependencies, render_html, render_pdf, require_typst
@@ -21,9 +20,7 @@ LISTING = "report.json"
 REPORT_STORE = ContentStore(kind="report", computed_by=__name__)
 
 
-def write_report(
-    report: Report, folder: Path, formats: Collection[str] = FORMATS, *, progress: Progress = silent
-) -> dict[str, Path]:
+def write_report(report: Report, folder: Path, formats: Collection[str] = FORMATS) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
     ``figures`` contains the pictures, their data as CSV, the report's tables and `rows` (see `Report`). If writing
@@ -32,8 +29,7 @@ def write_report(
     For `formats` see `check_formats`. Raises `DataError` if `folder` cannot be written to.
     """
     try:
-        with stage(progress, "Draw the figures and write the report"):
-            return _write(report, folder, formats)
+        return _write(report, folder, formats)
     except OSError as error:
         raise DataError(
             f"the report could not be written to {folder}: {error.strerror or error} "
