@@ -130,7 +130,7 @@ def slices_figures(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> 
         by_row = load_n[0].reshape(2, -1)
         carries = by_row.T.ravel() > MIN_LOAD_SHARE * by_row.max()  # in the order of the workspace
         tilt, shift, skew = (
-            float(np.abs(run.model.scratch.space[int(row) :][: by_row.size][carries]).max(initial=0.0))
+            float(np.abs(run.model.space[int(row) :][: by_row.size][carries]).max(initial=0.0))
             for row in (col.TILT_SINE, col.SHIFT_ALONG, col.SKEW_MOMENT)
         )
         share = float(by_row[0].sum() / by_row.sum()) if by_row.any() else math.nan

@@ -24,7 +24,7 @@ from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.oil_kernel import rolling_speed
-from srbval.models.full.parameters import Parameters, Races, RaceSearch, make_parameters, own_stretch, roller_diameter_m
+from srbval.models.full.parameters import Parameters, Races, make_parameters, race_search, roller_diameter_m
 from srbval.models.full.point_cloud import wrapped
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.full.tilt_kernel import FREE
@@ -66,7 +66,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         shapes = [contact.shape for contact in contacts]
         model = model._replace(oil=oil_law(oil, shapes, law.roller_radius))
         if own.traction is Traction.FILM:
-            critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `film_at_speed`
+            critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `law_in_film`
             law = law._replace(static_friction=1.0, dynamic_friction=0.0)
     outer_m, inner_m = (contact.radius_m for contact in contacts)
     selection, tables = _join_tables(contacts, scene.defects, on_rollers, model.races.height)
@@ -147,8 +147,8 @@ def _join_tables(
         highest=highest,
         plain=1,
         height=height_m,
-        outer=RaceSearch(1.0, 1.0, *own_stretch(own[0][2], 1)),
-        inner=RaceSearch(1.0, 1.0, *own_stretch(own[1][2], 1)),
+        outer=race_search(own[0][2], 1),
+        inner=race_search(own[1][2], 1),
     )
     return selection, (joined, starts, middle, reach)
 

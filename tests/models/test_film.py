@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 
 from srbval.bearing import load_bearing
 from srbval.models import oil
-from srbval.models.full.film_kernel import ASPERITY, ASPERITY_EXPONENT, film_at_speed, film_drag, film_on_race
+from srbval.models.full.film_kernel import ASPERITY, ASPERITY_EXPONENT, film_drag, film_on_race
+from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.slices import slice_parameters, sliced_contacts
 from srbval.scene import load_scene
 
@@ -109,7 +110,7 @@ def test_a_slice_shears_as_eyrings_law_says(race, pressure_gpa, slip_m_s):
     """The kernel's friction in single precision, from load and width, against the law in closed form."""
     cage, shaft = 38.75, 90.0
     slices, shape = MODEL.slices, SHAPES[race]
-    law = film_at_speed(MODEL.law, slices, slices.film, cage, shaft)
+    law = law_at_speed(MODEL.law, slices, cage, shaft)
     rolling = 0.5 * (slices.outer_radius * cage + slices.inner_radius * (shaft - cage))
     load = oil.line_load_n_m(pressure_gpa * 1e9, shape.along_m)
     height = oil.line_film_m(OIL, rolling, load, shape.along_m) * oil.thermal_factor(OIL, rolling)
@@ -124,7 +125,7 @@ def test_a_slice_shears_as_eyrings_law_says(race, pressure_gpa, slip_m_s):
 
 def test_a_slice_with_a_range_of_slips_has_their_mean():
     slices = MODEL.slices
-    law = film_at_speed(MODEL.law, slices, slices.film, 38.75, 90.0)._replace(dynamic_friction=0.0)
+    law = law_at_speed(MODEL.law, slices, 38.75, 90.0)._replace(dynamic_friction=0.0)
     shear, places = film_on_race(slices.film, law, 0), 1 / math.sqrt(3)
 
     def force(slip: float, more: float) -> float:
@@ -137,9 +138,9 @@ def test_a_slice_with_a_range_of_slips_has_their_mean():
 
 def test_thin_films_leave_a_share_to_asperities():
     """At rest all, at a lambda of 3 a thousandth; their friction is then the boundary's."""
-    still = film_at_speed(MODEL.law, MODEL.slices, MODEL.slices.film, 0.0, 1e-6)
+    still = law_at_speed(MODEL.law, MODEL.slices, 0.0, 1e-6)
     assert still.dynamic_friction == pytest.approx(OIL.boundary_friction, rel=0.01)
-    fast = film_at_speed(MODEL.law, MODEL.slices, MODEL.slices.film, 38.75, 90.0)
+    fast = law_at_speed(MODEL.law, MODEL.slices, 38.75, 90.0)
     assert fast.static_friction == pytest.approx(1.0, abs=1e-3)
     assert math.exp(-ASPERITY * 3.0**ASPERITY_EXPONENT) == pytest.approx(1e-3, rel=0.3)
     shear = film_on_race(MODEL.slices.film, still, 0)

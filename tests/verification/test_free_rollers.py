@@ -112,7 +112,7 @@ def posed(row: int) -> tuple[Parameters, list[Pose], FloatArray]:
 
 def in_order(model: Parameters, row: int) -> FloatArray:
     """A row of the model's space, of all rollers in the state's order, after the latest evaluation."""
-    return model.scratch.space[int(row) :][: len(model.slot_angle)].reshape(-1, 2).T.ravel()
+    return model.space[int(row) :][: len(model.slot_angle)].reshape(-1, 2).T.ravel()
 
 
 @pytest.mark.parametrize("row", ROWS)

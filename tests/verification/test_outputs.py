@@ -57,7 +57,7 @@ def test_forces_and_powers(interval):
     same(record[outputs.MEAN_RING_FORCE_XYZ], mean[col.RING_FORCE])
     for index, column in POWERS.items():
         assert record[column] == pytest.approx(
-            mean[index], rel=SAME, abs=SAME * np.abs(mean[col.FRICTION_POWER : col.INERTIA_XX]).max()
+            mean[index], rel=SAME, abs=SAME * np.abs(mean[col.DRIVE_POWER : col.INERTIA_XX]).max()
         )
 
 

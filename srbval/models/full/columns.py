@@ -2,16 +2,17 @@
 
 Kernels import this module as ``col``; the compiler replaces the names by their numbers.
 
-**Workspace** (the array `space`): each quantity has a row in this flat array; these rows begin `STRIDE` entries apart.
-A *slot* is the place of one roller, a *column* is the contact of one roller with one race: the roller in slot p meets
-the outer race in column p and the inner race in column ``RACE + p``. The processor computes `LANES` neighbouring
-columns (a *lane group*) at a time, all with the same list of race points. Rollers are sorted by slot angle, with the
-bearing's two rows alternating, and padded to whole lane groups: loaded rollers are then neighbours, and lane groups
-without contact are skipped. A column that needs a longer list than its lane group has is copied to another group, from
-column `COMPACTED` on. A column with a list of its own (near a defect, or of a damaged roller) is copied to a group of
-its own, from column `SINGLE` on.
+**Workspace** (the flat array `space`): each quantity has a row of `STRIDE` entries; the name of the quantity is the
+index of the row's first entry. A *slot* is the place of one roller, a *column* is the contact of one roller with one
+race: the roller in slot p meets the outer race in column p and the inner race in column ``RACE + p``. The processor
+computes `LANES` neighbouring columns, a *lane group*, at a time, all with the same list of race points. Rollers are
+sorted by slot angle, with the bearing's two rows alternating, and padded to whole lane groups: loaded rollers are then
+neighbours, and lane groups without contact are skipped. A column that needs a longer list than its lane group has is
+copied to another group, from column `COMPACTED` on. A column with a list of its own (near a defect, or of a damaged
+roller) is copied to a group of its own, from column `SINGLE` on.
 
-Bearing row 2 mirrors row 1: it uses the race points of row 1, with the shaft's direction (`Z_X` to `Z_Z`) reversed.
+Bearing row 2 mirrors row 1: it uses the race points of row 1, with the direction of the shaft's axis (rows `Z_X`, `Z_Y`
+and `Z_Z`) reversed.
 """
 
 import itertools
@@ -31,9 +32,9 @@ FAR_M = 1e3  # coordinate of unused points and columns, out of reach of every ro
 # Not a multiple of a power of two: rows a page apart would all use the same few lines of the cache.
 STRIDE = 2056
 (
-    A_X, A_Y, A_Z,  # meridian of the nearest point, in slot axes
-    B_X, B_Y, B_Z,  # along the race
-    Z_X, Z_Y, Z_Z,  # shaft, away from the mid-plane
+    # axes of the race at a column, in slot axes: radially outwards at its list of points, along the race there, and
+    # along the shaft, away from the mid-plane
+    A_X, A_Y, A_Z, B_X, B_Y, B_Z, Z_X, Z_Y, Z_Z,
     O_X, O_Y, O_Z,  # ring's centre less roller's centre [m]
     V_X, V_Y, V_Z,  # velocity of the ring relative to the roller, at the roller's centre [m/s]
     W_X, W_Y, W_Z,  # angular velocity of the ring relative to the roller [rad/s]
@@ -44,7 +45,7 @@ STRIDE = 2056
     # sums: secant damping matrix of force and torque against V and W_Y, W_Z, see `damping_kernel`
     D_XX, D_XY, D_XZ, D_YY, D_YZ, D_ZZ, D_XP, D_YP, D_ZP, D_PP, D_XS, D_YS, D_PS, D_SS,
     POSITION,  # of the roller among the race's points: index of a point, with its fraction
-    SHIFT,  # 0.5: window about the nearest point; 0: about the point before the roller
+    SHIFT,  # 0.5: list of points about the point nearest to the roller; 0: about the point before the roller
     CANDIDATES,  # upper bound for the number of points of each circle in contact
     CANDIDATE_CODE,  # see `candidate_code`; summed over a lane group
     MIDDLE_DEPTH, DEPTH_BOUND,  # penetration at the middle of the profile; largest at any point of a sound race [m]
@@ -65,7 +66,7 @@ STRIDE = 2056
     TILT_COSINE, TILT_SINE, SHIFT_ALONG, SKEW_MOMENT, SKEW_ON_CAGE,
 ) = (np.uint64(i * STRIDE) for i in range(96))  # fmt: skip
 WORKSPACE_ROWS = 96
-FACED_ROWS = 6  # rows of A and B, which are turned to the window of a column
+FACED_ROWS = 6  # rows of A and B, which are turned to the list of points (window) of a column
 FRAME_ROWS = 18  # rows with the geometry and motion of a column
 FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy, then of damping
 
@@ -93,7 +94,7 @@ PATCH_STIFFNESS, PATCH_DAMPING, PATCH_SLIP_SPREAD, PATCH_LENGTH = range(4)
 
 # Slices of a contact (`SliceTable.rows`), see `slices_kernel`: place and surface normal in the roller's meridian;
 # force over e^(10/9), width, least spread of the penetration, depth of the barrel's mean below its middle,
-# curvature of the gap along the roller times the width squared; then of an opening in the race there: half its length
+# curvature of the gap along the roller times the width squared; then of a defect of the race there: half its length
 # along the race, depth of its floor, length of its ramps, and half the curvature of the gap along the race.
 (
     SLICE_RADIAL, SLICE_AXIAL, SLICE_NORMAL_RADIAL, SLICE_NORMAL_AXIAL,
@@ -107,10 +108,10 @@ SLICE_ROWS = 13
     RING_FORCE_X, RING_FORCE_Y, RING_FORCE_Z,  # force of the rollers on the outer ring [N]
     DEEPEST,  # deepest penetration into an undamaged race [m]
     SHAFT_TORQUE,  # of the rollers on the shaft about its axis [N m]
-    FRICTION_POWER, DAMPING_POWER,  # lost to friction, to contact damping [W]
-    CONTACT_ENERGY,  # elastic energy in the contacts, K_c delta^2 / 2 [J]
-    DRIVE_POWER, LOAD_POWER,  # of the drive, of the external load [W]
-    HOUSING_POWER,  # lost in the housing's damper [W]
+    CONTACT_ENERGY,  # elastic energy in the contacts [J]
+    # powers in the order of `outputs`: of the drive, of the external load; lost to friction, to contact damping, in the
+    # housing's damper [W]
+    DRIVE_POWER, LOAD_POWER, FRICTION_POWER, DAMPING_POWER, HOUSING_POWER,
     INERTIA_XX, INERTIA_YY, INERTIA_ZZ,  # of the cage with its rollers about the bearing centre [kg m2]
     INERTIA_XY, INERTIA_XZ, INERTIA_YZ,
     RELATIVE_X, RELATIVE_Y, RELATIVE_Z, RELATIVE_AXIAL,  # of row 2 about the second cage: coupling and own value
@@ -126,7 +127,7 @@ RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
 
 
 def aligned_zeros(size: int) -> NDArray[np.float64]:
-    """Allocate `size` zeros aligned to a cache line, so that no group of `LANES` numbers is in two cache lines."""
+    """Allocate `size` zeros aligned to a cache line, so that no lane group lies across two cache lines."""
     per_line = CACHE_LINE // 8
     whole = np.zeros(size + per_line)
     skipped = -whole.ctypes.data % CACHE_LINE // 8
@@ -140,7 +141,8 @@ CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, thre
 class StateIndices(NamedTuple):
     """Index of the first entry of each part of a state vector; the velocities begin with `slide_rate`.
 
-    `relative_angle` and `relative_rate` belong to a second cage; with one cage they are the indices of the next part.
+    `relative_angle` and `relative_rate` belong to a second cage; with one cage they are the indices at which the next
+    part would begin.
     """
 
     slide: int
@@ -155,8 +157,10 @@ class StateIndices(NamedTuple):
     relative_rate: int
 
 
-def indices_of(rollers: int, half: int) -> StateIndices:
-    """Compute the `StateIndices`; `rollers`: number in both rows together, `half`: number of coordinates."""
+def indices_of(size: int) -> StateIndices:
+    """Compute the `StateIndices` of a state vector with `size` entries."""
+    half = size // 2
+    rollers = (half - CAGE_AND_RING) // 2
     cage = 2 * rollers
     return StateIndices(
         0, rollers, cage, cage + 3, cage + 6, half, half + rollers, half + cage, half + cage + 3, half + cage + 6
@@ -169,23 +173,21 @@ state_indices = kernel_part(indices_of)  # for kernels
 class StateLayout:
     """Slices of the parts of a state vector: ``y[layout.ring]`` is the outer ring's displacement.
 
-    `half` is the number of coordinates, and of the velocities that follow them. `parts` lists all slices in order,
-    `velocities` the slices of the velocities; `shaft_cage_rate` is the cage angular velocity about the shaft axis.
-    `relative_angle` and `relative_rate` belong to a second cage; with one cage they are empty and not listed.
+    `half` is the number of coordinates, and of the velocities that follow them; `parts` lists all slices that are not
+    empty, `velocities` those of the velocities; `shaft_cage_rate` is the cage's angular velocity about the shaft's
+    axis. `relative_angle` and `relative_rate` belong to a second cage; with one cage they are empty.
     """
 
-    def __init__(self, rollers: int, cages: int = 1) -> None:
-        self.rollers = rollers
-        self.half = half = 2 * rollers + CAGE_AND_RING + cages - 1
-        parts = [slice(*ends) for ends in itertools.pairwise((*indices_of(rollers, half), 2 * half))]
+    def __init__(self, size: int) -> None:
+        parts = [slice(*ends) for ends in itertools.pairwise((*indices_of(size), size))]
+        self.rollers, self.half = parts[1].start, size // 2
         self.slide, self.rotation, self.cage, self.ring, self.relative_angle = parts[:5]
         self.slide_rate, self.spin, self.cage_rate, self.ring_rate, self.relative_rate = parts[5:]
+        self.parts = [part for part in parts if part.start < part.stop]
+        self.velocities = [part for part in self.parts if part.start >= self.half]
         self.shaft_cage_rate = slice(self.ring_rate.start - 1, self.ring_rate.start)
-        self.velocities = parts[5:] if cages > 1 else parts[5:-1]
-        self.parts = (parts[:5] if cages > 1 else parts[:4]) + self.velocities
 
 
 def layout_of(state: NDArray[np.float64]) -> StateLayout:
-    """Compute the `StateLayout` of a state vector from its length."""
-    rollers, more = divmod(len(state) // 2 - CAGE_AND_RING, 2)
-    return StateLayout(rollers, 1 + more)
+    """Compute the `StateLayout` of a state vector."""
+    return StateLayout(len(state))

@@ -1,7 +1,8 @@
 """Kernel: contact forces and torques between the points of a race and barrel rollers.
 
 All vectors are in the slot axes of a roller: x along its slot in the cage (outwards), y along the race, z along the
-roller, origin at the roller's centre. For the array `space` and its columns see `columns`.
+roller, origin at the roller's centre. `columns` describes the array `space`, and its columns: column j is contact j,
+the contact of one roller with one race.
 """
 
 import math
@@ -36,7 +37,10 @@ class ContactLaw(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Race points that a roller may touch: `first` to `last` - 1 of a list (`window`), see `point_cloud.Windows`."""
+    """Race points that a roller may touch: the entries `first` to `last` - 1 of one list (window) in `points`.
+
+    `points`: see `Races`; `race`: 0 outer, 1 inner; `window`: number of the list.
+    """
 
     points: Any
     race: int
@@ -49,10 +53,11 @@ class Candidates(NamedTuple):
 def contact_columns(law, candidates, space, start, stop, damping, patch):
     """Add the contact forces of race points (`candidates`) to the columns `start` to `stop` - 1 of `space`.
 
-    A column is the contact of one roller with one race, and the inner loop runs over columns. For each point:
-    penetration into the barrel in closed form, normal force by Giraudo's eq. (18), never a pull, friction by eq. (19).
-    Unless `damping` is None, the damping matrix is summed too, see `damping_kernel`. With `patch`, the
-    constants of the line model, a point represents the patch in which the roller touches a circle of the race.
+    The inner loop runs over columns. For each point: penetration into the barrel in closed form, normal force by
+    Giraudo's eq. (18), never a pull, friction by eq. (19). `damping`: `motion_kernel.WITH_DAMPING` if the damping
+    matrices of the contacts are summed too, for an implicit step; otherwise None. `patch`: None, or the constants of
+    the line model (see `columns`), in which a point stands for the whole patch where a roller touches a circle of the
+    race.
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
@@ -94,11 +99,21 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
 
 @inlined
 def place_of_point(radial, tangential, axial, space, j):
-    """Convert a race point's position [m] to the slot axes of contact `j`'s roller; origin: the roller's centre."""
+    """Convert a race point's position [m] from the axes of the race at contact `j` to slot axes of the roller."""
     return (
         space[col.O_X + j] + radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
         space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
         space[col.O_Z + j] + radial * space[col.A_Z + j] + tangential * space[col.B_Z + j] + axial * space[col.Z_Z + j],
+    )
+
+
+@inlined
+def direction_in_slot(radial, tangential, axial, space, j):
+    """Convert a direction from the axes of the race at contact `j` to slot axes of the roller."""
+    return (
+        radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
+        radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
+        radial * space[col.A_Z + j] + tangential * space[col.B_Z + j] + axial * space[col.Z_Z + j],
     )
 
 
@@ -134,7 +149,7 @@ def add_contact(place, normal, pressure, friction, space, j):
 
 @inlined
 def penetration(law, p_x, p_y, p_z):
-    """Compute the depth of a point below a roller's barrel surface [m] and the surface's normal there, outwards."""
+    """Compute the depth of a point p below a roller's barrel surface [m] and the surface's normal there, outwards."""
     rho = math.sqrt(p_x * p_x + p_y * p_y)
     s = rho + (law.profile_radius - law.roller_radius)
     distance = math.sqrt(s * s + p_z * p_z)
@@ -150,12 +165,12 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
     """Compute a race point's spring force [N] and damping coefficient [N s/m], eq. (18), and its elastic force [N].
 
     `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share`: fraction of the law's stiffness
-    and damping that the point has, below 1 where a defect has finer points. If `damping` is None, force and damper rise
-    over the depth ``law.smoothing``, as in Giraudo's law. A point crosses that depth in nanoseconds, so that the
-    damper's force, some 600 N, sets in at once and depends on when a step finds the contact. Unless `damping` is None,
-    spring and damper of an approaching point are therefore averaged over its travel in the time ``law.onset_s``, at
-    most `LONGEST_ONSET_M`. A retreating point loses contact when the damper's pull equals the spring's push, without a
-    jump. The elastic force is the spring's without averaging.
+    and damping that the point has, below 1 where a defect has finer points; `damping`: None in explicit methods. In
+    these, spring force and damper rise over the depth ``law.smoothing``, as in Giraudo's law. A point crosses that
+    depth in nanoseconds, so that the damper's force, some 600 N, sets in at once and depends on when a step finds the
+    contact. In implicit methods, spring and damper of an approaching point are therefore averaged over its travel in
+    the time ``law.onset_s``, at most `LONGEST_ONSET_M`. A retreating point loses contact when the damper's pull equals
+    the spring's push, without a jump. The elastic force is the spring's without averaging.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -178,14 +193,14 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
 
 @inlined
 def normal_force(spring, viscous, u_n):
-    """Compute the `spring` force minus the damper's (`viscous`) at speed of separation `u_n` [N], never negative."""
+    """Compute a normal force [N], never negative: `spring` minus damper `viscous` at the speed of separation `u_n`."""
     normal = spring - viscous * u_n
     return normal if normal > 0.0 else 0.0
 
 
 @inlined
 def point_friction(law, normal, q_x, q_y, q_z):
-    """Compute friction at slip velocity q, Giraudo's eq. (19): force over slip [N s/m], force [N], lost power [W]."""
+    """Compute friction at the slip q, Giraudo's eq. (19): force over slip [N s/m], force x, y, z [N], lost power."""
     static, dynamic, critical = law.static_friction, law.dynamic_friction, law.critical_velocity
     at_rest = static / critical  # coefficient of friction over slip
     fall = (static - dynamic) / (0.5 * critical)
@@ -201,7 +216,10 @@ def point_friction(law, normal, q_x, q_y, q_z):
 
 @inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Compute friction over slip [N s/m], friction [N], lost power [W] of a continuous contact; see `part_friction`."""
+    """Compute the friction of a patch of the line model under the load `normal` [N]; result as of `point_friction`.
+
+    The patch has three parts of equal load; other arguments as in `part_friction`.
+    """
     reach = e_x * e_x + e_y * e_y + e_z * e_z
     third = normal * (1.0 / 3.0)
     drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)
@@ -215,12 +233,13 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
 
 @kernel_part
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
-    """Compute friction force over slip [N s/m] of one part of a continuous contact (patch) with the load `normal` [N].
+    """Compute friction force over slip [N s/m] of one part of a patch, which carries the load `normal` [N].
 
-    Let X be the square of (distance from the patch's middle, over the patch's half length). In this part, X ranges from
-    `mean` - `half` to `mean` + `half`. The slip at X is q + X e [m/s] (`reach`: square of e). A race that turns about
-    the contact's normal adds a slip at right angles, whose square is X times `pivot`. Giraudo's eq. (19) is averaged
-    over the part approximately: its critical velocity is raised to at least half the range of slips.
+    At the distance x from the patch's middle, X is (x / half length of the patch)^2. In this part, X ranges from `mean`
+    - `half` to `mean` + `half`. The slip velocity is q + X e [m/s]: q in the middle of the patch, q + e at its ends;
+    `reach` is the square of e. A race that turns about the contact's normal adds a slip at right angles to it, whose
+    square is X times `pivot`. Giraudo's eq. (19) is averaged over the part approximately: its critical velocity is
+    raised to at least half the range of slips.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean
@@ -265,12 +284,12 @@ def add_damping(viscous, drag, place, normal, space, j):
 
 @kernel_part
 def elastic(law, damping):
-    """Returns the contact law without friction, and with the `damping` given [N s/m]."""
+    """Copy the contact law without friction and with the damping coefficient `damping` [N s/m]."""
     return with_friction(law, damping, 0.0, 0.0, law.critical_velocity)
 
 
 @kernel_part
 def with_friction(law, damping, static, dynamic, critical):
-    """Returns the contact law with other damping [N s/m], friction coefficients and `critical` slip speed [m/s]."""
+    """Copy the contact law with other damping [N s/m], coefficients of friction and `critical` slip speed [m/s]."""
     profile, roller = law.profile_radius, law.roller_radius
     return ContactLaw(profile, roller, law.stiffness, damping, law.smoothing, static, dynamic, critical, law.onset_s)

@@ -6,14 +6,16 @@ The secant damping matrix of a contact, force on its roller over the velocity u 
 
 with normal n, normal force N, slip u_t, coefficient of friction mu (Giraudo's eq. 19) and damper c (eq. 18). Changes of
 N by the damper, and of mu with the slip, are left out. At a point p of the roller u = V + W x p, with the race's
-velocity V at the roller's centre and its angular velocity W, both relative to the roller. The sums of C over a
-contact's points are a matrix, which gives force and torque from V, W_y and W_z; in the names of its entries (`D_XP`) P
-stands for W_y and S for W_z. W_x is left out: its lever arms are only as long as the contact. Outer race, slot axes: V
-= (v_x - r, v_y - L w_z, v_z + L w_y), W_y = -w_y, W_z = -s, with slide rate r, spin s, cage w, ring velocity v and
-distance L of the roller from the bearing's centre; inner race: v is 0, the shaft's motion is given.
+velocity V at the roller's centre and its angular velocity W, both relative to the roller. The sums over a contact's
+points are a symmetric matrix, which gives the force and the torque about y and z from V, W_y and W_z. Its entries are
+the rows `D_XX` to `D_SS` of the workspace: X, Y, Z stand for the components of force and V, P for torque and W about y,
+S for torque and W about z. W_x is left out: its lever arms are only as long as the contact. Outer race, slot axes: V =
+(v_x - r, v_y - L w_z, v_z + L w_y), W_y = -w_y, W_z = -s, with slide rate r, spin s, angular velocity w of the cage,
+ring velocity v and distance L of the roller from the bearing's centre; inner race: v is 0, the shaft's motion is given.
 
-With masses M, step h and damping D, M / h + D is an arrow matrix: a 2 x 2 block for each roller, bordered by cage and
-ring, 6 x 6. The blocks are eliminated; the border is factored by Cholesky's method (Golub & Van Loan 2013, sect. 4.2).
+With the mass matrix M, the step h and the damping matrix D of all bodies, M / h + D is an arrow matrix: a 2 x 2 block
+for each roller, bordered by the 6 x 6 block of cage and ring. The rollers' blocks are eliminated; the rest is factored
+by Cholesky's method (Golub & Van Loan 2013, sect. 4.2).
 """
 
 import math
@@ -22,7 +24,7 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.columns import state_indices
-from srbval.models.full.second_cage_kernel import rate_about_roller, relative_border, relative_load
+from srbval.models.full.second_cage_kernel import relative_border, relative_load
 from srbval.models.jit import inlined, kernel_part
 
 BORDER = 6  # cage angular velocity, ring velocity, world axes
@@ -32,12 +34,12 @@ BORDER = 6  # cage angular velocity, ring velocity, world axes
 def factor(weight, model, totals, factors):
     """Factor the matrix M / `weight` + D of an implicit step for `solve`; M: masses, D: friction and contact damping.
 
-    The rollers' 2 x 2 blocks are inverted in the workspace, the remaining 6 x 6 matrix of cage and ring is factored in
-    `factors`. `weight` [s], above 0: step times the method's implicit coefficient. `totals`: from `right_hand_side` at
-    the same state.
+    The inverses of the rollers' 2 x 2 blocks are stored in the workspace, the factor of the remaining 6 x 6 matrix of
+    cage and ring in `factors`. `weight` [s], above 0: step times the method's implicit coefficient. `totals`: from
+    `right_hand_side` at the same state.
     """
-    space = model.scratch.space
-    slots = np.uint64(model.scratch.slots)
+    space = model.space
+    slots = np.uint64(model.slots)
     per = 1.0 / weight
     mass, axial, distance = per * model.roller_mass, per * model.roller_axial, model.centre_distance
     c00 = c11 = c22 = c01 = c02 = c12 = 0.0
@@ -132,15 +134,15 @@ def factor(weight, model, totals, factors):
     factors[4, 3], factors[4, 4] = r01, ring + r11
     factors[5, 3], factors[5, 4], factors[5, 5] = r02, r12, ring + r22
     factor_border(factors)
-    own = relative_border(model.second_cage, weight, model, totals, factors)
-    factor_relative(model.second_cage, own, factors)
+    factor_relative(model.second_cage, weight, model, totals, factors)
 
 
 @kernel_part
-def factor_relative(second, own, factors):
-    """Fill the rows of `factors` that `solve_relative` uses; `own`: result of `relative_border`."""
+def factor_relative(second, weight, model, totals, factors):
+    """Eliminate the acceleration of a second cage relative to the first; fills rows of `factors`, see `columns`."""
     if second is None:
         return
+    own = relative_border(weight, model, totals, factors)
     b = col.RELATIVE_BORDER
     w0, w1, w2, r0, r1, r2 = solve_border(
         factors, factors[b, 0], factors[b, 1], factors[b, 2], factors[b, 3], factors[b, 4], factors[b, 5]
@@ -154,10 +156,10 @@ def factor_relative(second, own, factors):
 
 @kernel_part
 def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
-    """Compute a second cage's acceleration relative to the first; returns it, then `g0` to `g5` corrected for it.
+    """Compute the acceleration of a second cage relative to the first, and correct `g0` to `g5` for it.
 
-    `g0` to `g5`: accelerations of the first cage and the ring if this relative acceleration were zero; `load`:
-    right-hand side of its equation, from `relative_load`.
+    `g0` to `g5`: accelerations of the first cage and the ring if the relative acceleration were zero; `load`:
+    right-hand side of the relative acceleration's equation, from `relative_load`.
     """
     if second is None:
         return 0.0, g0, g1, g2, g3, g4, g5
@@ -178,7 +180,7 @@ def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
 
 @inlined
 def factor_border(factors):
-    """Replace the lower triangle of a symmetric 6 x 6 matrix by its Cholesky factor, with the diagonal inverted."""
+    """Replace the symmetric 6 x 6 matrix in `factors` by its Cholesky factor, with inverted diagonal entries."""
     for j in range(BORDER):
         for i in range(j, BORDER):
             left = factors[i, j]
@@ -195,9 +197,9 @@ def solve(weight, model, totals, factors, rate):
     fills `factors` and the workspace.
     """
     n = model.slot_angle.shape[0]
-    at = state_indices(n, rate.shape[0] // 2)
-    space, second = model.scratch.space, model.second_cage
-    slots = np.uint64(model.scratch.slots)
+    at = state_indices(rate.shape[0])
+    space, second = model.space, model.second_cage
+    slots = np.uint64(model.slots)
     per = 1.0 / weight
     mass, axial = per * model.roller_mass, per * model.roller_axial
     half = n // 2
@@ -232,7 +234,7 @@ def solve(weight, model, totals, factors, rate):
         u, s = space[col.SLIDE_ACCELERATION + p], space[col.SPIN_ACCELERATION + p]
         w_y = space[col.Y_WX + p] * g0 + space[col.Y_WY + p] * g1 + space[col.Y_WZ + p] * g2
         w_z = space[col.Z_WX + p] * g0 + space[col.Z_WY + p] * g1 + space[col.Z_WZ + p] * g2
-        w_z = rate_about_roller(second, w_z, relative, space[col.SIDE + p], model.tilt_cosine)
+        w_z = w_z + model.tilt_cosine * relative if space[col.SIDE + p] < 0.0 else w_z
         r_x = space[col.X_WX + p] * g3 + space[col.X_WY + p] * g4 + space[col.X_WZ + p] * g5
         r_y = space[col.Y_WX + p] * g3 + space[col.Y_WY + p] * g4 + space[col.Y_WZ + p] * g5
         r_z = space[col.Z_WX + p] * g3 + space[col.Z_WY + p] * g4 + space[col.Z_WZ + p] * g5
@@ -269,7 +271,7 @@ def solve(weight, model, totals, factors, rate):
 
 @inlined
 def solve_border(factors, g0, g1, g2, g3, g4, g5):
-    """Solve the equations of cage and ring, 6 x 6, for the right-hand side `g0` to `g5`; see `factor_border`."""
+    """Solve the 6 x 6 equations of cage and ring, factored by `factor_border`, for the right-hand side `g0` to `g5`."""
     g0 *= factors[0, 0]
     g1 = (g1 - factors[1, 0] * g0) * factors[1, 1]
     g2 = (g2 - factors[2, 0] * g0 - factors[2, 1] * g1) * factors[2, 2]

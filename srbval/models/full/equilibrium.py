@@ -7,12 +7,13 @@ around it, a Newton iteration finds the ring position. The ring's stiffness is t
 line search uses only the gradient. Forces come from `right_hand_side`, the equations of motion.
 
 A run that starts from here has a steady ring and cage from the first sample on
-(`test_a_run_is_settled_from_its_first_sample`). Until one roller has passed a point of the outer race, the RMS
-acceleration is 0.95 to 1.01 times the later RMS, so that settling for two such passages, 0.02 s at 710 rpm, is enough.
+(`test_a_run_is_settled_from_its_first_sample`). During the first roller passage, the time 1 / BPFO, the RMS
+acceleration is 0.95 to 1.01 times the later RMS, so that settling for two passages, 0.02 s at 710 rpm, is enough.
 
 The cage's tilt starts at zero, not in balance: with Giraudo's roller diameter it grows to 20 microradians in 0.1 s,
-without effect on the ring. Under radial and axial load without a housing spring, the tilt, the axial position (by 1 %)
-and the cage speed (by 0.4 %) change for 0.15 s at 710 rpm; such a run should settle for one turn of the cage, 0.2 s.
+without effect on the ring. Under radial and axial load without a housing spring, the cage's tilt, the ring's axial
+position (by 1 %) and the cage speed (by 0.4 %) change for 0.15 s at 710 rpm; such a run should settle for one turn of
+the cage, 0.2 s.
 """
 
 from collections.abc import Callable
@@ -49,9 +50,9 @@ SPIN_HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of th
 def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> FloatArray:
     """Compute the state vector at time zero: ring and rollers in static balance, cage and rollers rolling.
 
-    The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and the
-    rollers' centrifugal force at the cage speed of pure rolling, which presses unloaded rollers outwards. The cage is
-    turned by `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
+    The forces are the load, the housing spring, gravity, the frictionless contacts and the rollers' centrifugal force,
+    which presses unloaded rollers outwards, at the cage speed of pure rolling. The cage is turned by `cage_angle_rad`
+    and not tilted. Friction and contact damping do not change the displacements.
 
     Raises `ConfigurationError` if a roller penetrates a raceway deeper than `DEPTH_LIMIT_M`, or if the rollers leave
     more than `MAX_UNCARRIED_SHARE` of the load unsupported.
@@ -144,9 +145,10 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten the ring's `step` until the force at its end reverses by at most `OVERSHOOT` times the initial force.
+    """Shorten the ring's `step` until the ring does not go far beyond the place where the force along the step is zero.
 
-    Returns ring position and balanced slides [m], and the force on the ring [N].
+    The reversed force there may be `OVERSHOOT` times the force at the start of the step, `ring_n`. Returns ring
+    position and balanced slides [m], and the force on the ring [N].
     """
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
@@ -162,8 +164,8 @@ def _line_search(
 def rolling_speeds(model: Parameters) -> tuple[float, float]:
     """Compute the cage speed and the roller spin of pure rolling in the middle of the contacts, at time zero [rad/s].
 
-    The cage turns at (1 - d cos(alpha) / D) / 2 times the shaft speed, with roller diameter d and pitch diameter D
-    (Randall 2011, sect. 2.2.3); with this spin, rollers do not slip on the outer race.
+    The cage turns at (1 - d cos(alpha) / D) / 2 times the shaft speed, with roller diameter d, contact angle alpha and
+    pitch diameter D (Randall 2011, sect. 2.2.3); with this spin, rollers do not slip on the outer race.
     """
     pitch_radius = model.centre_distance * model.tilt_cosine
     shaft = shaft_motion(0.0, model.drive)[0]
@@ -172,7 +174,7 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
 
 
 def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
-    """Find the cage speed and roller spins at which friction balances on cage and rollers; returns `state` with them.
+    """Find the cage speed and roller spins at which friction on cage and rollers balances; returns `state` with them.
 
     A roller touches a race on three circles of points with different rolling radii. Not all can roll, so friction
     decides the speeds: bisection finds the cage speed, and an inner bisection the spins. A roller without traction gets

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srbval.models.full.contact_kernel import with_friction
-from srbval.models.full.oil_kernel import rolling_speed, thermal_share
+from srbval.models.full.oil_kernel import thermal_share
 from srbval.models.jit import kernel_part
 
 GAUSS = 1.0 / math.sqrt(3.0)  # places of a slice, from its middle, in half widths
@@ -25,7 +25,7 @@ BOUNDARY_M_S = 1e-3  # slip up to which the asperities' friction rises
 LEAST_GPA, MOST_GPA = 1e-6, 4.0  # limits of the mean pressure in the polynomial
 MOST_S_M = 1e8  # far beyond any film; larger squares overflow in single precision
 SPEED_EXPONENT, ASPERITY, ASPERITY_EXPONENT = 0.69, 1.8, 1.2  # of Dowson & Toyoda, and of Zhou & Hoeprich
-# Polynomials: 2^(y + 1/2) from -1/2 to 1/2 to 3e-6, and ln(1.1 + t) for 1.1 + t from 0.75 to 1.5 to 2e-5, 0 at 1.
+# Polynomials: 2^(y + 1/2) from -1/2 to 1/2 to 3e-6, and ln(1.1 + t) for 1.1 + t from 0.75 to 1.5 to 2e-5, exact at 1.
 EXP_0, EXP_1, EXP_2, EXP_3, EXP_4 = (
     1.4142136691396427, 0.9802211666369074, 0.33972390019397863, 0.07908570124787076, 0.013683982893831248,
 )  # fmt: skip
@@ -40,11 +40,11 @@ class FilmLaw(NamedTuple):
     """Constants of the oil film's friction; all are numbers except `curve`.
 
     The reference film is the thinner of both races' films at a mean pressure of 1 GPa. `curve`, [2 races, 8]:
-    coefficients of a polynomial in the mean pressure [GPa] for the binary logarithm of viscosity over film thickness,
-    the viscosity relative to that without pressure, the thickness to the reference film's; `hertz`: pi / 8 times the
-    contact modulus [Pa]; `thickness` of the reference film at a rolling speed of 1 m/s [m]; `per_thickness`: Eyring's
-    stress over viscosity without pressure [1/s]; `eyring`: Eyring's stress [Pa]; `roughness` [m]; `boundary`: friction
-    coefficient of asperities; `heating`: see `OilLaw`.
+    coefficients of a polynomial in the mean pressure [GPa] for the binary logarithm of a / b, where a is the viscosity
+    divided by the viscosity without pressure, and b the film's thickness divided by that of the reference film.
+    `hertz`: pi / 8 times the contact modulus [Pa]; `thickness` of the reference film at a rolling speed of 1 m/s [m];
+    `per_thickness`: Eyring's stress over viscosity without pressure [1/s]; `eyring`: Eyring's stress [Pa]; `roughness`
+    [m]; `boundary`: friction coefficient of asperities; `heating`: see `OilLaw`.
     """
 
     curve: Any
@@ -58,27 +58,15 @@ class FilmLaw(NamedTuple):
 
 
 @kernel_part
-def law_in_film(law, slices, cage, shaft):
-    """Adapt the contact law to the `slices`' oil film, if any, at cage and shaft speed [rad/s]; see `film_at_speed`."""
-    if slices is None:
-        return law
-    return film_at_speed(law, slices, slices.film, cage, shaft)
-
-
-@kernel_part
-def film_at_speed(law, slices, film, cage, shaft):
-    """Adapt the contact law to an oil `film` at the speeds of `cage` and `shaft` [rad/s], for `film_drag`.
+def law_in_film(law, film, rolling):
+    """Adapt the contact law to an oil `film` at the speed `rolling` [m/s] of the contacts, for `film_drag`.
 
     Three fields of the law returned have other meanings: the critical velocity is Eyring's slip speed in the reference
     film without pressure, the static coefficient is the film's share of the load, the dynamic coefficient is the share
-    of the asperities times their friction. The law is unchanged if `film` is None or the critical ratio is 0, see
-    `SliceTable`.
+    of the asperities times their friction. The law is unchanged if `film` is None.
     """
     if film is None:
         return law
-    if slices.critical_ratio == 0.0:
-        return law
-    rolling = rolling_speed(slices, cage, shaft)
     height = film.thickness * rolling**SPEED_EXPONENT * thermal_share(film.heating, rolling)
     share = math.exp(-ASPERITY * (height / film.roughness) ** ASPERITY_EXPONENT)
     static, dynamic = law.static_friction * (1.0 - share), law.static_friction * share * film.boundary
@@ -107,7 +95,7 @@ def logarithm(x):
 
 @kernel_part
 def film_on_race(film, law, race):
-    """Collect the constants that `film_drag` needs for one race, in single precision; None without a film."""
+    """Collect the constants that `film_drag` needs for one race, in single precision; `law`: from `law_in_film`."""
     if film is None:
         return None
     curve = film.curve
@@ -128,20 +116,21 @@ def film_on_race(film, law, race):
 
 
 @kernel_part
-def film_drag(film, sagging, normal, length, square, more):
+def film_drag(film, half_curvature, normal, length, square, deviation):
     """Compute friction force over slip [N s/m] of a slice in an oil film, in single precision to be fast.
 
-    `film`: from `film_on_race`; `sagging`: half the curvature of the gap along the race [1/m]; `length` of contact [m];
-    `square` of the slip; `more`: difference in slip between the slice's middle and its ends [m/s].
+    `film`: from `film_on_race`; `half_curvature`: half the curvature of the gap along the race [1/m]; `normal` force
+    [N]; `length` of the contact along the roller [m]; `square` of the slip in the slice's middle [m2/s2]; `deviation`:
+    difference of the slip at the slice's ends from this slip [m/s].
     """
     c0, c1, c2, c3, c4, c5, c6, c7, hertz, per_velocity, eyring, boundary = film
     one, load = np.float32(1.0), np.float32(normal) / (np.float32(length) + np.float32(1e-12))
-    pressure = math.sqrt(hertz * np.float32(sagging) * load) + np.float32(LEAST_GPA)
+    pressure = math.sqrt(hertz * np.float32(half_curvature) * load) + np.float32(LEAST_GPA)
     x = pressure if pressure < np.float32(MOST_GPA) else np.float32(MOST_GPA)
     thicker = c0 + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * (c5 + x * (c6 + x * c7))))))
     per_slip = power_of_two(thicker) * per_velocity
     per_slip = per_slip if per_slip < np.float32(MOST_S_M) else np.float32(MOST_S_M)
-    squared, aside = np.float32(square), np.float32(GAUSS) * np.float32(more)
+    squared, aside = np.float32(square), np.float32(GAUSS) * np.float32(deviation)
     slip = math.sqrt(squared) + np.float32(LEAST_M_S)
     a, b = (slip + aside) * per_slip, (slip - aside) * per_slip
     # arsinh a + arsinh b, a the larger: one logarithm is enough

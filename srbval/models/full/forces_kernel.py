@@ -2,9 +2,9 @@
 
 A piece of roller surface raised by h acts as if the race's point were higher by h along the race's normal n_p. The
 height h depends on the angle th about the roller's axis from the defect to the point: if th grows by d(th), the
-penetration changes by -(n n_p) h'(th) d(th), with the roller's normal n. Besides the spring force S in direction -n,
-the roller therefore gets the force -S (n n_p) h'(th) / rho in the direction in which th grows, with the distance rho of
-the point from the axis (virtual work: Goldstein, Poole & Safko, Classical Mechanics, 2002, sect. 1.4).
+penetration changes by -(n . n_p) h'(th) d(th), with the roller's normal n. Besides the spring force S in direction -n,
+the roller therefore gets the force -S (n . n_p) h'(th) / rho in the direction in which th grows, with the distance rho
+of the point from the roller's axis (virtual work: Goldstein, Poole & Safko, Classical Mechanics, 2002, sect. 1.4).
 """
 
 import math
@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.contact_kernel import Candidates, contact_columns, elastic, place_of_point
+from srbval.models.full.contact_kernel import Candidates, contact_columns, direction_in_slot, elastic, place_of_point
 from srbval.models.full.search_kernel import scatter_sums
-from srbval.models.full.slices_kernel import evaluate_slices, find_openings
+from srbval.models.full.slices_kernel import evaluate_slices, find_defects, roller_in
 from srbval.models.jit import kernel_part
 
 CIRCLES_PER_RACE = 3
@@ -22,40 +22,45 @@ FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's single columns are s
 
 
 @kernel_part
-def evaluate_contacts(
-    law, rotation, model, groups, single, first_circle, end_circle, damping, patch, slices, first_time
-):
+def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_circle, damping, first_time):
     """Add the contact forces of the circles of race points `first_circle` to `end_circle` - 1 to the workspace.
 
-    `groups`, `single`: numbers of groups of contacts computed together, and of contacts computed alone (near a defect,
-    or of a damaged roller), see `plan_contacts`. With a `patch`, each circle makes one continuous contact, except in
-    contacts computed alone. With `slices`, circles number the thirds of a contact along the roller. The surface of a
-    damaged roller raises race points, depending on its `rotation` in its slot [rad]. `first_time` is `FIRST_TIME` in
-    the first call for a state, otherwise None; the first call also finds raised points or defects under slices, and
-    adds the forces of the flanks of rollers' defects.
+    In the slices model, which has no race points, the thirds of a contact along the roller take the place of circles.
+    `groups`: number of groups of contacts that are computed together; `single`: number of contacts computed alone (near
+    a defect, or of a damaged roller), see `plan_contacts`. The surface of a damaged roller raises race points,
+    depending on the roller's `rotation` in its slot [rad]. `damping`: see `contact_columns`. `first_time` is
+    `FIRST_TIME` in the first call for a state, otherwise None; the first call also finds the raised points, or the
+    defects under slices, and adds the forces of the flanks of rollers' defects.
     """
-    points = model.races.points
+    points, patch, slices = model.races.points, model.patch, model.slices
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
     evaluate_sliced(slices, law, rotation, model, groups, single, first_circle, end_circle, damping, first_time)
 
 
 @kernel_part
 def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
-    """Add the forces of contacts cut into slices; arguments as in `evaluate_contacts`, no effect without `slices`."""
+    """Add the forces of contacts cut into slices; no effect if `slices` is None.
+
+    `first_third` to `end_third` - 1: thirds of a contact; other arguments as in `evaluate_contacts`.
+    """
     if slices is None:
         return
-    space, plan = model.scratch.space, model.scratch.plan
+    space, plan = model.space, model.plan
     if first_time is not None:
-        find_openings(slices, single, plan, space, rotation, model)
+        find_defects(slices, single, plan, space, rotation, model)
     evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping)
 
 
 @kernel_part
 def evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time):
-    """Add the forces of contacts with race points; arguments as in `evaluate_contacts`, no effect without `points`."""
+    """Add the forces of contacts with race points; no effect if `points` is None.
+
+    `patch`: constants of the line model, in which a circle of a race touches a roller in one patch (points only in
+    contacts computed alone), or an array of length 0; other arguments as in `evaluate_contacts`.
+    """
     if points is None:
         return
-    space, plan, starts = model.scratch.space, model.scratch.plan, model.races.starts
+    space, plan, starts = model.space, model.plan, model.races.starts
     for group in range(groups):
         race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
         first, end = starts[race, window, first_circle], starts[race, window, end_circle]
@@ -82,24 +87,18 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
 
 
 @kernel_part
-def roller_in(slot, rollers):
-    """Convert a `slot` of the workspace, where rows alternate, to a roller's number in the state: row 1, then row 2."""
-    return slot // 2 + (slot % 2) * (rollers // 2)
-
-
-@kernel_part
 def normal_loads(model, rotation, groups, compacted, single, loads):
     """Fill `loads`, [2 races, rollers, 3 circles], with normal forces [N]; overwrites the forces in the workspace.
 
-    `groups`, `compacted` and `single` are numbers from `plan_contacts`.
+    `rotation` of the rollers in their slots [rad]; `groups`, `compacted` and `single`: numbers from `plan_contacts`.
     """
-    space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
+    space, plan = model.space, model.plan
     law = elastic(model.law, model.law.damping)
     for circle in range(CIRCLES_PER_RACE):
         for start in (col.F_X, col.F_Y, col.F_Z):
             for j in range(np.uint64(col.SINGLE + single * col.LANES)):
                 space[start + j] = 0.0
-        evaluate_contacts(law, rotation, model, groups, single, circle, circle + 1, None, patch, slices, None)
+        evaluate_contacts(law, rotation, model, groups, single, circle, circle + 1, None, None)
         scatter_sums(compacted, single, space, plan, None)
         for race in range(2):
             for slot in range(rotation.shape[0]):
@@ -110,7 +109,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 
 @kernel_part
 def raised_points(model, roller, rotation, candidates, spare, space, column):
-    """Copy race points to the unused list (window) `spare`; raise each by a damaged roller's surface height there."""
+    """Copy race points to the unused list (window) `spare`; raise each by the height of the roller's surface there."""
     points, race, window, first, last = candidates
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
@@ -149,14 +148,16 @@ def lift_at(model, roller, rotation, x, y, z):
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
     """Add the forces with which the flanks of a roller's defects push along the race to the sums of contact `column`.
 
-    `spare`: list (window) of points from `raised_points`. The next column, which no contact uses, keeps the sums while
-    a point's force is computed. Only the spring pushes; the damper's part and its power are left out.
+    `spare`: list (window) of points from `raised_points`. The force of a point is computed in the next column, which no
+    contact uses. Only the spring pushes; the damper's part and its power are left out.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)
-    store = j + np.uint64(1)
-    last_row = col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM
+    alone = j + np.uint64(1)
     spring = elastic(model.law, 0.0)
+    for row in range(col.FRAME_ROWS):
+        start = np.uint64(row * col.STRIDE)
+        space[start + alone] = space[start + j]
     for i in range(first, last):
         x, y, z = place_of_point(
             points[race, window, col.POINT_RADIAL, i],
@@ -168,19 +169,12 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
         _, rise = lift_at(model, roller, rotation, x, y, z)
         if rise == 0.0:
             continue
-        for row in range(col.FIRST_SUM, last_row):
-            start = np.uint64(row * col.STRIDE)
-            space[start + store], space[start + j] = space[start + j], 0.0
-        contact_columns(spring, Candidates(points, race, spare, i, i + 1), space, column, column + 1, damping, None)
-        f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
-        for row in range(col.FIRST_SUM, last_row):
-            start = np.uint64(row * col.STRIDE)
-            space[start + j], space[start + store] = space[start + store], 0.0
+        space[col.F_X + alone] = space[col.F_Y + alone] = space[col.F_Z + alone] = 0.0
+        contact_columns(spring, Candidates(points, race, spare, i, i + 1), space, column + 1, column + 2, damping, None)
+        f_x, f_y, f_z = space[col.F_X + alone], space[col.F_Y + alone], space[col.F_Z + alone]
         n_a, n_b = points[race, window, col.NORMAL_RADIAL, i], points[race, window, col.NORMAL_TANGENTIAL, i]
         n_z = points[race, window, col.NORMAL_AXIAL, i]
-        normal_x = n_a * space[col.A_X + j] + n_b * space[col.B_X + j] + n_z * space[col.Z_X + j]
-        normal_y = n_a * space[col.A_Y + j] + n_b * space[col.B_Y + j] + n_z * space[col.Z_Y + j]
-        normal_z = n_a * space[col.A_Z + j] + n_b * space[col.B_Z + j] + n_z * space[col.Z_Z + j]
+        normal_x, normal_y, normal_z = direction_in_slot(n_a, n_b, n_z, space, j)
         # e_th / rho = (-y, x) / rho^2
         push = (f_x * normal_x + f_y * normal_y + f_z * normal_z) * rise / (x * x + y * y)
         space[col.F_X + j] -= push * y
@@ -188,3 +182,4 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
         space[col.T_X + j] -= z * push * x
         space[col.T_Y + j] -= z * push * y
         space[col.T_Z + j] += push * (x * x + y * y)
+    space[col.O_X + alone] = col.FAR_M

@@ -1,6 +1,7 @@
 """Kernel: slot axes of every roller, position and motion of both races relative to it, number of race points in reach.
 
-Slot axes of a roller: x along the slot, outwards, y along the race, z along the roller; see `srbval.models.full`.
+Slot axes, at a roller's place in the cage: x along the slot, in which the roller slides, outwards, y along the race, z
+along the roller; see `srbval.models.full`.
 """
 
 import math
@@ -10,19 +11,19 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import LONGEST_ONSET_M
-from srbval.models.full.second_cage_kernel import cage_angle, roller_angle, roller_cage_speed, turn_of_second
+from srbval.models.full.second_cage_kernel import cage_of_row, cage_turns
 from srbval.models.jit import inlined, kernel_part
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race has no candidates
 EMPTY_SLOT_M = -1.0  # depth in a slot without a roller
-# Codes whose sum over a lane group counts the columns that need one, two, three points, or may have own points.
+# Codes of columns that need one, two, three points, or may have a list of points of their own, see `candidate_code`.
 NEEDS_ONE, NEEDS_TWO, NEEDS_THREE, OWN_POINTS = 1.0, 64.0, 4096.0, 1048576.0
 FACING_RAD = 0.6  # half angle within which a roller may meet a race, up to a depth of a sixth of its radius
 PROFILE_SLOPE = 0.1  # above the sine of half the tilt, by which the outer circles' normals lean
 
 
 class CageTilt(NamedTuple):
-    """Cosine and sine of the cage's gimbal angles about x and y."""
+    """Cosine and sine of the cage's tilts about x and y, the first two of its gimbal angles."""
 
     cos_x: float
     sin_x: float
@@ -32,7 +33,7 @@ class CageTilt(NamedTuple):
 
 @inlined
 def cage_tilt(angle_x, angle_y):
-    """Compute the `CageTilt` of two gimbal angles [rad]."""
+    """Compute the `CageTilt` of the gimbal angles about x and y [rad]."""
     return CageTilt(math.cos(angle_x), math.sin(angle_x), math.cos(angle_y), math.sin(angle_y))
 
 
@@ -54,7 +55,7 @@ def slot_axes(axes, c, s, along, across):
     """Compute the axes x, y and z of a roller's slot in world coordinates, nine values.
 
     `axes` of the cage, see `cage_axes`; `c`, `s`: cosine and sine of the slot's angle; `along` and `across`: components
-    of the slot's direction in the cage's plane and along its axis.
+    of the slot's direction, a unit vector, in the cage's plane and along the cage's axis.
     """
     t00, t10, t20, t01, t11, t21, t02, t12, t22 = axes
     ex = along * c
@@ -72,25 +73,11 @@ def slot_axes(axes, c, s, along, across):
     return x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z
 
 
-class SearchConstants(NamedTuple):
-    """Constants for finding the race points near a roller.
-
-    `points` on a circle, `per_radian`: points per radian, `per_point`: 1 / `points`; `most`: largest number of points
-    that a roller may touch; `lead_s`, `most_lead`: time [s], largest distance [m] before contact at which a point acts.
-    """
-
-    points: float
-    per_radian: float
-    per_point: float
-    most: float
-    lead_s: float
-    most_lead: float
-
-
 class SurfaceHeights(NamedTuple):
-    """Surface heights [m] in equal steps of angle: `races`, [2 races, 2 rows, H], `rollers`, [rollers, K].
+    """Heights of surface waves [m] at evenly spaced angles: `races`, [2 races, 2 rows, H], `rollers`, [rollers, K].
 
-    Angles begin at a race's first point and at a roller's outermost point at time zero; H, K: steps, 0 if smooth.
+    The angles begin at a race's first point, and at the point of a roller that is outermost at time zero. H, K: numbers
+    of angles, 0 if surfaces are smooth.
     """
 
     races: Any
@@ -99,7 +86,7 @@ class SurfaceHeights(NamedTuple):
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy rollers' slides, slide rates and spins from state `y` to the workspace; clear its sums of defect heights."""
+    """Copy rollers' slides, slide rates and spins from the state `y` to `space`; set sums of defect heights to zero."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -115,8 +102,9 @@ def read_rollers(y, at, half, space):
 def face_defects(defects, radius, rotation, space):
     """Sum the heights [m] of the rollers' `defects` that may meet a race now, for each roller and race.
 
-    The sums are stored in the row `DAMAGE` of the workspace `space`. `rotation` of the rollers relative to their slots
-    [rad]; a roller meets the outer race at the angle 0 from its slot's x axis, the inner race at the angle pi.
+    The sums are stored in the row `DAMAGE` of the workspace `space`. `radius` of the rollers [m]; `rotation` of the
+    rollers relative to their slots [rad]. A roller meets the outer race at the angle 0 from its slot's x axis, the
+    inner race at the angle pi.
     """
     half = rotation.shape[0] // 2
     for d in range(defects.shape[0]):
@@ -130,39 +118,31 @@ def face_defects(defects, radius, rotation, space):
 
 
 @kernel_part
-def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
+def roller_frames(y, at, slots, tilt, shaft, shaft_angle, model):
     """Compute the axes of each roller's slot in the cage, the races' motion, and the number of race points near it.
 
-    `count`: points on a circle of a race.
+    `at`: indices of the parts of the state `y`; `slots`: number of slots in the workspace; `tilt` of the cage;
+    `shaft`, `shaft_angle`: the shaft's speed and angle.
     """
-    space = model.scratch.space
+    space = model.space
     turn = y[at.cage + 2]
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
     omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
     ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
-    ct, st = math.cos(turn), math.sin(turn)
-    turned = turn_of_second(y, at, second)
-    axes = cage_axes(tilt)
+    turns, axes = cage_turns(y, at, model.second_cage), cage_axes(tilt)
     tilt_cosine, tilt_sine, centre_distance = model.tilt_cosine, model.tilt_sine, model.centre_distance
     outer_clearance = model.law.roller_radius - model.race_radius[0]
     inner_clearance = model.law.roller_radius - model.race_radius[1]
     arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
-    races, patch = model.races, model.patch
-    height = races.height
+    outer, inner, height, patch = model.races.outer, model.races.inner, model.races.height, model.patch
+    # a point acts on an approaching roller in half the time over which its contact is averaged
     lead_s = 0.5 * model.law.onset_s
-    search = SearchConstants(
-        float(count),
-        count / (2.0 * math.pi),
-        1.0 / count,
-        float(races.plain),
-        lead_s,
-        0.5 * LONGEST_ONSET_M if lead_s > 0.0 else 0.0,
-    )
+    most_lead = 0.5 * LONGEST_ONSET_M if lead_s > 0.0 else 0.0
     # sense in which rollers move on each race
     outer_onwards, inner_onwards = 1.0 if omega_z > 0.0 else -1.0, 1.0 if omega_z > shaft else -1.0
     for p in range(slots):
         side = space[col.SIDE + p]
-        own_cosine, own_sine = cage_angle(second, ct, st, turned, side)
+        own_cosine, own_sine, _ = cage_of_row(turns, side)
         c = own_cosine * space[col.SLOT_COSINE + p] - own_sine * space[col.SLOT_SINE + p]
         s = own_sine * space[col.SLOT_COSINE + p] + own_cosine * space[col.SLOT_SINE + p]
         x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z = slot_axes(axes, c, s, tilt_cosine, side * tilt_sine)
@@ -171,7 +151,10 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
         w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
         w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
-        w_x, w_z = roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine)
+        angle = turn + space[col.SLOT_ANGLE + p]
+        if side < 0.0:
+            angle += turns.ahead
+            w_x, w_z = w_x - turns.rate * tilt_sine, w_z + turns.rate * tilt_cosine
         space[col.X_WX + p], space[col.X_WY + p], space[col.X_WZ + p] = x_x, x_y, x_z
         space[col.Y_WX + p], space[col.Y_WY + p], space[col.Y_WZ + p] = y_x, y_y, y_z
         space[col.Z_WX + p], space[col.Z_WY + p], space[col.Z_WZ + p] = z_x, z_y, z_z
@@ -182,7 +165,6 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.N_X + p] = c * x_y - s * x_x
         space[col.N_Y + p] = c * y_y - s * y_x
         space[col.N_Z + p] = c * z_y - s * z_x
-        angle = roller_angle(second, turn + space[col.SLOT_ANGLE + p], turned, side)
         here = side != 0.0
 
         # outer race
@@ -195,21 +177,10 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.V_Y + p] = ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z
         space[col.V_Z + p] = ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y
         space[col.W_X + p], space[col.W_Y + p], space[col.W_Z + p] = -w_x, -w_y, -roller_spin
+        depth, lead = outer_clearance - o_x, -lead_s * space[col.V_X + p]
         leaning = abs(space[col.Z_Y + p]) * height
-        count_candidates(
-            search,
-            races.outer,
-            outer_onwards,
-            outer_clearance - o_x,
-            o_z,
-            -search.lead_s * space[col.V_X + p],
-            abs(o_y) + leaning,
-            angle,
-            here,
-            patch,
-            space,
-            p,
-        )
+        aside = abs(o_y) + leaning
+        count_candidates(outer, outer_onwards, depth, o_z, lead, most_lead, aside, angle, here, patch, space, p)
 
         # inner race
         q = p + col.INNER
@@ -221,49 +192,39 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.W_X + q], space[col.W_Y + q] = shaft * x_z - w_x, shaft * y_z - w_y
         space[col.W_Z + q] = shaft * z_z - roller_spin
         depth = inner_clearance + arc_radial * m_x + side * arc_height * x_z - reach
-        count_candidates(
-            search,
-            races.inner,
-            inner_onwards,
-            depth,
-            offset,
-            -search.lead_s * slide_rate,
-            leaning,
-            angle - shaft_angle,
-            here,
-            patch,
-            space,
-            q,
-        )
+        lead = -lead_s * slide_rate
+        angle -= shaft_angle
+        count_candidates(inner, inner_onwards, depth, offset, lead, most_lead, leaning, angle, here, patch, space, q)
 
 
 @inlined
-def count_candidates(search, race, onwards, depth, offset, lead, aside, angle, here, patch, space, column):
+def count_candidates(race, onwards, depth, offset, lead, most_lead, aside, angle, here, patch, space, column):
     """Store how deep a roller is in a race, its position among the race's points, and the number of points in reach.
 
-    `depth`: penetration at the middle of the race's profile; `offset` of the profile along the roller's axis; `lead`:
-    distance by which the roller approaches in the time `search.lead_s`; `aside`: largest displacement of race points in
-    the rolling direction, all [m]; `angle` from the race's first point to the roller [rad]; `here`: True if the slot
-    has a roller; `column` of the workspace; `race`: `parameters.RaceSearch` of this race; `onwards`: 1 if rollers move
-    towards higher point numbers, else -1.
+    `race`: `parameters.RaceSearch` of this race; `onwards`: 1 if rollers move towards higher point numbers, else -1;
+    `depth`: penetration in the middle of the race's profile; `offset`: distance along the roller's axis from its middle
+    to the centre of the race's profile arc; `lead`: distance by which the roller approaches the race in the time in
+    which a point acts before it touches; `most_lead`: largest distance at which a point acts; `aside`: largest
+    displacement of race points in the rolling direction, all [m]; `angle` from the race's first point to the roller
+    [rad]; `here`: True if the slot has a roller; `patch`: see `Parameters`; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
-    position = angle * search.per_radian
-    position -= search.points * math.floor(position * search.per_point)
+    position = angle * race.per_radian
+    position -= race.points * math.floor(position * race.per_point)
     space[col.MIDDLE_DEPTH + column] = depth if here else EMPTY_SLOT_M
     space[col.DEPTH_BOUND + column], space[col.POSITION + column] = bound, position
     near = bound + SKIP_MARGIN_M + (lead if lead > 0.0 else 0.0)
     candidates = candidate_count(
         near * race.per_clearance,
-        (near + search.most_lead) * race.per_clearance,
+        (near + most_lead) * race.per_clearance,
         aside * race.per_spacing,
         onwards * position,
-        search.most,
+        race.most,
         patch,
     )
-    away = (position - race.own_middle) * search.per_point
+    away = (position - race.own_middle) * race.per_point
     damaged = space[col.DAMAGE + column] > 0.0
-    own = damaged or search.points * abs(away - math.floor(away + 0.5)) < race.own_half
+    own = damaged or race.points * abs(away - math.floor(away + 0.5)) < race.own_half
     space[col.CANDIDATES + column] = candidates
     space[col.CANDIDATE_CODE + column] = OWN_POINTS if own else candidate_code(candidates)
 
@@ -272,10 +233,11 @@ def count_candidates(search, race, onwards, depth, offset, lead, aside, angle, h
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: upper bound of the penetration, divided by the gap of a just touching roller one point spacing aside;
-    `depth_ahead`: the same for points that the roller reaches next, which act before they touch. `aside`, see
-    `count_candidates`, and the roller's `position` in its direction of motion are in point spacings. Returns 0 or 1 for
-    continuous contacts (`patch`) or slices.
+    `depth`: upper bound of the penetration, as a multiple of the gap that a roller which just touches one point has to
+    the next point; `depth_ahead`: the same for points that the roller reaches next, which act before they touch.
+    `aside`, see `count_candidates`, and the roller's `position` in its direction of motion are in point spacings.
+    Returns 0 or 1 in the line model, where a circle of the race touches the roller in one `patch`, and in the slices
+    model.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -296,7 +258,10 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 
 @kernel_part
 def candidate_code(candidates):
-    """Convert a number of points to a code; the sum of contacts' codes gives how many need at least 1, 2, 3 points."""
+    """Convert the number of points that a contact needs to a code.
+
+    The digits, to the base 64, of the sum of several contacts' codes are how many of them need at least 1, 2, 3 points.
+    """
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
         + (NEEDS_TWO if candidates > 1.0 else 0.0)
@@ -306,11 +271,12 @@ def candidate_code(candidates):
 
 @kernel_part
 def add_heights(surface, rotation, count, space):
-    """Move the races towards the rollers by the heights of both surfaces' waves; `rotation` of the rollers [rad].
+    """Move each race towards each roller by the heights of the waves on both surfaces where they touch.
 
-    A height moves the race of one contact nearer to its roller along the slot; along the contact's normal the movement
-    is up to 0.6 % smaller at the contact's ends. The slope of a wave does not tilt the normal, and the rate of the
-    height does not act on the damper (2 % less force at 3 kHz and a damper's time constant of 10 us).
+    `surface`: `SurfaceHeights`; `rotation` of the rollers relative to their slots [rad]; `count`: points on a circle. A
+    race is moved along the slot; along the contact's normal the movement is up to 0.6 % smaller at the contact's ends.
+    The slope of a wave does not tilt the normal, and the rate of the height does not act on the damper (2 % less force
+    at 3 kHz and a damper's time constant of 10 us).
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:

@@ -8,7 +8,6 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.columns import state_indices
-from srbval.models.full.film_kernel import law_in_film
 from srbval.models.full.forces_kernel import CIRCLES_PER_RACE, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
     add_heights,
@@ -37,7 +36,7 @@ WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 @kernel
 def rates_and_loads(t, y, model, rate, totals, loads):
-    """Evaluate `right_hand_side` without damping matrices of the contacts; callable from Python."""
+    """Call `right_hand_side` with `damping` None, compiled for calls from Python; see `steps.rates`."""
     right_hand_side(t, y, model, rate, totals, loads, None)
 
 
@@ -45,17 +44,17 @@ def rates_and_loads(t, y, model, rate, totals, loads):
 def right_hand_side(t, y, model, rate, totals, loads, damping):
     """Compute the time derivative `rate` of the state `y` at time `t` [s], and the `totals` listed in `columns`.
 
-    `loads`: array for the normal forces [N], shape [2 races, rollers, 3 circles], or None. `damping`: `WITH_DAMPING` if
-    the contacts' damping matrices are needed, see `damping_kernel`; otherwise None.
+    `model`: `Parameters`; `loads`: array for the normal forces [N], shape [2 races, rollers, 3 circles], or None;
+    `damping`: `WITH_DAMPING` if the contacts' damping matrices are needed, see `damping_kernel`, otherwise None.
     """
     n = model.slot_angle.shape[0]
-    at = state_indices(n, y.shape[0] // 2)
+    at = state_indices(y.shape[0])
     second = model.second_cage
-    races, scratch = model.races, model.scratch
+    races = model.races
     # arrays are taken out of their tuples once: a loop would count their references
-    space, plan = scratch.space, scratch.plan
+    space, plan = model.space, model.plan
     count = races.window_of.shape[2]
-    slots = np.uint64(scratch.slots)
+    slots = np.uint64(model.slots)
     shaft, shaft_angle = shaft_motion(t, model.drive)
     tilt = cage_tilt(y[at.cage], y[at.cage + 1])
 
@@ -63,20 +62,17 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     read_rollers(y, at, n // 2, space)
     rotation = y[at.rotation : at.rotation + n]
     face_defects(model.roller_defects, model.law.roller_radius, rotation, space)
-    roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second)
+    roller_frames(y, at, slots, tilt, shaft, shaft_angle, model)
     tilt_rollers(model.free, model, slots)
     add_heights(model.surface, rotation, count, space)
-    groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
+    groups, compacted, single, deepest = plan_contacts(model.slots, races, space, plan, count)
     spacing = spacing_of_windows(count, model.patch)
-    prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
+    prepare_columns(groups, model.slots, space, plan, spacing, damping)
 
     # 2. contact forces
     gather_columns(compacted, single, space, plan, spacing, count, damping, model.slices)
     law = law_at_speed(model.law, model.slices, y[at.cage_rate + 2], shaft)
-    law = law_in_film(law, model.slices, y[at.cage_rate + 2], shaft)
-    evaluate_contacts(
-        law, rotation, model, groups, single, 0, CIRCLES_PER_RACE, damping, model.patch, model.slices, FIRST_TIME
-    )
+    evaluate_contacts(law, rotation, model, groups, single, 0, CIRCLES_PER_RACE, damping, FIRST_TIME)
     scatter_sums(compacted, single, space, plan, damping)
     add_oil_forces(model.oil, model, slots, y[at.cage_rate + 2], shaft, totals)
     sums_in_slots(model.free, model, slots)
@@ -202,15 +198,15 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
 
 @kernel_part
-def couples_on_cages(law, row, model, slots, relative, on_cages):
-    """Add the rollers' couples about their own axes [N m], a `row` of the workspace, to the torques on the cages.
+def couples_on_cages(cause, row, model, slots, relative, on_cages):
+    """Add the couples that rollers exert on their cage about their own axes [N m] to the torques on the cages.
 
-    Returns `relative` (torque on a second cage about its axis) and `on_cages` (torque on all cages). Both are unchanged
-    if `law`, the model of oil or tilt that causes the couples, is None.
+    The couples are in the `row` of the workspace. Returns `relative`, the torque on a second cage about its axis, and
+    `on_cages`, the torque on all cages. `cause` of the couples: `Parameters.oil` or `.free`; no effect if it is None.
     """
-    if law is None:
+    if cause is None:
         return relative, on_cages
-    space = model.scratch.space
+    space = model.space
     g_x, g_y, g_z = on_cages
     for p in range(slots):
         couple = space[row + p]
@@ -249,34 +245,21 @@ def shaft_motion(t, drive):
         return table[1, 0], table[2, 0] + table[1, 0] * (t - table[0, 0])
     if t >= table[0, last]:
         return table[1, last], table[2, last] + table[1, last] * (t - table[0, last])
-    i = entry_before(table[0], t)
+    i = np.searchsorted(table[0], t) - 1
     since = t - table[0, i]
     slope = (table[1, i + 1] - table[1, i]) / (table[0, i + 1] - table[0, i])
     return table[1, i] + slope * since, table[2, i] + (table[1, i] + 0.5 * slope * since) * since
 
 
 @kernel_part
-def entry_before(times, t):
-    """Find the index of the last of the rising `times` that is less than `t`; `t` is between the first and the last."""
-    before, behind = 0, times.shape[0] - 1
-    while behind - before > 1:
-        middle = (before + behind) // 2
-        if times[middle] < t:
-            before = middle
-        else:
-            behind = middle
-    return before
-
-
-@kernel_part
 def external_load(t, drive):
-    """Compute radial and axial load [N] at time `t` [s]: linear between the entries of `drive`, constant outside."""
+    """Compute radial and axial load [N] at time `t` [s]: linear between entries of `drive`, constant outside them."""
     table = drive.load
     last = table.shape[1] - 1
     if t <= table[0, 0]:
         return table[1, 0], table[2, 0]
     if t >= table[0, last]:
         return table[1, last], table[2, last]
-    i = entry_before(table[0], t)
+    i = np.searchsorted(table[0], t) - 1
     share = (t - table[0, i]) / (table[0, i + 1] - table[0, i])
     return table[1, i] + share * (table[1, i + 1] - table[1, i]), table[2, i] + share * (table[2, i + 1] - table[2, i])

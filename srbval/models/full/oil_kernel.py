@@ -20,10 +20,11 @@ LEAST_RAD_S = 1e-6
 class OilLaw(NamedTuple):
     """Constants of the oil's forces on rollers; all are numbers except `rolling`.
 
-    `rolling`, [2 races, 2]: resisting couple [N m] at 1 rad/s between race and roller, divided by the square root of
-    the load [N] for a contact shorter than its roller, and by the fourth root for a contact as long as its roller;
-    `heating`: heating number L at a rolling speed of 1 m/s; `drag`: force on a roller over its speed squared [kg/m];
-    `pocket`: coefficient of friction between roller and cage.
+    `rolling`, [2 races, 2]: couple that resists rolling [N m] at 1 rad/s between race and roller. The first number is
+    for contacts shorter than their roller and is divided by the square root of the load [N]; the second is for contacts
+    as long as their roller and is divided by the fourth root of the load. `heating`: heating number L at a rolling
+    speed of 1 m/s; `drag`: force on a roller over its speed squared [kg/m]; `pocket`: coefficient of friction between
+    roller and cage.
     """
 
     rolling: Any
@@ -34,13 +35,13 @@ class OilLaw(NamedTuple):
 
 @kernel_part
 def rolling_speed(slices, cage, shaft):
-    """Compute the speed at which contacts roll over the rollers [m/s], mean of both races; `cage`, `shaft`: [rad/s]."""
+    """Compute the speed at which contacts move over the rollers [m/s], mean of both races; `cage`, `shaft`: [rad/s]."""
     return 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
 
 
 @kernel_part
 def thermal_share(heating, rolling):
-    """Compute shear heating's factor on film and resistance, 3.94 / (3.94 + L^0.62), L = heating rolling^2."""
+    """Compute the factor of shear heating on film and rolling resistance, 3.94 / (3.94 + (heating rolling^2)^0.62)."""
     return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
 
 
@@ -55,9 +56,9 @@ def rate_power(rate):
 
 @kernel_part
 def resist_rolling(space, j, short, full):
-    """Add rolling resistance to the torque of contact `j`; returns its power [W].
+    """Add the couple that resists rolling to the torque of contact `j`; returns the power lost to it [W].
 
-    `short`, `full`: `OilLaw.rolling` of the race, for contacts shorter than their roller, and as long as their roller.
+    `short`, `full`: both numbers of `OilLaw.rolling` for this race.
     """
     root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
     shorter, longest = short * root, full * math.sqrt(root)
@@ -72,12 +73,12 @@ def resist_rolling(space, j, short, full):
 def add_oil_forces(oil, model, slots, cage, shaft, totals):
     """Add the oil's rolling resistance and the pockets' friction to the rollers' torques, and the powers to `totals`.
 
-    Also writes the couples on the cages to row `ON_CAGE` of the workspace. Call it after all contact forces. No effect
-    without `oil`.
+    `cage`, `shaft`: speeds [rad/s]. Also writes the couples on the cages to row `ON_CAGE` of the workspace. Call it
+    after all contact forces. No effect if `oil` (`OilLaw`) is None.
     """
     if oil is None:
         return
-    space = model.scratch.space
+    space = model.space
     radius, weight = model.law.roller_radius, model.roller_mass * model.gravity
     thermal = thermal_share(oil.heating, rolling_speed(model.slices, cage, shaft))
     outer_short, outer_full = thermal * oil.rolling[0, 0], thermal * oil.rolling[0, 1]

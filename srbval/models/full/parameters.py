@@ -19,16 +19,16 @@ from srbval.models.full.point_cloud import (
     CirclePoints,
     candidate_windows,
     circle_points,
-    clearance_aside_m,
     inner_circle,
     outer_circle,
-    window_half_count,
 )
 from srbval.models.full.slices_kernel import SliceTable
+from srbval.models.outputs import DEPTH_LIMIT_M
 from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 POCKETS = 19  # second word of the seed for the offsets in the cage's pockets
+SAGITTA_SHARE = 0.98  # share of a gap that the curvature gives: axes of roller and race are not quite parallel
 GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 YOUNG_N_M2, POISSON = 2.07e11, 0.3  # bearing steel, ISO/TS 16281
 POINTS_OF_A_WAVE = 16  # angles in the shortest wave; straight lines between them miss it by 2 %
@@ -38,11 +38,17 @@ MOST_LOADED = 5.0  # largest over mean roller load of a bearing with clearance, 
 class RaceSearch(NamedTuple):
     """Constants for finding the points of one race that a roller may touch.
 
-    `per_spacing`: inverse of the smallest distance of neighbouring points [1/m]; `per_clearance`: inverse of the
-    smallest gap between a roller that just touches and a point one spacing aside [1/m]; `own_middle`, `own_half`:
-    middle and half width, counted in points, of the stretch that contains all points near the race's defects.
+    `points` on a circle; `per_radian`: points per radian; `per_point`: 1 / `points`; `most`: largest number of
+    neighbouring points of a circle that a roller may touch; `per_spacing`: inverse of the smallest distance of
+    neighbouring points [1/m]; `per_clearance`: inverse of the smallest gap that a roller which just touches one point
+    has to the next point [1/m]; `own_middle`, `own_half`: middle and half length, counted in points, of the stretch
+    that contains all points near the race's defects.
     """
 
+    points: float
+    per_radian: float
+    per_point: float
+    most: float
     per_spacing: float
     per_clearance: float
     own_middle: float
@@ -50,13 +56,14 @@ class RaceSearch(NamedTuple):
 
 
 class Races(NamedTuple):
-    """Points of both raceways for the kernels, outer race first, in lists (windows) as in `point_cloud.Windows`.
+    """Points of both raceways for the kernels, outer race first, in lists (windows), see `candidate_windows`.
 
     `points`, [2, W windows, col.POINT_ROWS, points of a window], or None if contacts are cut into slices; the last
     windows are for damaged rollers. `starts`, [2, W, 4]: index of each circle's first point in a window, and the end;
-    `window_of`, [2, 2 rows, points of a circle]: window that a roller needs if this point is the nearest to it;
-    `highest`, [2, W]: largest displacement of a window's points [m]; `plain`: number of windows without defects;
-    `height`: largest distance of a circle from the bearing's mid-plane [m].
+    `window_of`, [2, 2 rows, points of a circle]: window for a roller to which this point is the nearest, without
+    defects the longest; `highest`, [2, W]: largest displacement of a window's points [m]; `plain`: number of windows
+    without defects, which are the first; `height`: largest distance of a circle from the bearing's mid-plane [m];
+    `outer`, `inner`: constants for finding the points.
     """
 
     points: Any
@@ -69,22 +76,11 @@ class Races(NamedTuple):
     inner: RaceSearch
 
 
-class Scratch(NamedTuple):
-    """Working space of the kernels; each run has its own, so threads must not share parameters.
-
-    `space` and `plan`: see `columns`; `slots`: places for rollers, padded to a multiple of `col.LANES`.
-    """
-
-    space: FloatArray
-    plan: IntArray
-    slots: int
-
-
 class Drive(NamedTuple):
     """Shaft speed and load over the run's time [s], linear between the entries; a constant has one entry.
 
     `speed`, shape [3, k]: time, shaft speed [rad/s], shaft angle [rad]; `load`, [3, k]: time, radial and axial force
-    [N]; `direction_cosine`, `direction_sine` of the radial force.
+    [N]; `direction_cosine`, `direction_sine`: of the angle from the x axis to the radial force.
     """
 
     speed: FloatArray
@@ -94,7 +90,10 @@ class Drive(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """Parameters of the full model in SI units: geometry, bodies, contact, housing, load, drive, point clouds."""
+    """Parameters of the full model in SI units: geometry, bodies, contact, housing, load, drive, point clouds.
+
+    They include the kernels' working space, so that runs at the same time must not share parameters.
+    """
 
     # geometry
     centre_distance: float  # roller centre from the bearing centre [m]
@@ -121,10 +120,12 @@ class Parameters(NamedTuple):
     races: Races
     roller_defects: FloatArray  # shape [D, col.DEFECT_COLUMNS]
     spare_of: IntArray  # which spare window a damaged roller has, shape [2 M]
-    scratch: Scratch
+    space: FloatArray  # working space, as `plan`: see `columns`
+    plan: IntArray
+    slots: int  # number of slots in `space`, a multiple of `col.LANES`, so that some may be empty
     circle_half_gap: float  # half the distance between two circles along a roller [m]
     surface: SurfaceHeights
-    patch: FloatArray | None  # contacts that are not points, empty for points: see `srbval.models.line`
+    patch: FloatArray | None  # constants of the line model, of length 0 in the full model: see `srbval.models.line`
     second_cage: float | None = None  # moment of inertia of row 2's cage about its axis, see `second_cage_kernel`
     slices: SliceTable | None = None  # contacts cut into slices, see `srbval.models.slices`; `patch` is then None
     oil: OilLaw | None = None  # drag, rolling resistance, pockets of a bearing with slices
@@ -132,15 +133,16 @@ class Parameters(NamedTuple):
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
-    """Assemble the kernel parameters of a scene; its values for Giraudo's bearing come from the paper's Tables 1 and 4.
+    """Assemble the kernel parameters of a scene, whose default values are those of Giraudo's Tables 1 and 4.
 
-    Cages are modelled as thin rings at the pitch radius; their mass is an assumption of the scene.
+    Cages are modelled as thin rings at the pitch radius; their mass, an assumption, is a value of the scene.
     """
     diameter, defects = roller_diameter_m(scene, geometry), _roller_defects(scene, geometry)
     damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
     np.add.at(damage, defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]))
     roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
     angle = slot_angles(scene, geometry)
+    space, plan, slots = _working_space(angle)
     cage_axial = scene.bodies.cage_mass_kg * geometry.pitch_radius_m**2
     sprung = scene.load.path is LoadPath.HOUSING
     return Parameters(
@@ -175,7 +177,9 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         races=_races(scene, geometry, diameter / 2, int(np.count_nonzero(damage))),
         roller_defects=defects,
         spare_of=np.cumsum(damage > 0) - 1,
-        scratch=_scratch(angle),
+        space=space,
+        plan=plan,
+        slots=slots,
         circle_half_gap=_axial_position(geometry, 3) / 2,
         surface=surface_heights(scene, geometry, diameter / 2),
         patch=np.zeros((2, 0, 4)),
@@ -184,7 +188,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
 
 def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Compute the angle of each roller in the cage, [rollers] [rad], row 1 first: even spacing plus pocket offsets."""
+    """Compute the angle of each roller in the cage [rad], row 1 first: even spacing plus offsets within the pockets."""
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
@@ -194,9 +198,9 @@ def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
 def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: float) -> tuple[float, float, float]:
     """Compute mass [kg] and moments of inertia about the axis and across it [kg m2] of a barrel roller.
 
-    The roller is a solid of revolution of the raceway's profile arc, `diameter_m` at its middle, of a `density`
-    [kg/m3], without end chamfers or bore. Integrals over the width: m = rho pi int r^2 dz, I_a = rho pi/2 int r^4 dz,
-    I_t = I_a/2 + rho pi int r^2 z^2 dz (any text on rigid bodies).
+    The roller is a solid of revolution without end chamfers or bore, with the raceway's profile arc, `diameter_m` at
+    its middle, and the density rho (`density` [kg/m3]). Integrals of its radius r over the width: mass rho pi int r^2
+    dz, I_a = rho pi/2 int r^4 dz about the axis, I_a/2 + rho pi int r^2 z^2 dz across it (any text on rigid bodies).
     """
     half = geometry.roller_width_m / 2
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
@@ -209,11 +213,11 @@ def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: f
 
 def state_layout(model: Parameters) -> StateLayout:
     """Compute the layout of the model's state vector."""
-    return StateLayout(len(model.slot_angle), 1 if model.second_cage is None else 2)
+    return StateLayout(2 * (2 * len(model.slot_angle) + col.CAGE_AND_RING + (model.second_cage is not None)))
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
-    """Compute the roller diameter [m]: gap between the races minus radial play, or Giraudo's printed one."""
+    """Compute the roller diameter [m]: gap between the races minus radial play, or the diameter printed by Giraudo."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
@@ -226,36 +230,37 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
-    """Build the `Races` of a scene: lists (windows) of race points, with `spares` empty lists for damaged rollers."""
+    """Build the `Races` of a scene: lists (windows) of race points, and `spares` empty lists for damaged rollers."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
-    radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
-    half = max(window_half_count(roller_radius, r[1], points_per_circle=count, highest_m=bumps) for r in radii)
+    radii = np.array([[c.radius_m for c in own] for own in circles])
+    spacing = 2 * math.pi * radii / count
+    # a roller that just touches a race at one point has the gap curvature x^2 / 2 to a point at the distance x
+    curvature = 1 / roller_radius + np.array([[-1], [1]]) / radii
+    reach = np.sqrt(2 * (DEPTH_LIMIT_M + bumps) / curvature[:, 1])  # of the deepest roller permitted
+    half = max(1, *(math.floor(points + 0.5) for points in reach / spacing[:, 1]))
+    next_gap = SAGITTA_SHARE * spacing**2 / 2 * curvature
     both = [
         candidate_windows(own, _place_points(scene, own, kind), count, half)
         for kind, own in zip((Fault.OUTER, Fault.INNER), circles, strict=True)
     ]
-    windows = max(len(race.highest) for race in both) + spares
-    width = max(window.shape[1] for race in both for window in race.points)
+    windows = max(len(highest) for _, _, highest in both) + spares
+    width = max(sum(part.shape[1] for part in window) for found, _, _ in both for window in found)
     points = np.full((2, windows, col.POINT_ROWS, width), col.FAR_M)
     highest, starts = np.zeros((2, windows)), np.zeros((2, windows, 4), dtype=np.int64)
-    for i, race in enumerate(both):
-        used = len(race.points)
-        highest[i, :used], starts[i, :used] = race.highest, race.starts
-        for window, candidates in enumerate(race.points):
-            points[i, window, :, : candidates.shape[1]] = candidates
+    for i, (found, _, heights) in enumerate(both):
+        highest[i, : len(found)] = heights
+        for j, window in enumerate(found):
+            starts[i, j, 1:] = np.cumsum([part.shape[1] for part in window])
+            points[i, j, :, : starts[i, j, -1]] = np.concatenate(window, axis=1)
+    window_of = np.array([of_race for _, of_race, _ in both])
     outer, inner = (
-        RaceSearch(
-            1 / (2 * math.pi / count * min(abs(x) for x in r)),
-            1 / min(clearance_aside_m(roller_radius, x, points_per_circle=count) for x in r),
-            *own_stretch(race.window_of, 2 * half + 1),
-        )
-        for race, r in zip(both, radii, strict=True)
+        race_search(window_of[i], 2 * half + 1, float(spacing[i].min()), float(next_gap[i].min())) for i in range(2)
     )
     return Races(
         points=points,
         starts=starts,
-        window_of=np.array([race.window_of for race in both]),
+        window_of=window_of,
         highest=highest,
         plain=2 * half + 1,
         height=max(c.height_m for own in circles for c in own),
@@ -264,23 +269,25 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     )
 
 
-def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
-    """Find the stretch of a race with all points near defects: its middle and half width, counted in points.
+def race_search(window_of: IntArray, plain: int, spacing_m: float = 1.0, next_gap_m: float = 1.0) -> RaceSearch:
+    """Make the `RaceSearch` of a race; `window_of`, [rows, points], and `plain`: see `Races`.
 
-    `window_of`, [rows, points]: see `Races`; it is at least `plain` for points near defects.
+    `spacing_m`: smallest distance of neighbouring points, `next_gap_m`: smallest gap that a roller which just touches
+    one point has to the next point; without points, both have no effect.
     """
-    count = window_of.shape[1]
-    points = np.flatnonzero((window_of >= plain).any(axis=0))
-    if len(points) == 0:
-        return 0.0, 0.0
-    gaps = np.diff(points, append=points[0] + count)
-    widest = int(np.argmax(gaps))
-    width = count - int(gaps[widest])
-    return float(points[(widest + 1) % len(points)]) + width / 2, width / 2 + 1.0
+    count, middle, half = window_of.shape[1], 0.0, 0.0
+    special = np.flatnonzero((window_of >= plain).any(axis=0))  # points near defects
+    if len(special):
+        gaps = np.diff(special, append=special[0] + count)
+        widest = int(np.argmax(gaps))
+        width = count - int(gaps[widest])
+        middle, half = float(special[(widest + 1) % len(special)]) + width / 2, width / 2 + 1.0
+    per = count / (2 * math.pi), 1 / count, float(plain), 1 / spacing_m, 1 / next_gap_m
+    return RaceSearch(float(count), *per, own_middle=middle, own_half=half)
 
 
 def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:
-    """Place the points of each circle of both rows of the race `kind`, displaced by the race's defects."""
+    """Place the points of each circle of both rows of a race (`kind`: outer or inner), displaced by its defects."""
     own = [d for d in scene.defects if d.kind is kind]
     n, zone = scene.contact.points_per_circle, scene.load.zone_rad
     return [
@@ -326,12 +333,12 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
 
 
 def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
-    """Compute the position along the axis of a roller in row 1 at which race circle 1, 2 or 3 meets it [m]."""
+    """Compute the position along the axis of a roller in row 1 at which the race's circle 1, 2 or 3 meets it [m]."""
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
-def _scratch(slot_angle: FloatArray) -> Scratch:
-    """Allocate the workspace for rollers at these slot angles [rad], row 1 first, and fill in its constants."""
+def _working_space(slot_angle: FloatArray) -> tuple[FloatArray, IntArray, int]:
+    """Allocate `Parameters.space`, with its constants, and `plan` for rollers at these angles; also returns `slots`."""
     count = len(slot_angle)
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
@@ -347,7 +354,7 @@ def _scratch(slot_angle: FloatArray) -> Scratch:
     for row, values in both_rows.items():
         space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()
     plan = np.zeros((col.FIRST_SINGLE + 2 * count, 4), dtype=np.int64)
-    return Scratch(space=space, plan=plan, slots=slots)
+    return space, plan, slots
 
 
 def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: float) -> SurfaceHeights:
@@ -377,22 +384,22 @@ def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: f
 
 
 def contact_half_m(load_n_m: float, curvature_1_m: float) -> float:
-    """Compute the half length along the race of a line contact of steel under a load per length [m].
+    """Compute the half length b of a line contact of steel along the race [m] from the load per length `load_n_m`.
 
-    b^2 = 4 P R / (pi E*), P the load per length, 1 / R the `curvature_1_m` of the gap, E* the contact modulus (Johnson
-    1985, Contact Mechanics, sect. 4.2; quoted from memory, not checked).
+    b^2 = 4 P R / (pi E*) with the load per length P, the curvature of the gap 1 / R (`curvature_1_m`) and the contact
+    modulus E* (Johnson 1985, Contact Mechanics, sect. 4.2; quoted from memory, not checked).
     """
     modulus = YOUNG_N_M2 / (2 * (1 - POISSON**2))
     return math.sqrt(4 * load_n_m / (math.pi * curvature_1_m * modulus))
 
 
 def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
-    """Compute J_0(k b), the share of a wave's height by which it moves two bodies apart in a contact of half length b.
+    """Compute J_0(k b), the share of a surface wave's height by which the wave moves two bodies in contact apart.
 
-    k [rad/m]: `per_length_1_m`. A small height h under a line contact moves the bodies by the mean of h, weighted with
-    the pressure of one additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's
-    pressure over the load). For a wave this is J_0. Waves beyond the first zero of J_0, shorter than 2.6 b, are
-    ignored.
+    k: the wave's phase per length along the race (`per_length_1_m` [rad/m]); b: half length of the line contact
+    (`half_m`). A small height h(x) moves the bodies by its mean over the contact, weighted with the pressure of one
+    additional newton, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's pressure over the
+    load). For a wave this is J_0. Waves beyond the first zero of J_0, shorter than 2.6 b, are ignored.
     """
     from scipy.special import j0, jn_zeros
 

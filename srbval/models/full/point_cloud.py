@@ -10,12 +10,10 @@ from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.outputs import DEPTH_LIMIT_M
 from srbval.scene import Defect, DefectShape
 
 MOST_POINTS = 500_000  # in a circle
 MAX_CANDIDATE_BYTES = 2e8  # candidate points of both races; the paper's scene has 200 kB
-SAGITTA_SHARE = 0.98  # share of a point's clearance by its circle's curvature: axes are not quite parallel
 
 
 class Circle(NamedTuple):
@@ -37,9 +35,10 @@ def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
 
 
 def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute a circle of points of the inner raceway at p times the contact angle alpha (eq. 17, corrected).
+    """Compute a circle of points of the inner raceway at p times the contact angle (eq. 17, corrected).
 
-    R cos(p alpha), R the profile's radius, is subtracted; the paper's plus sign puts the inner race outside the outer.
+    The profile's radius times cos(p times the contact angle) is subtracted from the distance of the profile's centre
+    from the shaft's axis; the paper's plus sign puts the inner race outside the outer.
     """
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
     return Circle(geometry.inner_centre_radial_m - radius * c, geometry.inner_centre_axial_m - radius * s, c, s)
@@ -48,7 +47,8 @@ def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
 class CirclePoints(NamedTuple):
     """Points of one circle of one row: angle [rad], displacement along the normal [m], share of stiffness and damping.
 
-    Several points may replace an evenly spaced point in a defect: `share` is then below 1, `cell` that point's number.
+    In a defect, several points may replace an evenly spaced point: their `share` is then below 1. `cell`: number of the
+    evenly spaced point that a point is or replaces.
     """
 
     angle: FloatArray
@@ -58,7 +58,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """Place `count` points evenly on a circle (eq. 16), displaced by `defects`; `zone_rad`: middle of the load zone."""
+    """Place `count` points evenly on a circle (eq. 16), displaced by `defects`, whose angles begin at `zone_rad`."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -100,43 +100,18 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
     return CirclePoints._make(np.concatenate(both) for both in zip(kept, finer, strict=True))
 
 
-def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """Compute how many points on either side of the nearest one a roller touches if it is `DEPTH_LIMIT_M` deep.
-
-    If a roller just touches the race, its gap to a point at distance x along the race is x^2/2 (1/r + 1/R), with the
-    roller's radius r and the race's R, negative for the outer race. Points may be up to `highest_m` above the race.
-    """
-    spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
-    reach_m = math.sqrt(2 * (DEPTH_LIMIT_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))
-    return max(1, math.floor(reach_m / spacing + 0.5))
-
-
-def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
-    """Compute the least gap [m] at a race point one spacing beside the place where a roller just touches the race."""
-    spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
-    return SAGITTA_SHARE * spacing**2 / 2 * (1 / roller_radius_m + 1 / race_radius_m)
-
-
-class Windows(NamedTuple):
-    """Windows of a race: lists of the neighbouring points that a roller may touch; row 2 is mirrored.
-
-    The first windows serve everywhere without defects: window ``c - 1`` has c points of each circle, the middle one of
-    which is the nearest to the roller (odd c) or the last before it (even c). Each place near a defect has a window of
-    its own. `points`, W arrays [col.POINT_ROWS, points]: see `columns`, in the frame of the middle point's meridian.
-    `starts`, [W, 4]: index of each circle's first point, and the end. `window_of`, [2 rows, points]: window to use if
-    the point is the nearest; without defects, the longest. `highest`, [W]: largest displacement of a point [m].
-    """
-
-    points: list[FloatArray]
-    starts: IntArray
-    window_of: IntArray
-    highest: FloatArray
-
-
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
-) -> Windows:
-    """Build a race's `Windows`; `count`: points per circle; `half`: points in reach on either side of the nearest."""
+) -> tuple[list[list[FloatArray]], IntArray, list[float]]:
+    """Build a race's windows: lists of neighbouring points that a roller may touch at the same time; row 2 is mirrored.
+
+    The first windows are for all places without defects: window ``c - 1`` has c points of each circle; its middle point
+    is the nearest to the roller (odd c) or the last before it (even c). Each place near a defect has a window of its
+    own. `count`: points per circle; `half`: number of points in reach on either side of the nearest point.
+
+    Returns the points of each circle in each window, [col.POINT_ROWS, points], in axes of the race at the middle point;
+    then `Races.window_of` and `Races.highest` of this race.
+    """
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))
@@ -158,16 +133,11 @@ def candidate_windows(
             found.append(_window(circles, points, int(nearest), wide, count))
             near = (np.isin(circle.cell, (nearest + wide) % count) for circle in points)
             highest.append(max(0.0, *(float(c.lift[own].max()) for c, own in zip(points, near, strict=True))))
-    return Windows(
-        points=[np.concatenate(window, axis=1) for window in found],
-        starts=np.array([np.cumsum([0, *(part.shape[1] for part in window)]) for window in found]),
-        window_of=window_of,
-        highest=np.array(highest),
-    )
+    return found, window_of, highest
 
 
 def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntArray:
-    """Find the numbers of points at most `half` points from a displaced or refined point of any circle; sorted."""
+    """Find the numbers, rising, of points that are at most `half` points away from a displaced or refined point."""
     marked = np.zeros(3 * count + 1, dtype=np.int64)
     for circle in points:
         cell = circle.cell[(circle.lift != 0) | (circle.share != 1)]
@@ -179,7 +149,7 @@ def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntA
 def _window(
     circles: Sequence[Circle], points: Sequence[CirclePoints], nearest: int, offsets: IntArray, count: int
 ) -> list[FloatArray]:
-    """Build one window: for each circle, the points at `offsets` from point `nearest`, [col.POINT_ROWS, points]."""
+    """Build one window: for each circle, the points numbered `nearest` + `offsets`, [col.POINT_ROWS, points]."""
     columns = []
     for circle, own in zip(circles, points, strict=True):
         near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))

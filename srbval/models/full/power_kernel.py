@@ -1,13 +1,15 @@
 """Kernels: torque of the drive and powers of the forces that an implicit time step applies.
 
-An implicit step evaluates the forces F at known speeds v. Friction and contact damping act at the speeds v + x, with a
-change x that the method computes: M k = F(v) - D x, with masses M, damping matrix D and accelerations k.
-The shaft's motion is prescribed. Its torque therefore follows from d, the row of D that belongs to the shaft's speed W:
+An implicit step evaluates the forces F at known speeds v of the bodies. In its accelerations k, friction and contact
+damping act at other speeds, v + x: M k = F - D x, with the mass matrix M and the damping matrix D. The method computes
+the change x of the speeds. If a are the accelerations at the speeds v, M a = F, then D x = M (a - k). The shaft's
+motion is prescribed, so that its speed W does not change. With d, the row of D that belongs to W:
 
-    torque on the shaft = (torque at v) - d x
-    losses = (losses at v) + (2 v + x) D x + 2 W d x,   with D x = M (a - k) and the accelerations a at v
+    torque on the shaft at v + x = torque at v - d x
+    losses at v + x = losses at v + (2 v + x) D x + 2 W d x
 
-The losses are u D u with u = (v, W). Without the terms in x, the drive's power is 26 % too large in Giraudo's scene.
+since the losses are the product u D u, in which u contains v and W. Without these terms in x, the drive's power is 26 %
+too large in Giraudo's scene.
 """
 
 import numpy as np
@@ -19,14 +21,13 @@ from srbval.models.jit import kernel_part
 
 @kernel_part
 def shaft_row(model, factors):
-    """Compute the torque of contact damping on the shaft per unit of each slide rate, spin and cage rate.
+    """Compute the torque of contact damping on the shaft per unit of each slide rate, spin and cage rate: -d above.
 
-    It is the shaft's row of the damping matrix (see `damping_kernel`), sign reversed. The values for slides and spins
-    are stored in the workspace, those for the cages in the row `SHAFT_ROW` of `factors`.
+    The values for slides and spins are stored in the workspace, those for the cages in row `SHAFT_ROW` of `factors`.
     """
-    space, second = model.scratch.space, model.second_cage
+    space, second = model.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0
-    for p in range(np.uint64(model.scratch.slots)):
+    for p in range(np.uint64(model.slots)):
         q = p + col.INNER
         reach, y, z = model.centre_distance + space[col.SLIDE + p], space[col.Y_WZ + p], space[col.Z_WZ + p]
         v_y, v_z = reach * z, -reach * y
@@ -47,46 +48,48 @@ def shaft_row(model, factors):
 
 
 @kernel_part
-def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
-    """Correct torque and powers in `totals` for the change x of the speeds v by an implicit step; see `power_kernel`.
+def add_implicit_powers(speeds, change, deficit, shaft, model, inertia, factors, totals):
+    """Correct the shaft's torque and the powers in `totals` for the change of speeds in an implicit step.
 
-    `speeds`: v; `beyond`: x; `braked`: a - k, the accelerations without and with this change subtracted; state's shape.
-    `shaft`: speed [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction keeps its
-    value at v: the change of its losses is counted as contact damping. The housing's losses are changed separately.
+    In the formulas of this module: `speeds`, the state with the speeds v; `change`, x; `deficit`, a - k, by how much
+    this change reduces the accelerations. All have the shape of a state, of which only the velocities are used.
+    `shaft`: the shaft's speed W [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction
+    keeps its value at v: the change of its losses is counted as contact damping. The housing's losses are corrected
+    separately.
     """
     n = model.slot_angle.shape[0]
-    at = state_indices(n, speeds.shape[0] // 2)
-    space, half = model.scratch.space, np.uint64(n // 2)
+    at = state_indices(speeds.shape[0])
+    space, half = model.space, np.uint64(n // 2)
     torque = slide = spin = 0.0
     for i in range(half):
         j, slot = np.uint64(at.slide_rate) + i, np.uint64(2) * i
         k, other = j + half, slot + np.uint64(1)
-        torque += space[col.SHAFT_U + slot] * beyond[j] + space[col.SHAFT_U + other] * beyond[k]
-        slide += (2.0 * speeds[j] + beyond[j]) * braked[j] + (2.0 * speeds[k] + beyond[k]) * braked[k]
+        torque += space[col.SHAFT_U + slot] * change[j] + space[col.SHAFT_U + other] * change[k]
+        slide += (2.0 * speeds[j] + change[j]) * deficit[j] + (2.0 * speeds[k] + change[k]) * deficit[k]
         j += np.uint64(n)
         k += np.uint64(n)
-        torque += space[col.SHAFT_S + slot] * beyond[j] + space[col.SHAFT_S + other] * beyond[k]
-        spin += (2.0 * speeds[j] + beyond[j]) * braked[j] + (2.0 * speeds[k] + beyond[k]) * braked[k]
+        torque += space[col.SHAFT_S + slot] * change[j] + space[col.SHAFT_S + other] * change[k]
+        spin += (2.0 * speeds[j] + change[j]) * deficit[j] + (2.0 * speeds[k] + change[k]) * deficit[k]
     lost = model.roller_mass * slide + model.roller_axial * spin
     c, r = at.cage_rate, at.ring_rate
     housing = 0.0
     for m in range(3):
-        torque += factors[col.SHAFT_ROW, m] * beyond[c + m]
-        twice = 2.0 * speeds[r + m] + beyond[r + m]
-        lost += model.ring_mass * twice * braked[r + m]
-        housing += model.housing_damping * twice * beyond[r + m]
-    b0, b1, b2 = braked[c], braked[c + 1], braked[c + 2]
+        torque += factors[col.SHAFT_ROW, m] * change[c + m]
+        twice = 2.0 * speeds[r + m] + change[r + m]
+        lost += model.ring_mass * twice * deficit[r + m]
+        housing += model.housing_damping * twice * change[r + m]
+    b0, b1, b2 = deficit[c], deficit[c + 1], deficit[c + 2]
     t0 = inertia[col.INERTIA_XX] * b0 + inertia[col.INERTIA_XY] * b1 + inertia[col.INERTIA_XZ] * b2
     t1 = inertia[col.INERTIA_XY] * b0 + inertia[col.INERTIA_YY] * b1 + inertia[col.INERTIA_YZ] * b2
     t2 = inertia[col.INERTIA_XZ] * b0 + inertia[col.INERTIA_YZ] * b1 + inertia[col.INERTIA_ZZ] * b2
     for m in range(at.relative_rate, speeds.shape[0]):  # only with a second cage
-        torque += factors[col.SHAFT_ROW, 3] * beyond[m]
-        a_x, a_y, a_z, ahead = inertia[col.RELATIVE_X], inertia[col.RELATIVE_Y], inertia[col.RELATIVE_Z], braked[m]
+        torque += factors[col.SHAFT_ROW, 3] * change[m]
+        a_x, a_y, a_z, ahead = inertia[col.RELATIVE_X], inertia[col.RELATIVE_Y], inertia[col.RELATIVE_Z], deficit[m]
         own = a_x * b0 + a_y * b1 + a_z * b2 + inertia[col.RELATIVE_AXIAL] * ahead
-        lost += (2.0 * speeds[m] + beyond[m]) * own
+        lost += (2.0 * speeds[m] + change[m]) * own
         t0, t1, t2 = t0 + a_x * ahead, t1 + a_y * ahead, t2 + a_z * ahead
-    lost += (2.0 * speeds[c] + beyond[c]) * t0 + (2.0 * speeds[c + 1] + beyond[c + 1]) * t1
-    lost += (2.0 * speeds[c + 2] + beyond[c + 2]) * t2
+    lost += (2.0 * speeds[c] + change[c]) * t0 + (2.0 * speeds[c + 1] + change[c + 1]) * t1
+    lost += (2.0 * speeds[c + 2] + change[c + 2]) * t2
     totals[col.SHAFT_TORQUE] += torque
     totals[col.DRIVE_POWER] -= torque * shaft
     totals[col.HOUSING_POWER] += housing

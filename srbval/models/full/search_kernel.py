@@ -2,9 +2,10 @@
 
 The points follow from the roller's angle, without a search among all. A column of the workspace is the contact of one
 roller with one race; a lane group is `LANES` columns that are computed together, with one list (window) of race points.
-The list has as many points as makes a group fastest to compute, possibly none. Columns that need more points
-(`frames_kernel.candidate_count`) are copied to common groups ("compacted"). Columns with a list of their own, near a
-defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the `plan`, see `columns`.
+The length of a group's list, which may be zero, is chosen such that the computation takes least time. Columns that need
+more points (`frames_kernel.candidate_count`) are copied to other groups ("compacted"). Columns with a list of their
+own, near a defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the `plan`,
+see `columns`.
 """
 
 import math
@@ -69,20 +70,20 @@ def plan_contacts(slots, races, space, plan, count):
 
 @kernel_part
 def plan_group(plan, row, race, window, first):
-    """Write to `plan` a group of `LANES` contacts, the columns from `first` on, with its list `window` of points."""
+    """Enter a group of `LANES` contacts, columns from `first` on, in a `row` of `plan`; `window`: its list."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
 @kernel_part
 def plan_copy(plan, row, column, points):
-    """Enter in a `row` of `plan` that the contact in `column`, to be copied to a group, needs `points` per circle."""
+    """Enter in a `row` of `plan` that the contact in `column` is to be copied and needs `points` per circle."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Form groups of a race's copied contacts; add them to the `groups` of `plan`; returns the new number of groups."""
+    """Form groups of a race's copied contacts, `first_copy` to `end_copy` - 1; return the new number of groups."""
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -101,7 +102,7 @@ def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
 
 @kernel_part
 def code_of_group(begin, space):
-    """Sum the codes (`candidate_code`) of the numbers of points that `LANES` contacts from column `begin` on need."""
+    """Sum the codes of the `LANES` contacts from column `begin` on, see `candidate_code`."""
     code = 0.0
     for lane in range(np.uint64(col.LANES)):
         code += space[col.CANDIDATE_CODE + begin + lane]
@@ -110,7 +111,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Plan contacts from column `begin` on that have a list of their own; returns the new number of `single` ones."""
+    """Enter contacts of the lane group at `begin` that have a list of their own; return the new number `single`."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -135,9 +136,10 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """Choose the number of points per circle for the fastest computation; also returns the largest number needed.
+    """Choose the number of points per circle for a group of contacts such that the computation takes least time.
 
-    Contacts that need more points are copied to other groups, at the cost `COPY_COST`. `code`: see `code_of_group`.
+    Contacts that need more points are copied to other groups, at the cost `COPY_COST`. `code`: from `code_of_group`;
+    `begin`: first column of the group. Also returns the largest number of points that a contact of the group needs.
     """
     one, two, three = code % 64, code // 64 % 64, code // 4096
     if three == 0:
@@ -166,7 +168,7 @@ def deepest_of(slots, space):
     for p in range(np.uint64(slots)):
         outer, inner = space[col.MIDDLE_DEPTH + p], space[col.MIDDLE_DEPTH + col.INNER + p]
         space[col.TWICE_ENERGY + p] = outer if outer > inner else inner
-    a, b, c, d = -1.0, -1.0, -1.0, -1.0
+    a, b, c, d = -1.0, -1.0, -1.0, -1.0  # four at a time: one would wait for the maximum before it
     for p in range(np.uint64(0), np.uint64(slots), np.uint64(4)):
         a = max(a, space[col.TWICE_ENERGY + p])
         b = max(b, space[col.TWICE_ENERGY + p + np.uint64(1)])
@@ -177,10 +179,11 @@ def deepest_of(slots, space):
 
 @kernel_part
 def angle_to_window(position, shift, spacing):
-    """Compute cosine and sine of the angle from a roller to the middle of its race points; exact up to 0.1 rad.
+    """Compute cosine and sine of the angle from a roller to the middle of its list (window) of race points.
 
-    `position` of the roller: number of a point, with a fraction; `shift`: 0.5 if the middle of its list (window) of
-    race points is the nearest point, 0 if it is the point before the roller; `spacing` of the points [rad].
+    They are exact for angles up to 0.1 rad. `position` of the roller: number of a point, with a fraction; `shift`: 0.5
+    if the middle of the list is the point nearest to the roller, 0 if it is the point before the roller; `spacing` of
+    the points [rad].
     """
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
@@ -191,13 +194,12 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Store in column `copy` the race's axes of contact `original`, turned by `angle_to_window`."""
-    m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
-    n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
+    """Store in column `copy` the axes of the race at the contact `original`, turned by `angle_to_window`."""
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
-    space[col.A_X + copy], space[col.B_X + copy] = c * m_x + s * n_x, c * n_x - s * m_x
-    space[col.A_Y + copy], space[col.B_Y + copy] = c * m_y + s * n_y, c * n_y - s * m_y
-    space[col.A_Z + copy], space[col.B_Z + copy] = c * m_z + s * n_z, c * n_z - s * m_z
+    for component in range(3):
+        row = np.uint64(component * col.STRIDE)
+        m, n = space[col.M_X + row + slot], space[col.N_X + row + slot]
+        space[col.A_X + row + copy], space[col.B_X + row + copy] = c * m + s * n, c * n - s * m
 
 
 @kernel_part
@@ -218,7 +220,7 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
 
 @kernel_part
 def spacing_of_windows(count, patch):
-    """Compute the angle between race points [rad]; 0 for continuous contacts (`patch`) or slices, which have none."""
+    """Compute the angle between race points [rad]; 0 in line and slices model, whose contacts have no points."""
     if patch is None:
         return 0.0
     return 0.0 if patch.shape[1] > 0 else 2.0 * math.pi / count
@@ -226,7 +228,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a contact without its race axes, clear the copy's sums, and move the original out of reach of the race."""
+    """Copy a contact without the race's axes, clear the copy's sums, and move the original out of the race's reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]
@@ -237,10 +239,11 @@ def copy_column(original, copy, space, damping):
 
 @kernel_part
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
-    """Copy the contacts that `plan_contacts` planned to copy, and turn each copy's race axes by `angle_to_window`.
+    """Copy the contacts that `plan_contacts` planned to copy, and turn the axes of the race by `angle_to_window`.
 
-    `compacted`, `single`: number of contacts copied to common groups, and to a group each. `spacing` of points in
-    common groups: see `spacing_of_windows`; contacts with a group each have `count` points per circle, or `slices`.
+    `compacted`: number of contacts that are copied to groups of several, whose race points have the `spacing` of
+    `spacing_of_windows`; `single`: number of contacts that are copied to a group each, where a circle has `count` race
+    points, or the contact is cut into `slices`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):

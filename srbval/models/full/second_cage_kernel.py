@@ -3,11 +3,12 @@
 The cages of both rows ride on one guide ring. The relative angle a, by which row 2's cage is ahead, is a fourth
 coordinate beside the cage's three. With the cage's axis t, the cage and the rollers of row 2 turn at omega_2 = omega +
 a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. Kane's equation for a has the partial angular
-velocity t. `second` is the moment of inertia of row 2's cage about its axis [kg m2]; the model's other inertia values
-include both cages. Without a second cage (`second` is None) every function leaves its arguments unchanged.
+velocity t. `second` is the moment of inertia of row 2's cage about its axis [kg m2], None with one cage for both rows;
+functions then leave their arguments unchanged. The model's other inertia values include both cages.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,51 +16,49 @@ from srbval.models.full import columns as col
 from srbval.models.jit import kernel_part
 
 
-@kernel_part
-def turn_of_second(y, at, second):
-    """Compute cosine and sine of row 2's cage angle, its relative angle [rad] and rate [rad/s]; zeros with one cage."""
-    if second is None:
-        return 0.0, 0.0, 0.0, 0.0
-    turn = y[at.cage + 2] + y[at.relative_angle]
-    return math.cos(turn), math.sin(turn), y[at.relative_angle], y[at.relative_rate]
+class CageTurns(NamedTuple):
+    """Cosine and sine of the angles of row 1's and row 2's cage; angle [rad] and rate by which row 2's is ahead."""
+
+    cosine: float
+    sine: float
+    second_cosine: float
+    second_sine: float
+    ahead: float
+    rate: float
 
 
 @kernel_part
-def cage_angle(second, cosine, sine, turned, side):
-    """Returns cosine, sine of a row's cage angle (`side` 1: row 1, -1: row 2); `turned`: from `turn_of_second`."""
+def cage_turns(y, at, second):
+    """Compute the `CageTurns` of a state; with one cage, both rows have the same."""
+    turn = y[at.cage + 2]
+    c, s = math.cos(turn), math.sin(turn)
     if second is None:
-        return cosine, sine
-    return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
+        return CageTurns(c, s, c, s, 0.0, 0.0)
+    ahead = y[at.relative_angle]
+    return CageTurns(c, s, math.cos(turn + ahead), math.sin(turn + ahead), ahead, y[at.relative_rate])
 
 
 @kernel_part
-def roller_angle(second, angle, turned, side):
-    """Add a second cage's relative angle to a roller's `angle` [rad], if in row 2; `turned`: from `turn_of_second`."""
-    if second is None:
-        return angle
-    return angle + turned[2] if side < 0.0 else angle
-
-
-@kernel_part
-def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
-    """Convert row 1's cage velocity `w_x`, `w_z` to that of row 2's cage if `side` is -1; slot axes [rad/s]."""
-    if second is None:
-        return w_x, w_z
-    return (w_x - turned[3] * tilt_sine, w_z + turned[3] * tilt_cosine) if side < 0.0 else (w_x, w_z)
+def cage_of_row(turns, side):
+    """Select cosine and sine of a row's cage angle, and the rate by which it is ahead; `side` -1: row 2, else row 1."""
+    if side < 0.0:
+        return turns.second_cosine, turns.second_sine, turns.rate
+    return turns.cosine, turns.sine, 0.0
 
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
     """Compute the torque on a second cage about its axis, and correct the torque on both cages together [N m].
 
-    The correction subtracts row 2's inertia torques due to the angular acceleration a' omega x t. Stores the relative
-    motion's inertia in `totals`. `torque_on_cages` and the cages' `axis` t: x, y, z, world axes.
+    The correction subtracts the inertia torques of row 2 that belong to the part a' omega x t of its angular
+    acceleration. Stores the inertia of the relative motion in `totals`. `torque_on_cages` and the cages' `axis` t: x,
+    y, z, world axes.
     """
     if second is None:
         return 0.0, torque_on_cages
     g_x, g_y, g_z = torque_on_cages
     t_x, t_y, t_z = axis
-    space = model.scratch.space
+    space = model.space
     s, c = -model.tilt_sine, model.tilt_cosine  # parts of the axis along a slot and along its roller, row 2
     omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
     rate = y[at.relative_rate]
@@ -103,7 +102,11 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
 
 @kernel_part
 def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
-    """Eliminate a second cage's relative acceleration from the cages' torque and inertia (xx, yy, zz, xy, xz, yz)."""
+    """Eliminate a second cage's relative acceleration from the cages' equations of motion.
+
+    `torque` on the second cage about its axis, `on_cages` on both cages; `inertia` of both: xx, yy, zz, xy, xz, yz.
+    Returns the last two, so that inertia times the angular acceleration of row 1's cage is the torque.
+    """
     if second is None:
         return on_cages, inertia
     g_x, g_y, g_z = on_cages
@@ -123,7 +126,7 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
 
 @kernel_part
 def fill_relative_rates(second, y, at, totals, torque, rate):
-    """Fill `rate` for the relative angle and relative speed of a second cage, from the rates of row 1's cage."""
+    """Fill `rate` for the relative angle and speed of a second cage, from the angular acceleration of row 1's cage."""
     if second is None:
         return
     taken = totals[col.RELATIVE_X] * rate[at.cage_rate] + totals[col.RELATIVE_Y] * rate[at.cage_rate + 1]
@@ -133,19 +136,17 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 
 @kernel_part
-def relative_border(second, weight, model, totals, factors):
+def relative_border(weight, model, totals, factors):
     """Compute the row for a second cage's relative rate in the matrix M / `weight` + D of `damping_kernel.factor`.
 
     Stores the row's entries for row 1's cage and the ring in `factors`, and returns the diagonal entry.
     """
-    if second is None:
-        return 0.0
-    space, c = model.scratch.space, model.tilt_cosine
+    space, c = model.space, model.tilt_cosine
     per = 1.0 / weight
     w0, w1, w2 = per * totals[col.RELATIVE_X], per * totals[col.RELATIVE_Y], per * totals[col.RELATIVE_Z]
     r0 = r1 = r2 = 0.0
     own = per * totals[col.RELATIVE_AXIAL]
-    for p in range(np.uint64(model.scratch.slots)):
+    for p in range(np.uint64(model.slots)):
         if not space[col.SIDE + p] < 0.0:
             continue
         # as in `damping_kernel.factor`: a cage's rate about the roller after elimination of slide and spin
@@ -176,15 +177,18 @@ def relative_border(second, weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Add a second cage to the cages' right-hand sides `g0` to `g2`; also returns that of its relative motion."""
+    """Complete the right-hand sides of the equations of `damping_kernel.solve` for a second cage.
+
+    `g0` to `g2`: right-hand sides for the first cage, returned corrected; then that for the relative acceleration.
+    """
     if second is None:
         return g0, g1, g2, 0.0
-    space, per = model.scratch.space, 1.0 / weight
+    space, per = model.space, 1.0 / weight
     a_x, a_y, a_z = per * totals[col.RELATIVE_X], per * totals[col.RELATIVE_Y], per * totals[col.RELATIVE_Z]
     ahead = rate[at.relative_rate]
     g = a_x * rate[at.cage_rate] + a_y * rate[at.cage_rate + 1] + a_z * rate[at.cage_rate + 2]
     g += per * totals[col.RELATIVE_AXIAL] * ahead
-    for p in range(np.uint64(model.scratch.slots)):
+    for p in range(np.uint64(model.slots)):
         if space[col.SIDE + p] < 0.0:
             u, s = space[col.SLIDE_ACCELERATION + p], space[col.SPIN_ACCELERATION + p]
             g -= model.tilt_cosine * (space[col.U_WZ + p] * u + space[col.S_WZ + p] * s)
@@ -192,25 +196,8 @@ def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
 
 
 @kernel_part
-def rate_about_roller(second, w_z, relative, side, tilt_cosine):
-    """Compute the rate of a roller's cage about the roller's axis [rad/s] from `w_z`, the rate of row 1's cage."""
-    if second is None:
-        return w_z
-    return w_z + tilt_cosine * relative if side < 0.0 else w_z
-
-
-@kernel_part
-def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
-    """Convert the angular velocity of row 1's cage to that of row 2's if `side` is -1; world axes [rad/s]."""
-    if second is None:
-        return omega_x, omega_y, omega_z
-    rate = turned[3] if side < 0.0 else 0.0
-    return omega_x + rate * axes[6], omega_y + rate * axes[7], omega_z + rate * axes[8]
-
-
-@kernel_part
-def relative_energy(second, turned, along):
-    """Compute twice the energy [J] that a second cage's relative rate adds; `along`: cage 1's speed about its axis."""
+def relative_energy(second, rate, along):
+    """Compute twice the energy [J] that a second cage's relative `rate` adds; `along`: row 1's cage speed [rad/s]."""
     if second is None:
         return 0.0
-    return second * turned[3] * (2.0 * along + turned[3])
+    return second * rate * (2.0 * along + rate)

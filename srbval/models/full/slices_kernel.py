@@ -1,9 +1,9 @@
 """Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008).
 
-A slice of a race meets the roller in the roller's meridian or, at an opening (a defect), on the opening's edge, see
-`foot_of_slice`. Its gap to the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w
-the penetration is linear, from e_2 to e_1 = e_2 + s; with the force per length q = k e^(10/9) of a line contact at the
-penetration e,
+A slice of a race meets the roller in the roller's meridian or, at a defect, on the defect's edge, see `foot_of_slice`.
+Its gap to the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w the penetration is
+linear, from e_2 to e_1 = e_2 + s. The force per length of a line contact at the penetration e is k e^(10/9), with a
+constant k (ISO/TS 16281), so that the slice has the
 
     force  F = (9/19) k w / s (e_1^(19/9) - e_2^(19/9)),  its slope dF/de = k w / s (e_1^(10/9) - e_2^(10/9)),
     energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)).
@@ -22,12 +22,13 @@ from srbval.models.full.contact_kernel import (
     add_contact,
     add_damping,
     approach_and_slip,
+    direction_in_slot,
     normal_force,
     penetration,
     place_of_point,
     with_friction,
 )
-from srbval.models.full.film_kernel import film_drag, film_on_race
+from srbval.models.full.film_kernel import film_drag, film_on_race, law_in_film
 from srbval.models.full.oil_kernel import rolling_speed
 from srbval.models.jit import inlined, kernel_part
 
@@ -47,7 +48,7 @@ ENERGY_0, ENERGY_1, ENERGY_2, ENERGY_3, ENERGY_4 = (
 MIDDLE_0, MIDDLE_1, MIDDLE_2, MIDDLE_3 = (
     0.5001995811484456, -0.0987286774058343, -0.01738024202711869, -0.06246256968352471,
 )  # fmt: skip
-ON_ROLLER = 1  # in the plan: the opening is on the roller
+ON_ROLLER = 1  # in the plan: the defect is on the roller
 LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of the least critical velocity in use
 
 
@@ -55,12 +56,12 @@ class SliceTable(NamedTuple):
     """Slices into which the contacts with both races are cut, and their force law.
 
     `rows`, shape [2 races, W tables (windows), col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each
-    opening, a place where a defect changes the surface; `starts`, [2, W, 4]: first slice of each third of the contact's
-    length, and the end; `middle`, [2, W]: angle of the opening from the race's first point [rad]; `reach`, [2, W]:
-    distance from an opening's middle within which a roller meets it [m]; `damping_s`: time constant of the damper [s];
-    `critical_ratio`: slide-to-roll ratio at which friction reaches its limit, 0 if friction depends on the slip alone;
-    `outer_radius`, `inner_radius`: distance of the middle of the contacts from the shaft's axis [m]; `film`: `FilmLaw`
-    if friction is the shear of an oil film, or None.
+    defect; `starts`, [2, W, 4]: first slice of each third of the contact's length, and the end; `middle`, [2, W]: angle
+    of the defect from the race's first point [rad]; `reach`, [2, W]: distance from a defect's middle within which a
+    roller meets it [m]; `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which
+    friction reaches its limit, 0 if friction depends on the slip alone; `outer_radius`, `inner_radius`: distance of the
+    middle of the contacts from the shaft's axis [m]; `film`: `FilmLaw` if friction is the shear of an oil film, or
+    None.
     """
 
     rows: Any
@@ -90,15 +91,17 @@ def ninth_root(x, inverse):
 
 @inlined
 def slice_spring(stiffness, depth, spread, bend, least):
-    """Compute a slice's force [N], stiffness [N/m], twice its energy [J], part of its width that touches, load offset.
+    """Compute a slice's force [N], stiffness [N/m], twice its energy [J], touching part of its width, and load offset.
 
     `stiffness`: force over penetration^(10/9); `depth`: mean penetration; `spread`: difference of the penetration
     between the slice's ends; `bend`: curvature of the gap along the roller times the width squared; `least`: smallest
-    spread, above 0; in N, m. Offset: from the slice's middle to the load's, towards the deeper end, over the width.
+    spread, above 0; in N, m. The load offset is the distance from the slice's middle to the middle of the load, towards
+    the deeper end, divided by the width.
 
-    If only the part t of the width touches, the penetration, which is curved by `bend`, is replaced by a straight line:
-    the penetration e at its deeper end is lower by bend (1 - t^2) / 12, its spread by bend (1 - t) / 2. With
-    r = spread / e, at most 1, all results are powers of e times polynomials in r, so that one ninth root is enough.
+    If only the part t of the width touches, the curved course of the penetration over this part is replaced by a
+    straight line: the penetration e at the deeper end is reduced by bend (1 - t^2) / 12, the spread by bend (1 - t) /
+    2. With r = spread / e, at most 1, all results are powers of e times polynomials in r, so that one ninth root is
+    enough.
     """
     e = depth + 0.5 * spread
     t = e / spread
@@ -121,37 +124,39 @@ def slice_spring(stiffness, depth, spread, bend, least):
 
 
 @inlined
-def friction_of_slice(law, slip, more):
-    """Compute the friction coefficient over slip [s/m], averaged from `slip` - `more` to `slip` + `more`; both above 0.
+def friction_of_slice(law, slip, deviation):
+    """Compute the friction coefficient over slip [s/m], averaged from `slip` - `deviation` to `slip` + `deviation`.
 
-    Giraudo's eq. (19) is a ramp to the static coefficient, minus a ramp half as wide by which it falls to the dynamic
-    coefficient; the average is its integral over the range, divided by the range.
+    Both are above 0 [m/s]. Giraudo's eq. (19) is a ramp to the static coefficient, minus a ramp half as wide by which
+    it falls to the dynamic coefficient; the average is its integral over the range, divided by the range.
     """
     critical = law.critical_velocity
-    high, low = slip + more, abs(slip - more)
+    high, low = slip + deviation, abs(slip - deviation)
     a, b = (high if high < critical else critical), (low if low < critical else critical)
     risen = law.static_friction * (0.5 * (a * a - b * b) / critical + (high - a) - (low - b))
     over, under = high - a, low - b
     half = 0.5 * critical
     a, b = (over if over < half else half), (under if under < half else half)
     fallen = (law.static_friction - law.dynamic_friction) * ((a * a - b * b) / critical + (over - a) - (under - b))
-    return (risen - fallen) / (2.0 * more * slip)
+    return (risen - fallen) / (2.0 * deviation * slip)
 
 
 @kernel_part
 def law_at_speed(law, slices, cage, shaft):
-    """Set the law's critical velocity from cage and shaft speed [rad/s] for lubricated contacts cut into `slices`.
+    """Adapt the contact law to `cage` and `shaft` speed [rad/s] for lubricated contacts cut into `slices`.
 
-    The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed u, to its limit at the
-    critical ratio. u is the speed of the contacts over the roller's surface, the mean of both races; both rows of
-    rollers use row 1's cage. No change if the critical ratio is 0 or `slices` is None.
+    The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed, to its limit at the
+    critical ratio; if friction is the shear of an oil film, see `law_in_film`. The rolling speed is that of
+    `rolling_speed`; both rows of rollers use row 1's cage. No change if the critical ratio is 0 or `slices` is None.
     """
     if slices is None:
         return law
     if slices.critical_ratio == 0.0:
         return law
     rolling = rolling_speed(slices, cage, shaft)
-    return with_friction(law, law.damping, law.static_friction, law.dynamic_friction, slices.critical_ratio * rolling)
+    critical = slices.critical_ratio * rolling
+    law = with_friction(law, law.damping, law.static_friction, law.dynamic_friction, critical)
+    return law_in_film(law, slices.film, rolling)
 
 
 @kernel_part
@@ -178,12 +183,18 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 
 @kernel_part
-def find_openings(slices, single, plan, space, rotation, model):
-    """Find the opening (defect) at each contact that is computed alone, and its distance from the contact's middle.
+def roller_in(slot, rollers):
+    """Convert a `slot` of the workspace, where rows alternate, to a roller's number in the state: row 1, then row 2."""
+    return slot // 2 + (slot % 2) * (rollers // 2)
 
-    `rotation` of all rollers [rad]. An opening of the roller takes precedence over an opening of the race; `plan` marks
-    it by `ON_ROLLER`. The row `POSITION` of the contact's copy then contains how far along the race the roller is
-    beyond the opening's middle: an angle [rad] for an opening of the race, a length [m] for an opening of the roller.
+
+@kernel_part
+def find_defects(slices, single, plan, space, rotation, model):
+    """Find the defect at each of the `single` contacts that are computed alone, and its distance from the contact.
+
+    `rotation` of all rollers in their slots [rad]. A defect of the roller takes precedence over a defect of the race;
+    `plan` marks it by `ON_ROLLER`. The distance along the race from the defect's middle to the roller is stored in row
+    `POSITION` of the contact's copy: as an angle [rad] for a defect of the race, as a length [m] for one of the roller.
     """
     defects, spare_of, rollers = model.roller_defects, model.spare_of, rotation.shape[0]
     per_point, roller_radius = 2.0 * math.pi / model.races.window_of.shape[2], model.law.roller_radius
@@ -196,8 +207,7 @@ def find_openings(slices, single, plan, space, rotation, model):
         plan[row, col.SINGLE_BASE] = 0
         if not space[col.DAMAGE + np.uint64(at)] > 0.0:
             continue
-        slot = at - race * col.RACE
-        roller = slot // 2 + (slot % 2) * (rollers // 2)
+        roller = roller_in(at - race * col.RACE, rollers)
         spare = slices.rows.shape[1] - 1 - spare_of[roller]
         for d in range(defects.shape[0]):
             if defects[d, col.DEFECT_ROLLER] == roller:
@@ -214,10 +224,11 @@ def find_openings(slices, single, plan, space, rotation, model):
 
 @kernel_part
 def face_roller(space, start, stop):
-    """Turn the contacts' axes from the slot's meridian to the race's meridian through the roller's centre.
+    """Turn the axes of the race from the slot's meridian to the race's meridian through the roller's centre.
 
     There the roller is nearest to the race, also if the ring is displaced, so that rolling alone keeps the depth.
-    `space`: columns `start` to `stop` - 1 change; the row `SHIFT`, unused by slices otherwise, gets the angle [rad].
+    `start` to `stop` - 1: columns of the contacts in `space`; the angle [rad] is stored in row `SHIFT`, which slices do
+    not use otherwise.
     """
     for j in range(np.uint64(start), np.uint64(stop)):
         a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]
@@ -227,22 +238,16 @@ def face_roller(space, start, stop):
         turn = turn if abs(turn) < 0.1 else 0.0
         turn *= 1.0 - turn * turn * (1.0 / 3.0)
         c = 1.0 - 0.5 * turn * turn
-        space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j] = (
-            c * a_x + turn * b_x,
-            c * a_y + turn * b_y,
-            c * a_z + turn * b_z,
-        )
-        space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j] = (
-            c * b_x - turn * a_x,
-            c * b_y - turn * a_y,
-            c * b_z - turn * a_z,
-        )
+        for component in range(3):
+            row = np.uint64(component * col.STRIDE)
+            a, b = space[col.A_X + row + j], space[col.B_X + row + j]
+            space[col.A_X + row + j], space[col.B_X + row + j] = c * a + turn * b, c * b - turn * a
         space[col.SHIFT + j] = turn
 
 
 @kernel_part
 def touches(law, slices, race, i, space, start, stop):
-    """True if slice `i` of a race without defect touches a roller in any contact, columns `start` to `stop` - 1."""
+    """True if slice `i` of a race without defect touches a roller in any of the columns `start` to `stop` - 1."""
     radial, axial = slices.rows[race, 0, col.SLICE_RADIAL, i], slices.rows[race, 0, col.SLICE_AXIAL, i]
     normal_radial = slices.rows[race, 0, col.SLICE_NORMAL_RADIAL, i]
     normal_axial = slices.rows[race, 0, col.SLICE_NORMAL_AXIAL, i]
@@ -251,7 +256,7 @@ def touches(law, slices, race, i, space, start, stop):
     for j in range(np.uint64(start), np.uint64(stop)):
         p_x, p_y, p_z = place_of_point(radial, 0.0, axial, space, j)
         depth, n_x, _, n_z = penetration(law, p_x, p_y, p_z)
-        sine, _, _ = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
+        sine, _, _ = angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
         spread = abs(sine) * width
         depth += 0.5 * (spread if spread > vertex else vertex)
         deepest = depth if depth > deepest else deepest
@@ -259,8 +264,12 @@ def touches(law, slices, race, i, space, start, stop):
 
 
 @inlined
-def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
-    """Compute the sine of the angle between a slice's race and roller surface, and x and z of the race's tangent."""
+def angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
+    """Compute the sine of the angle between the surfaces of race and roller at a slice, in the meridian of contact `j`.
+
+    `normal_radial`, `normal_axial`: components of the race's normal; `n_x`, `n_z`: of the roller's. Also returns x and
+    z of the race's tangent.
+    """
     r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
     r_z = normal_radial * space[col.A_Z + j] + normal_axial * space[col.Z_Z + j]
     return n_x * r_z - n_z * r_x, r_z, -r_x
@@ -268,11 +277,11 @@ def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
 
 @kernel_part
 def slice_columns(law, slices, film, race, window, first, last, space, start, stop, damping, away, on_roller):
-    """Add the forces of a race's slices to the columns `start` to `stop` - 1 (contacts of a roller with the race).
+    """Add the forces of slices `first` to `last` - 1 of a race to the columns `start` to `stop` - 1 of `space`.
 
-    `window`: see `SliceTable.rows`; `away`: distance of the roller from the opening, see `find_openings`, or None. Over
-    an opening of the race the force acts along the roller's normal; over an opening of the roller, which meets the race
-    with its edge, along the race's normal. Other arguments as in `contact_columns`.
+    `window`: see `SliceTable.rows`; `away`: distance of the roller from a defect, see `find_defects`, or None without a
+    defect. At a defect of the race the force acts along the roller's normal; at a defect of the roller (`on_roller`),
+    whose edge meets the race, along the race's normal. Other arguments as in `contact_columns`.
     """
     begin, end = np.uint64(start), np.uint64(stop)
     rows = slices.rows
@@ -283,7 +292,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
         normal_axial = rows[race, window, col.SLICE_NORMAL_AXIAL, i]
         stiffness, width = rows[race, window, col.SLICE_STIFFNESS, i], rows[race, window, col.SLICE_WIDTH, i]
         vertex, lift = rows[race, window, col.SLICE_VERTEX, i], rows[race, window, col.SLICE_LIFT, i]
-        bend, sagging = rows[race, window, col.SLICE_BEND, i], rows[race, window, col.SLICE_SAG, i]
+        bend, half_curvature = rows[race, window, col.SLICE_BEND, i], rows[race, window, col.SLICE_SAG, i]
         tangential = 0.0
         if away is not None:
             along = away if on_roller else away * radial
@@ -291,10 +300,11 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
         for j in range(begin, end):
             p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
             depth, n_x, n_y, n_z = penetration(law, p_x, p_y, p_z)
-            sine, along_x, along_z = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
+            sine, along_x, along_z = angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
             if on_roller:
-                turn = tangential / radial
-                n_x, n_y, n_z = normal_of_race(normal_radial, turn * normal_radial, normal_axial, space, j)
+                # into the race
+                turned = -tangential / radial * normal_radial
+                n_x, n_y, n_z = direction_in_slot(-normal_radial, turned, -normal_axial, space, j)
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
             spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread, bend, vertex)
@@ -308,13 +318,13 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             u_n, q_x, q_y, q_z = approach_and_slip((p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
             normal = normal_force(spring, viscous, u_n)
             # difference of the slip between a slice's middle and its ends
-            more = 0.5 * touched * width * abs(space[col.W_Z + j] * along_x - space[col.W_X + j] * along_z)
+            deviation = 0.5 * touched * width * abs(space[col.W_Z + j] * along_x - space[col.W_X + j] * along_z)
             square = q_x * q_x + q_y * q_y + q_z * q_z
             if film is None:
                 slip = math.sqrt(square + LEAST_SLIP * LEAST_SLIP)
-                drag = normal * friction_of_slice(law, slip, more + LEAST_SLIP)
+                drag = normal * friction_of_slice(law, slip, deviation + LEAST_SLIP)
             else:
-                drag = film_drag(shear, sagging, normal, touched * width, square, more)
+                drag = film_drag(shear, half_curvature, normal, touched * width, square, deviation)
             add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (drag * q_x, drag * q_y, drag * q_z), space, j)
             space[col.FRICTION_LOSS + j] += drag * square
             space[col.DAMPING_LOSS + j] += (spring - normal) * u_n
@@ -324,44 +334,34 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
                 add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
 
 
-@inlined
-def normal_of_race(radial, tangential, axial, space, j):
-    """Convert the race's outward normal from the frame of contact `j` to slot axes, and reverse it (into the race)."""
-    return (
-        -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
-        -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],
-        -radial * space[col.A_Z + j] - tangential * space[col.B_Z + j] - axial * space[col.Z_Z + j],
-    )
-
-
 @kernel_part
 def foot_of_slice(rows, race, window, i, away):
-    """Compute where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
+    """Compute where slice `i` of a race with a defect meets a roller: radial, along the race, axial [m].
 
-    The opening's middle is `away` [m] behind the roller's meridian. The surface has three parts: the race up to the
-    opening's edge, the ramp behind the edge, and the floor, which is above the race if the defect is a raised piece.
-    The roller rests on the part that penetrates it most: where the surfaces of part and roller are parallel or, if this
-    place is beyond the part, on the part's end. The forces then have a potential.
+    The defect's middle is `away` [m] behind the roller's meridian. The surface has three parts: the race up to the
+    defect's edge, the ramp behind the edge, and the floor, which is above the race if the defect is a raised piece. The
+    roller rests on the part that penetrates it most: at the place where the surfaces of this part and of the roller are
+    parallel or, if this place is not within the part, on the part's end. The forces then have a potential.
     """
     radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
     half, ramp = rows[race, window, col.SLICE_HALF, i], rows[race, window, col.SLICE_RAMP, i]
-    floor, sagging = rows[race, window, col.SLICE_FLOOR, i], rows[race, window, col.SLICE_SAG, i]
+    floor, half_curvature = rows[race, window, col.SLICE_FLOOR, i], rows[race, window, col.SLICE_SAG, i]
     side = 1.0 if away > 0.0 else -1.0
     inside = half - side * away  # from the roller's meridian to the nearest edge, along the race
     best, lift = inside if inside > 0.0 else 0.0, 0.0
-    least = sagging * best * best
+    least = half_curvature * best * best
     # distance towards the middle of the nearest place on the floor behind the ramp
     floor_at = ramp - inside if ramp > inside else 0.0
-    drop = floor + sagging * floor_at * floor_at
+    drop = floor + half_curvature * floor_at * floor_at
     if drop < least:
         best, lift, least = -floor_at, floor, drop
     if ramp > 0.0:
         # parallel to the ramp: nearer to the edge by slope over curvature, but on the ramp
-        along = 0.5 * floor / (ramp * sagging)
+        along = 0.5 * floor / (ramp * half_curvature)
         along = along if along < inside else inside
         along = along if along > inside - ramp else inside - ramp
         below = floor * (inside - along) / ramp
-        drop = below + sagging * along * along
+        drop = below + half_curvature * along * along
         if drop < least:
             best, lift = along, below
     normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]

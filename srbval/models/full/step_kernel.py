@@ -3,7 +3,6 @@
 Explicit Runge-Kutta methods, and two families that treat friction and contact damping implicitly, see `damping_kernel`.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.frames_kernel import cage_tilt, tilted_about_x
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side, shaft_motion
 from srbval.models.full.power_kernel import add_implicit_powers, shaft_row
+from srbval.models.full.second_cage_kernel import cage_of_row, cage_turns
 from srbval.models.jit import inlined, kernel_part
 
 
@@ -22,15 +22,16 @@ class WorkingSpace(NamedTuple):
     """Arrays in which a step is computed, and sums over the steps of an output interval.
 
     Arrays of the state's size: `rates`, [stages, size], time derivative of each stage; `trial`, state of a stage or, in
-    a leapfrog step, the argument `beyond` of `add_implicit_powers`; `braked`, argument of `add_implicit_powers`;
-    `ahead`, change of velocities that the last leapfrog step predicted, zeros at the start. `factors`, [rows, 6]: see
-    `factor`. Arrays of the size `col.TOTALS`: `totals` of the latest evaluation; `frozen`, totals from which a
-    Rosenbrock step computes `factors`; `mean`, sums of totals, see `add_to_mean`.
+    a leapfrog step, the change of speeds for `add_implicit_powers`; `deficit`, reduction of accelerations for
+    `add_implicit_powers`; `ahead`, change of velocities that the last leapfrog step predicted for the next, zeros at
+    the start. `factors`, [rows, 6]: from `damping_kernel.factor`. Arrays of the size `col.TOTALS`: `totals` of the
+    latest evaluation; `frozen`, totals from which a Rosenbrock step computes `factors`; `mean`, sums of totals, see
+    `add_to_mean`.
     """
 
     rates: FloatArray
     trial: FloatArray
-    braked: FloatArray
+    deficit: FloatArray
     factors: FloatArray
     totals: FloatArray
     mean: FloatArray
@@ -44,7 +45,7 @@ def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
     return WorkingSpace(
         rates=np.zeros((max(2, stages), size)),
         trial=np.zeros(size),
-        braked=np.zeros(size),
+        deficit=np.zeros(size),
         factors=np.zeros((col.FACTOR_ROWS, BORDER)),
         totals=np.zeros(col.TOTALS),
         mean=np.zeros(col.TOTALS),
@@ -54,19 +55,11 @@ def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
 
 
 @kernel_part
-def clear_mean(mean):
-    """Reset the sums in `mean` at the start of an output interval."""
-    for m in range(col.TOTALS):
-        mean[m] = 0.0
-    mean[col.DEEPEST] = mean[col.CONTACT_ENERGY] = -1.0
-
-
-@kernel_part
 def add_to_mean(totals, weight, mean, first):
-    """Add `weight` times the `totals` (forces, powers) to their sums `mean` over an output interval.
+    """Add `weight` times the `totals` (forces, powers) to `mean`, their sums over an output interval.
 
     Two totals are not summed: of the deepest penetration, the largest value is kept, and of the contact energy the
-    value at the start of the interval (`first`: True for the first evaluation in a step).
+    value at the start of the interval. Both are -1 in `mean` before. `first`: True for the first evaluation in a step.
     """
     for m in range(col.TOTALS):
         if m == col.DEEPEST:
@@ -104,13 +97,14 @@ def runge_kutta_step(y, t, step, method, model, work):
 def rosenbrock_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a Rosenbrock method; add forces and powers to `work.mean`.
 
-    A stage evaluates forces and powers at its speeds v and solves linear equations for a change x of these speeds; the
-    powers are then corrected for x, see `add_implicit_powers`. With equal weights, the step's mean force acts at v + x.
+    A stage evaluates forces and powers at its speeds v and solves linear equations for a change x of these speeds. Its
+    powers are then corrected to the speeds v + x, see `add_implicit_powers`, and averaged over the stages with equal
+    weights: these are the speeds at which the mean force of the step acts.
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
     a, b, c, g, powers, implicit = method.a, method.b, method.c, method.g, method.powers, method.implicit_coefficient
-    braked = work.braked
+    deficit = work.deficit
     for s in range(b.shape[0]):
         for m in range(size):
             trial[m] = y[m]
@@ -128,13 +122,13 @@ def rosenbrock_step(y, t, step, method, model, work):
             for m in range(size):
                 u[s, m] += weight * u[p, m]
         for m in range(size):
-            braked[m] = u[s, m]
+            deficit[m] = u[s, m]
         solve(implicit * step, model, frozen, factors, u[s])
         for m in range(size):
-            braked[m] -= u[s, m]
+            deficit[m] -= u[s, m]
             u[s, m] *= implicit * step
         shaft, _ = shaft_motion(t + c[s] * step, model.drive)
-        add_implicit_powers(trial, u[s], braked, shaft, model, frozen, factors, totals)
+        add_implicit_powers(trial, u[s], deficit, shaft, model, frozen, factors, totals)
         add_to_mean(totals, powers[s], work.mean, s == 0)
     for s in range(b.shape[0]):
         for m in range(size):
@@ -145,18 +139,18 @@ def rosenbrock_step(y, t, step, method, model, work):
 def leapfrog_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a leapfrog `method`; add forces and powers to `work.mean`.
 
-    Forces are linearised at predicted velocities: those at the start of the step plus `work.ahead`, which is updated
-    for the next step. With the accelerations a at the predicted velocities and their derivative J by the velocities
-    (friction, damping), the step solves x' = a + J x for the difference x of the velocities from the predicted
-    velocities; x starts at -ahead. If a roller is damaged or wavy, all rollers turn half a step before the forces are
-    evaluated and half a step at the end; otherwise no force depends on their angles, and they turn at the predicted
-    velocities. Powers are corrected to the predicted velocities plus `beyond`, at which the step's mean force acts
-    (`add_implicit_powers`).
+    Forces are linearised at predicted velocities: the velocities at the start of the step plus `work.ahead`, which is
+    updated for the next step. Let x be the velocities minus the predicted velocities, so that x is -`work.ahead` at the
+    start of the step. With the accelerations a at the predicted velocities and their derivative J with respect to the
+    velocities (friction, damping), the step solves x' = a + J x. If a roller is damaged or wavy, all rollers turn half
+    a step before the forces are evaluated and half a step at the end; otherwise no force depends on their angles, and
+    they turn at the predicted velocities. Powers are corrected from the predicted velocities to those at which the mean
+    force of the step acts, see `add_implicit_powers`.
     """
     size = y.shape[0]
     b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead
     first, second = work.rates[0], work.rates[1]
-    totals, factors, beyond, braked, ahead = work.totals, work.factors, work.trial, work.braked, work.ahead
+    totals, factors, change, deficit, ahead = work.totals, work.factors, work.trial, work.deficit, work.ahead
     first_rate, end = np.uint64(size // 2), np.uint64(size)
     per = 1.0 / (implicit * step)
     damaged = model.roller_defects.shape[0] > 0 or model.surface.rollers.shape[1] > 0
@@ -174,14 +168,14 @@ def leapfrog_step(y, t, step, method, model, work):
             y[m] += step * first[m]
     # J x = (S x - x) / (gamma h), S = (1 - gamma h J)^-1, gamma the implicit coefficient
     for m in range(first_rate, end):
-        braked[m] = second[m] = first[m]
+        deficit[m] = second[m] = first[m]
         first[m] -= ahead[m] * per
     solve(implicit * step, model, totals, factors, first)
     if b.shape[0] == 1:
         for m in range(first_rate, end):
             first[m] = b[0] * (first[m] + ahead[m] * per)
-            beyond[m] = implicit * step * first[m] - ahead[m]
-            braked[m] -= first[m]
+            change[m] = implicit * step * first[m] - ahead[m]
+            deficit[m] -= first[m]
     else:
         for m in range(first_rate, end):
             first[m] += ahead[m] * per
@@ -189,11 +183,11 @@ def leapfrog_step(y, t, step, method, model, work):
         solve(implicit * step, model, totals, factors, second)
         for m in range(first_rate, end):
             own = second[m] - (step * first[m] - ahead[m]) * per
-            beyond[m] = 0.5 * step * ((1.0 + implicit) * first[m] + implicit * own) - ahead[m]
+            change[m] = 0.5 * step * ((1.0 + implicit) * first[m] + implicit * own) - ahead[m]
             first[m] = b[0] * first[m] + b[1] * own
-            braked[m] -= first[m]
+            deficit[m] -= first[m]
     shaft, _ = shaft_motion(t + before * step, model.drive)
-    add_implicit_powers(y, beyond, braked, shaft, model, totals, factors, totals)
+    add_implicit_powers(y, change, deficit, shaft, model, totals, factors, totals)
     add_to_mean(totals, 1.0, work.mean, True)
     for m in range(first_rate, end):
         rise = step * first[m]
@@ -206,11 +200,9 @@ def leapfrog_step(y, t, step, method, model, work):
 
 @kernel_part
 def drift(y, step):
-    """Advance slides, cages and ring by `step` [s] at their present velocities, the cage by the midpoint rule."""
-    half = y.shape[0] // 2
-    n = (half - 6) // 2
-    at = state_indices(n, half)
-    for j in range(n):
+    """Advance slides, cages and ring by `step` [s] at the velocities in the state `y`, cages by the midpoint rule."""
+    at = state_indices(y.shape[0])
+    for j in range(at.rotation):
         y[j] += step * y[at.slide_rate + j]
     c = at.cage
     w_x, w_y, w_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
@@ -221,13 +213,13 @@ def drift(y, step):
     y[c + 2] += step * rate_z
     for m in range(3):
         y[at.ring + m] += step * y[at.ring_rate + m]
-    for m in range(at.relative_angle, half):  # only with a second cage
-        y[m] += step * y[half + m]
+    for m in range(at.relative_angle, at.slide_rate):  # only with a second cage
+        y[m] += step * y[at.slide_rate + m]
 
 
 @kernel_part
 def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
-    """Compute the rates of the cage's gimbal angles [rad/s] from its two tilts and angular velocity (world axes)."""
+    """Compute the rates of the cage's gimbal angles [rad/s] from its tilts and its angular velocity in world axes."""
     tilt = cage_tilt(tilt_x, tilt_y)
     w_z, rate_y = tilted_about_x(tilt, w_y, w_z)
     about = w_z / tilt.cos_y
@@ -236,27 +228,20 @@ def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
 
 @kernel_part
 def turn_rollers(y, step, model):
-    """Advance the rollers' rotation angles about their own axes by `step` [s] with the rates in `y`."""
-    half = y.shape[0] // 2
-    n = (half - 6) // 2
-    at = state_indices(n, half)
-    space = model.scratch.space
-    turn = y[at.cage + 2]
+    """Advance the rollers' angles about their own axes by `step` [s] at the spins and cage speeds in the state `y`."""
+    at = state_indices(y.shape[0])
+    n, space = at.rotation, model.space
+    turns = cage_turns(y, at, model.second_cage)
     w_x, w_y, w_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
     tilt = cage_tilt(y[at.cage], y[at.cage + 1])
-    ct, st = math.cos(turn), math.sin(turn)
     # the cage's angular velocity in its own tilted axes, and the part of it along each roller's axis
     along, about_y = tilted_about_x(tilt, w_y, w_z)
     about_x = tilt.cos_y * w_x - tilt.sin_y * along
     along = model.tilt_cosine * (tilt.sin_y * w_x + tilt.cos_y * along)
-    p_c, p_s = model.tilt_sine * (ct * about_x + st * about_y), model.tilt_sine * (ct * about_y - st * about_x)
     for row in range(2):
-        if row == 1:
-            for m in range(at.relative_angle, half):  # only with a second cage
-                ct, st = math.cos(turn + y[m]), math.sin(turn + y[m])
-                p_c = model.tilt_sine * (ct * about_x + st * about_y)
-                p_s = model.tilt_sine * (ct * about_y - st * about_x)
-                along += model.tilt_cosine * y[half + m]
+        ct, st, rate = cage_of_row(turns, 1.0 - 2.0 * row)
+        p_c, p_s = model.tilt_sine * (ct * about_x + st * about_y), model.tilt_sine * (ct * about_y - st * about_x)
+        along += model.tilt_cosine * rate
         own, speed = at.rotation + row * (n // 2), at.spin + row * (n // 2)
         for i in range(np.uint64(n // 2)):
             slot = np.uint64(2) * i + np.uint64(row)

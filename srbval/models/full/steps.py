@@ -20,8 +20,8 @@ from srbval.models.solvers import Method
 class Rates(NamedTuple):
     """Time derivative of a state, and its contact forces.
 
-    `rate` has the state's shape; `totals`, shape [col.TOTALS]: see `columns`; `load_n`: normal forces [N], shape [outer
-    and inner race, rollers, 3 circles].
+    `rate` has the state's shape; `totals`, shape [col.TOTALS]: see `columns`; `load_n`, shape [2 races, rollers, 3
+    circles]: normal forces [N], outer race first.
     """
 
     rate: FloatArray
@@ -50,9 +50,10 @@ def take_steps(
 ) -> Outputs:
     """Advance `state` in place over the output `intervals` of `steps_per_output` steps each.
 
-    `intervals` counts from the start of the run and so determines the time; an empty range only compiles the kernel.
-    `memory`, of the state's shape, is the change of velocities that the leapfrog method predicts; it is updated in
-    place; None at the start. Spins and contact loads are stored every `intervals_per_detail` intervals, 0 for never.
+    `intervals`: numbers of the intervals, counted from the start of the run; with an empty range, the kernel is only
+    compiled. `memory`, of the state's shape: change of velocities that the leapfrog method predicts for the next step,
+    updated in place; None at the start. Spins and contact loads are stored every `intervals_per_detail` intervals, 0
+    for never.
     """
     memory = np.zeros_like(state) if memory is None else memory
     rollers, length = len(model.slot_angle), intervals_per_detail or max(len(intervals), 1)

@@ -1,15 +1,16 @@
 """Kernels: rollers that tilt about the tangent of the race and slide along their axes, in balance at every moment.
 
-Without friction a contact's force acts on the line through the centres of the two arcs that touch. For a roller in
-balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through the centres
-of the races' arcs in the slot's meridian, o (outer) and i (inner), slot axes. The roller's x axis turns to this line:
+Without friction a contact's force acts on the line through the centres of the two profile arcs that touch. For a
+roller in balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through
+the points o and i, the centres of the outer and of the inner race's arc in the slot's meridian, with the components o_x
+to i_z in slot axes. The roller's x axis turns to this line:
 
     tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift along the tilted roller's axis = o_z cos(tilt) - o_x sin(tilt)
 
 After this tilt and shift, neither contact has a force along the roller's axis or a moment about the tangent; slices
-keep their place along the roller. A contact's column is then in axes of the tilted roller. Friction against tilting and
-sliding, which would only delay the balance, is left out. The cage guides a roller about its slot, so the skew moment
-acts on the cage. Nothing happens if rollers are fixed (`free` is None).
+keep their place along the roller. The column of a contact is then in axes of the tilted roller. Friction against
+tilting and sliding, which would only delay the balance, is left out. The cage guides a roller about the slot's x axis,
+so the skew moment, the moment about this axis, acts on the cage. Nothing happens if rollers are fixed (`free` is None).
 """
 
 import math
@@ -22,10 +23,10 @@ FREE = 1  # for `Parameters.free`
 
 @kernel_part
 def tilt_rollers(free, model, slots):
-    """Compute tilt and axial shift of all rollers, and transform their columns of `space` to the rollers' frames."""
+    """Compute tilt and axial shift of all rollers, and transform their columns to axes of the tilted rollers."""
     if free is None:
         return
-    space = model.scratch.space
+    space = model.space
     arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
     for p in range(slots):
         q, side = p + col.INNER, space[col.SIDE + p]
@@ -50,10 +51,11 @@ def tilt_rollers(free, model, slots):
 
 @inlined
 def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
-    """Transform velocities of contact `j` to the frame of a roller that is tilted and shifted by `shift` [m].
+    """Transform velocities of contact `j` to the axes of a tilted roller that is shifted by `shift` [m] along its axis.
 
-    `c`, `s`: cosine and sine of the tilt; `w_x`, `w_z`: of the cage, `spin`: of the roller about its axis [rad/s].
-    A rocking cage neither turns a free roller about the tangent nor moves a shifted roller along its slot.
+    `c`, `s`: cosine and sine of the tilt; `w_x`, `w_z`: angular velocity of the cage in slot axes, `spin` of the roller
+    about its axis [rad/s]. A rocking cage neither turns a free roller about the tangent nor moves a shifted roller
+    along its slot.
     """
     v_x, v_z = space[col.V_X + j], space[col.V_Z + j]
     race_x, race_z = space[col.W_X + j] + w_x, space[col.W_Z + j] + spin  # of the race itself, as in the slot
@@ -66,15 +68,16 @@ def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
 
 @kernel_part
 def sums_in_slots(free, model, slots):
-    """Transform the rollers' forces, and the inner race's torque, from tilted frames to slot axes at the slot's centre.
+    """Transform the forces on rollers, and the inner race's torques, from axes of the tilted rollers to slot axes.
 
-    The outer race's torque is set so that the sum of both races' torques acts on the cage about x and y, and on the
-    roller's spin about z. The skew moment, about the tilted roller's x, also has a part about the slot's z, which
-    acts on the cage only; it is stored in the row `SKEW_ON_CAGE`. No effect if `free` is None.
+    The torques of the outer race are chosen such that the sum of both races' torques is right: its components x and y
+    act on the cage, its component z changes the roller's spin. The skew moment, about the tilted roller's x axis, also
+    has a part about the slot's z axis, which acts on the cage only; it is stored in row `SKEW_ON_CAGE`. No effect if
+    `free` is None.
     """
     if free is None:
         return
-    space = model.scratch.space
+    space = model.space
     for p in range(slots):
         q = p + col.INNER
         c, s, shift = space[col.TILT_COSINE + p], space[col.TILT_SINE + p], space[col.SHIFT_ALONG + p]
@@ -88,7 +91,7 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Turn the force of contact `j` to axes of the slot in the cage; return its torque about the roller's x axis."""
+    """Turn the force of contact `j` to slot axes; return the contact's torque about the tilted roller's x axis."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y

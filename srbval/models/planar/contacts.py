@@ -1,15 +1,18 @@
 """Massless roller between two races: force on the outer ring as a function of the approach of the rings.
 
 `approach` is the displacement of the outer race towards the shaft at a roller's angle [m], in the bearing's radial
-direction. A roller slides along a slot of the cage, by `slide` towards the outer race, until both races press equally.
-Spherical rollers touch a race on three circles. If a circle's normal leans by b from the slot's direction and by a from
-the radial direction, the penetration is approach cos a + (slide + e_o) cos b at the outer race and (e_i - slide) cos b
-at the inner race; e_o and e_i are the roller's radius minus the distance of its centre from the outer and the inner
-race before it slides, with the rings concentric. The force of `line.Patch` is tabulated over the approach; a second
-table contains the force that a defect adds, over the approach and the defect's position.
+direction. A roller slides along its slot, its place in the cage, by `slide` towards the outer race, until both races
+press equally. Spherical rollers touch a race on three circles. Let the normal of a circle make the angle b with the
+slot and the angle a with the radial direction. At the outer race the penetration is then approach cos a + (slide + e_o)
+cos b, at the inner race (e_i - slide) cos b. Here e_o and e_i are the penetrations at the outer and the inner race with
+the rings concentric and the roller not displaced along its slot, negative for a gap.
 
-Contacts of balls and cylindrical rollers consist of independent strips along the race; their laws are on the page "The
-model hierarchy" of the theory, section "planar". The contact angle is constant.
+`line.Patch` is the law of the contact on one circle. The force is tabulated over the approach; a second table contains
+the force that a defect adds, over the approach and the defect's position.
+
+The contact of a ball or a cylindrical roller with a race is divided into strips along the race, which do not affect
+each other; the laws are on the page "The model hierarchy" of the theory, section "planar". The contact angle is
+constant.
 """
 
 from __future__ import annotations
@@ -31,13 +34,12 @@ from srbval.models.line import Patch, RaisedPiece, patches, raised_piece
 from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
-DefectOnRace = tuple[Callable[[FloatArray], Any], float, float]  # see `Slot.place_on_race`
 SLIDE_DIFFERENCE_M = 1e-9  # step of the difference quotient of the stiffness
 SLIDE_M = 2e-3  # largest slide of a roller: twice the highest defect
 HALVINGS = 40  # of the search range: to 2e-15 m
 MAX_APPROACH_M = 2e-4  # largest approach of the rings in the tables; each race has half of it
-STEP_M = 2.5e-7  # between entries of the plain table; error below 1e-4 of a loaded roller's force
-DEFECT_STEP_M = 2e-6
+STEP_M = 2.5e-7  # between approaches in the table of an undamaged contact; error below 1e-4 of a loaded roller's force
+DEFECT_STEPS = 8  # of these steps between approaches in the table of a defect
 STRIPS = 24  # across a defect
 LINE_EXPONENT = 10 / 9
 TABLE_LOAD_FACTOR = 4.0  # tables reach this many times the load of the most loaded element without clearance
@@ -46,47 +48,48 @@ STRIBECK_FACTOR = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}
 LEAST_DEPTH_M = 1e-6
 MAX_AXIS_RATIO = 1e4  # largest ratio of an ellipse's axes in the search; grooves of 0.502 give some 40
 POSITIONS = 64  # tabulated positions of a defect, from under the roller to the end of its reach
+UNDER_ROLLER = np.zeros(())  # distance of a defect's middle from a roller [m]
 
 
-class DefectHeight(NamedTuple):
-    """Raised piece `part` on a contact `circle` (0 to 2) of a `race` (0 outer, 1 inner), `middle_m` from the roller."""
+class DefectOnCircle(NamedTuple):
+    """Defect on one contact circle (0 to 2) of a race (0 outer, 1 inner), as a `piece` of the race that is raised.
+
+    `reach_m`: largest distance between roller and defect, along the race, at which they touch; `race_radius_m`: radius
+    of the circle; `middle_m`: distances from the roller to the middle of the defect, an array of any shape.
+    """
 
     race: int
     circle: int
-    part: RaisedPiece
-    middle_m: FloatArray
+    piece: RaisedPiece
+    reach_m: float
+    race_radius_m: float
+    middle_m: FloatArray = UNDER_ROLLER
 
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races; `excess_m`: e_o and e_i of the module's formula [m]."""
+    """Contacts of a spherical roller with both races; `excess_m`: e_o and e_i of the module's formulas [m]."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
-    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Return a function that places the defect at distances from the roller; the defect's reach, race's radius [m].
-
-        Reach: largest distance at which the roller touches the defect; `deepest_m`: largest approach of the rings.
-        """
-        circle = defect.circle - 1
-        patch = self.patches[race][circle]
-        part = raised_piece(defect, patch.spacing_m)
-        half_m = part.part_m * len(part.offset_m) / 2
+    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnCircle:
+        """Place a defect on a race (0 outer, 1 inner), for approaches of the rings up to `deepest_m`."""
+        patch = self.patches[race][defect.circle - 1]
+        piece = raised_piece(defect, patch.spacing_m)
+        half_m = piece.part_m * len(piece.offset_m) / 2
         reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + half_m
-        return (lambda middle: DefectHeight(race, circle, part, middle)), reach_m, patch.race_radius_m
+        return DefectOnCircle(race, defect.circle - 1, piece, reach_m, patch.race_radius_m)
 
-    def press(self, approach_m: FloatArray, raised: DefectHeight | None = None) -> FloatArray:
-        """Balance the roller between both races at each `approach_m`, any shape, by bisection of its place in the slot.
+    def press(self, approach_m: FloatArray, raised: DefectOnCircle | None = None) -> FloatArray:
+        """Balance the roller between both races at each approach, an array of any shape, by bisection of its slide.
 
         Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
         [m] as one array, [3, ...]. `raised`: a defect under the roller, None for undamaged races.
         """
-        shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         slide = bisect_range(
             lambda s: self._race_force(0, approach_m, s, raised)[0] > self._race_force(1, approach_m, s, raised)[0],
-            np.full(shape, -SLIDE_M),
-            np.full(shape, SLIDE_M),
+            SLIDE_M,
         )
         depth = np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide))
         return np.array([self._race_force(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
@@ -99,17 +102,17 @@ class Slot:
         return (self.excess_m[1] - slide) * lean
 
     def _race_force(
-        self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectHeight | None = None
+        self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectOnCircle | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        """Compute a race's force on the roller in the direction of its slot, and its radial component [N]."""
-        along, radial = np.zeros(slide.shape), np.zeros(slide.shape)
+        """Compute the components of a race's force on the roller: along the slot, and in radial direction [N]."""
+        along = radial = np.zeros(())
         for circle, patch in enumerate(self.patches[race]):
             depth = self._depth(race, circle, approach, slide)
             force = patch.force_n(depth)
             if raised is not None and (raised.race, raised.circle) == (race, circle):
-                force = force + patch.raised_force_n(depth, raised.middle_m, raised.part)
-            along += force * math.cos(patch.lean_rad)
-            radial += force * math.cos(patch.normal_rad)
+                force = force + patch.raised_force_n(depth, raised.middle_m, raised.piece)
+            along = along + force * math.cos(patch.lean_rad)
+            radial = radial + force * math.cos(patch.normal_rad)
         return along, radial
 
     def _damper(self, approach: FloatArray, slide: FloatArray) -> FloatArray:
@@ -125,8 +128,9 @@ class Slot:
         return damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
 
 
-def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Find the values between the arrays `low` and `high` above which the function `too_far` returns True."""
+def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], limit: float) -> FloatArray:
+    """Find the values between -`limit` and `limit` above which the function `too_far` returns True, in its shape."""
+    low, high = np.array(-limit), np.array(limit)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         beyond = too_far(middle)
@@ -145,11 +149,11 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 
 @dataclass(frozen=True)
 class Race:
-    """Contact of a ball or roller with one race, in strips along the race.
+    """Contact of a ball or cylindrical roller with one race, divided into strips along the race.
 
-    Force of a strip = width * `stiffness` * penetration^`exponent`. The penetration of a ball falls across the race, by
-    `fall_1_m` x^2 / 2 at the distance x from the middle; that of a roller is constant over its `length_m`. `along_1_m`:
-    curvature of the gap along the race; `radius_m`: radius of the race.
+    The force of a strip is its width times `stiffness` times penetration^`exponent`. The penetration of a ball falls
+    across the race, by `fall_1_m` x^2 / 2 at the distance x from the middle; that of a roller (`fall_1_m` is 0) is
+    constant over its `length_m`. `along_1_m`: curvature of the gap along the race; `radius_m`: radius of the race.
     """
 
     stiffness: float
@@ -160,33 +164,33 @@ class Race:
     radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Compute the normal force [N] at the penetrations `depth_m` [m], an array of any shape; same shape."""
+        """Compute the normal force [N] at the penetrations `depth_m`, an array of any shape."""
         depth = np.maximum(depth_m, 0.0)
         if self.fall_1_m > 0:
             return self.stiffness * (4 / 3) * math.sqrt(2 / self.fall_1_m) * depth**1.5
         return self.stiffness * self.length_m * depth**self.exponent
 
     def slope_n_m(self, depth_m: FloatArray) -> FloatArray:
-        """Compute the stiffness of the contact at a penetration `depth_m`, any shape."""
+        """Compute the stiffness of the contact [N/m] at the penetrations `depth_m`, an array of any shape."""
         power = 1.5 if self.fall_1_m > 0 else self.exponent
         depth = np.maximum(depth_m, LEAST_DEPTH_M)
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
-    def added_n(self, depth_m: FloatArray, opening: Opening) -> FloatArray:
-        """Compute the force that a defect adds, negative for a pit; arrays of penetration and position broadcast."""
-        added = np.zeros(np.broadcast_shapes(depth_m.shape, opening.middle_m.shape))
-        for x, half in zip(opening.across_m, opening.half_m, strict=True):
+    def added_n(self, depth_m: FloatArray, defect: DefectStrips) -> FloatArray:
+        """Compute the force [N] that a defect adds, negative for a pit; arrays of depth and position are broadcast."""
+        added = np.zeros(np.broadcast_shapes(depth_m.shape, defect.middle_m.shape))
+        for x, half in zip(defect.across_m, defect.half_m, strict=True):
             level = depth_m - self.fall_1_m * x**2 / 2
-            lifted = np.maximum(level + opening.lift_m(half, self.along_1_m), 0.0)
+            lifted = np.maximum(level + defect.lift_m(half, self.along_1_m), 0.0)
             added += lifted**self.exponent - np.maximum(level, 0.0) ** self.exponent
-        return self.stiffness * opening.strip_m * added
+        return self.stiffness * defect.strip_m * added
 
 
-class Opening(NamedTuple):
-    """Pit or bump of a race (0 outer, 1 inner), cut into strips along the race, each of the width `strip_m`.
+class DefectStrips(NamedTuple):
+    """Pit or bump of a race (0 outer, 1 inner), divided into strips along the race, each of the width `strip_m`.
 
-    `half_m`: half lengths of the strips; `across_m`: their positions across the race; `middle_m`: distance along the
-    race from the ball or roller to the defect's middle, any shape.
+    `half_m`: half of each strip's length along the race; `across_m`: distance of each strip from the middle of the
+    contact, across the race; other fields: see `DefectOnCircle`.
     """
 
     race: int
@@ -194,12 +198,14 @@ class Opening(NamedTuple):
     across_m: FloatArray
     half_m: FloatArray
     strip_m: float
-    middle_m: FloatArray
+    reach_m: float
+    race_radius_m: float
+    middle_m: FloatArray = UNDER_ROLLER
 
     def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """Compute by how much a strip lifts the ball or roller from the race [m]; negative in a pit.
+        """Compute by how much a strip of half length `half_m` moves the ball or roller off the race [m].
 
-        `half_m`: half length of the strip [m]; `along_1_m`: curvature of the gap between both along the race [1/m].
+        Negative in a pit. `along_1_m`: curvature of the gap between race and ball or roller, along the race [1/m].
         """
         if self.height_m > 0:
             beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
@@ -210,79 +216,70 @@ class Opening(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSlot:
-    """Ball or roller between `races` (outer, inner); `cosine`: of the contact angle; `damping_s`: see `LineContact`."""
+    """Ball or cylindrical roller between the outer and the inner race, `races`.
+
+    `cosine`: cosine of the contact angle; `damping_s`: time constant of the dampers, see `LineContact`.
+    """
 
     races: tuple[Race, Race]
     cosine: float
     play_m: float
     damping_s: float
 
-    @property
-    def excess_m(self) -> tuple[float, float]:
-        """Penetration at each race [m] with the rings concentric, outer first; negative for a gap."""
-        return (-self.play_m / 2, -self.play_m / 2)
-
-    def press(self, approach_m: FloatArray, raised: Opening | None = None) -> FloatArray:
-        """Balance the element between both races at each `approach_m`; returns the same as `Slot.press`."""
-        shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
-        whole = np.broadcast_to(approach_m * self.cosine - self.play_m, shape)
+    def press(self, approach_m: FloatArray, raised: DefectStrips | None = None) -> FloatArray:
+        """Balance the ball or roller between both races at each approach; result as of `Slot.press`."""
+        whole = approach_m * self.cosine - self.play_m
         reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
-        outer = bisect_range(
-            lambda depth: self._force(0, depth, raised) > self._force(1, whole - depth, raised),
-            np.full(shape, -reach),
-            np.full(shape, reach),
-        )
+        outer = bisect_range(lambda depth: self._force(0, depth, raised) > self._force(1, whole - depth, raised), reach)
         slopes = [race.slope_n_m(depth) for race, depth in zip(self.races, (outer, whole - outer), strict=True)]
         series = slopes[0] * slopes[1] / np.maximum(slopes[0] + slopes[1], 1.0)
         force = self._force(1, whole - outer, raised)
         depth = np.maximum(outer, whole - outer)
         return np.array([self.cosine * force, self.cosine**2 * self.damping_s * series, depth])
 
-    def _force(self, race: int, depth: FloatArray, raised: Opening | None) -> FloatArray:
+    def _force(self, race: int, depth: FloatArray, raised: DefectStrips | None) -> FloatArray:
         force = self.races[race].force_n(depth)
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
-    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """See `Slot.place_on_race`; raises `ConfigurationError` for a cosine shape or a defect without `extent_m`."""
-        across, half, strip = _strips(defect, self.races[race], deepest_m)
-        bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
-
-        def raised(middle_m: FloatArray) -> Opening:
-            return Opening(race, defect.height_m, across, half, strip, middle_m)
-
-        return raised, float(half.max()) + bump, self.races[race].radius_m
-
-    def deepest_m(self, load_n: float) -> float:
-        """Find an approach [m] at which one element carries `load_n` or more, in steps of 20 % from the play on."""
+    def deepest_m(self, scene: Scene, elements: RollingElements) -> float:
+        """Find an approach of the rings [m] up to which contacts are tabulated, from the scene's largest load."""
+        profile = scene.load_profile
+        load = scene.load.radial_n if profile is None else max(profile.radial_n)
+        carried = elements.rows * elements.rolling_elements * self.cosine
+        needed_n = TABLE_LOAD_FACTOR * STRIBECK_FACTOR[elements.shape] * max(load, 1.0) / carried
         approach = LEAST_DEPTH_M + max(0.0, self.play_m)
-        while self.press(np.array([approach]))[0, 0] < load_n:
+        while self.press(np.array([approach]))[0, 0] < needed_n:
             approach *= 1.2
         return float(approach)
 
+    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectStrips:
+        """Divide a defect of a race, where the ball or roller touches it at approaches up to `deepest_m`, into strips.
 
-def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
-    """Cut a defect, where it can be touched, into strips along the race: positions, half lengths, common width."""
-    if defect.extent_m is None:
-        raise ConfigurationError(
-            f"a defect of {defect.points} points: races of this bearing's model have no points; give the defect's "
-            "length, for example extent = '0.5 mm'."
-        )
-    if defect.shape is DefectShape.COSINE:
-        raise ConfigurationError("defect shape = 'cosine': use 'flat' or 'hole' with balls or cylindrical rollers.")
-    widest = race.length_m if race.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / race.fall_1_m)
-    hole = defect.shape is DefectShape.HOLE
-    width = min(widest, defect.extent_m if hole else (defect.width_m or widest))
-    across = (np.arange(STRIPS) + 0.5) / STRIPS * width - width / 2
-    half = np.full(STRIPS, defect.extent_m / 2)
-    return across, np.sqrt(half**2 - across**2) if hole else half, width / STRIPS
+        Raises `ConfigurationError` for a cosine shape or a defect without `extent_m`.
+        """
+        if defect.extent_m is None:
+            raise ConfigurationError(
+                f"a defect of {defect.points} points: races of this bearing's model have no points; give the defect's "
+                "length, for example extent = '0.5 mm'."
+            )
+        if defect.shape is DefectShape.COSINE:
+            raise ConfigurationError("defect shape = 'cosine': use 'flat' or 'hole' with balls or cylindrical rollers.")
+        own, hole = self.races[race], defect.shape is DefectShape.HOLE
+        widest = own.length_m if own.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / own.fall_1_m)
+        width = min(widest, defect.extent_m if hole else (defect.width_m or widest))
+        across = (np.arange(STRIPS) + 0.5) / STRIPS * width - width / 2
+        half = np.full(STRIPS, defect.extent_m / 2)
+        half = np.sqrt(half**2 - across**2) if hole else half
+        reach_m = float(half.max()) + math.sqrt(2 * max(0.0, defect.height_m) / own.along_1_m)
+        return DefectStrips(race, defect.height_m, across, half, width / STRIPS, reach_m, own.radius_m)
 
 
 def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
     """Build the contacts of a ball or cylindrical roller of the scene with both races.
 
-    Curvature of the gap along the outer race: 2 / (d (1 + g)), along the inner one: 2 / (d (1 - g)); d: diameter of the
-    ball or roller, g = d cos(contact angle) / pitch diameter. Across a race: 2 / d minus the curvature of the groove
-    (Harris & Kotzalas 2006, chapter 2; from memory).
+    The curvature of the gap is 2 / (d (1 + g)) along the outer race and 2 / (d (1 - g)) along the inner race, with the
+    diameter d of the ball or roller and g = d cos(contact angle) / pitch diameter. Across a race it is 2 / d minus the
+    curvature of the groove (Harris & Kotzalas 2006, chapter 2; from memory).
     """
     d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
     races = []
@@ -305,18 +302,10 @@ def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
     )
 
 
-def max_element_load_n(scene: Scene, elements: RollingElements) -> float:
-    """Compute the force on one element up to which contacts are tabulated [N], from the scene's largest load."""
-    profile = scene.load_profile
-    load = scene.load.radial_n if profile is None else max(profile.radial_n)
-    carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
-    return TABLE_LOAD_FACTOR * STRIBECK_FACTOR[elements.shape] * max(load, 1.0) / carried
-
-
 class Ellipse(NamedTuple):
-    """Contact ellipse under 1 N: approach of the bodies [m], half axes across and along the race [m].
+    """Contact ellipse under a load of 1 N: approach of the bodies [m], half axes across and along the race [m].
 
-    The approach is proportional to the load^(2/3), the axes to the load^(1/3).
+    The approach is proportional to load^(2/3), the axes to load^(1/3).
     """
 
     approach_m: float
@@ -326,8 +315,9 @@ class Ellipse(NamedTuple):
 
 @cache
 def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
-    """Solve Hertz's contact of two steel bodies under 1 N; arguments: curvature of the gap along and across the race.
+    """Solve Hertz's contact of two steel bodies under a load of 1 N.
 
+    `along_1_m`, `across_1_m`: curvature of the gap along and across the race.
     After Harris & Kotzalas, Essential Concepts of Bearing Technology (2006), chapter 6 (quoted from memory; compared
     with the displacement of a half-space under the pressure found, in ``tests/models/test_elements.py``); the equation
     of the ratio of the ellipse's axes is on the page "The model hierarchy" of the theory.
@@ -357,44 +347,45 @@ ElementContact = Slot | ElementSlot
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceTable:
-    """Table of an undamaged contact; rows of `values`: force [N], damping [N s/m], penetration [m].
+    """Table of an undamaged contact, `values`: rows force [N], damping [N s/m] and penetration [m].
 
-    Columns: approaches of the rings from `start_m` to `deepest_m` in steps of `step_m`. Tables of the forces that
-    defects add have the same range, in steps of `bump_step_m`.
+    Its columns are for approaches of the rings from `start_m` to `deepest_m` in steps of `step_m`.
     """
 
     start_m: float
     step_m: float
-    bump_step_m: float
     deepest_m: float
     values: FloatArray
 
     def at(self, approach_m: FloatArray) -> FloatArray:
-        """Interpolate force, damping and penetration at each approach; constant beyond the table's ends."""
+        """Interpolate force, damping and penetration at each approach; constant outside the table's range."""
         grid = self.start_m + self.step_m * np.arange(self.values.shape[1])
         return np.array([np.interp(approach_m, grid, row) for row in self.values])
 
 
 def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
-    """Tabulate an undamaged contact up to the approach `deepest_m`; `highest_m`: sum of the heights of all defects."""
-    scale = deepest_m / MAX_APPROACH_M
-    start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
-    values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
+    """Tabulate an undamaged contact up to the approach `deepest_m`.
+
+    `highest_m`: sum of the heights of all defects, and of the interference of a roller between concentric rings.
+    """
+    step = deepest_m / MAX_APPROACH_M * STEP_M
+    start = -(1.1 * highest_m + deepest_m)
     return ForceTable(
-        start_m=start, step_m=scale * STEP_M, bump_step_m=scale * DEFECT_STEP_M, deepest_m=deepest_m, values=values
+        start_m=start, step_m=step, deepest_m=deepest_m, values=slot.press(np.arange(start, deepest_m, step))
     )
 
 
 def tabulate_bump(
     slot: ElementContact, plain: ForceTable, defect: Defect, race: int
 ) -> tuple[FloatArray, float, float]:
-    """Tabulate the force [N] that a defect of a race, or of a roller touching it, adds, [approaches, positions].
+    """Tabulate the force [N] that a defect adds to a contact with the race `race`, [approaches, positions].
 
-    Approaches: see `ForceTable`. Positions are distances from roller to defect along the race, from 0, since defects
-    are symmetric. Also returns the race's radius and the step of the positions [m].
+    The defect is on the race, or on a roller that touches the race with it. The approaches begin at `plain.start_m`, in
+    steps of `DEFECT_STEPS` times `plain.step_m`. Positions are distances from roller to defect along the race, from 0,
+    since defects are symmetric. Also returns the race's radius and the step of the positions [m].
     """
-    raised, reach_m, race_radius_m = slot.place_on_race(defect, race, plain.deepest_m)
-    position = np.linspace(0.0, reach_m, POSITIONS)
-    approach = np.arange(plain.start_m, plain.deepest_m, plain.bump_step_m)
-    force_n = slot.press(approach[:, None], raised(position[None, :]))[0] - plain.at(approach)[0][:, None]
-    return force_n, race_radius_m, float(position[1])
+    raised: Any = slot.place_on_race(defect, race, plain.deepest_m)
+    position = np.linspace(0.0, raised.reach_m, POSITIONS)
+    approach = np.arange(plain.start_m, plain.deepest_m, DEFECT_STEPS * plain.step_m)
+    whole_n = slot.press(approach[:, None], raised._replace(middle_m=position[None, :]))[0]
+    return whole_n - plain.at(approach)[0][:, None], raised.race_radius_m, float(position[1])

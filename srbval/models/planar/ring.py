@@ -15,11 +15,11 @@ from srbval.models.kinematic import PrescribedMotion, refuse_axial
 from srbval.models.outputs import Outputs, split_run
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.contacts import (
+    DEFECT_STEPS,
     ElementContact,
     ForceTable,
     make_element_slot,
     make_roller_slot,
-    max_element_load_n,
     tabulate_bump,
     tabulate_force,
 )
@@ -46,9 +46,11 @@ RING_BALANCE_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """Planar ring model of a scene; `kernel`: integration parameters, `plain`: force table of an undamaged roller.
+    """Planar ring model of a scene.
 
-    `defect_of`: index in `scene.defects` of each row of `kernel.defects`.
+    `motion`: prescribed motion of shaft, cage and rollers; `plain`: force table of an undamaged roller; `kernel`:
+    parameters of the integration; `defect_of`: for each row of `kernel.defects`, the index of its defect in
+    `scene.defects`.
     """
 
     scene: Scene
@@ -58,7 +60,7 @@ class PlanarRing:
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
-        """Compute at each `time_s` the speed of a contact over the defect in row `table` of `kernel.defects`."""
+        """Compute at each `time_s` the speed with which contacts pass the defect in row `table` of `kernel.defects`."""
         step = 1e-4
         kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
         after, before = time_s + step, time_s - step
@@ -72,30 +74,30 @@ class PlanarRing:
 
     @property
     def outwards(self) -> FloatArray:
-        """Unit vectors from the centre to the rollers at time zero, [2, rollers]."""
+        """Unit vectors from the bearing's centre to the rollers at time zero, [2, rollers]."""
         angle = np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
         return np.array([np.cos(angle), np.sin(angle)])
 
     def undamaged_force_n(self, ring_m: FloatArray) -> FloatArray:
-        """Compute the force of the undamaged rollers of all rows [N], [2], on a ring displaced by `ring_m`, [2]."""
+        """Compute the force of all rollers, undamaged, on a ring displaced by `ring_m`: x and y [N]."""
         outwards = self.outwards
         return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
-        """Compute the stiffness of undamaged rollers and housing at a ring displacement, [2, 2], symmetric."""
+        """Compute the stiffness of undamaged rollers and housing at a ring displacement [N/m], [2, 2], symmetric."""
         here = self.undamaged_force_n(ring_m)
         moved = np.array([self.undamaged_force_n(ring_m + RING_DIFFERENCE_M * axis) for axis in np.eye(2)])
         contact = (here - moved) / RING_DIFFERENCE_M
         return self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
-        """Compute the damping of undamaged rollers and housing at a ring displacement, [2, 2], symmetric."""
+        """Compute the damping of undamaged rollers and housing at a ring displacement [N s/m], [2, 2], symmetric."""
         outwards = self.outwards
         dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_DAMPER]
         return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
 
     def balance_m(self) -> FloatArray:
-        """Find the ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
+        """Find the ring displacement [m] at which load, housing and undamaged rollers balance at time zero: x and y."""
         load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.scene)[:2]
         load += np.array([0.0, self.kernel.weight])
 
@@ -121,14 +123,15 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     elements = bearing.elements
     if bearing.geometry is None and elements is not None:
         element = own = make_element_slot(scene, elements)
-        highest = sum(max(0.0, d.height_m) for d in scene.defects)
-        plain = tabulate_force(element, highest, own.deepest_m(max_element_load_n(scene, elements)))
+        highest = sum(max(0.0, d.height_m) for d in scene.defects) + max(0.0, -own.play_m)
+        plain = tabulate_force(element, highest, own.deepest_m(scene, elements))
         rollers, of_rows, radius_m = elements.rolling_elements, elements.rows, elements.element_diameter_m / 2
         mass = scene.housing.mass_kg
     else:
         geometry = geometry_of(bearing, scene.model)
         element = make_roller_slot(scene, geometry)
-        plain = tabulate_force(element, sum(abs(d.height_m) for d in scene.defects))
+        highest = sum(abs(d.height_m) for d in scene.defects) + max(0.0, sum(element.excess_m))
+        plain = tabulate_force(element, highest)
         rollers, of_rows = geometry.rollers_per_row, 2
         radius_m = element.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
         mass = geometry.outer_ring_mass_kg(scene.bodies.density_kg_m3) + scene.housing.mass_kg
@@ -157,13 +160,16 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.BUMP_COLUMNS),
         bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)),
         bump_start=plain.start_m,
-        bump_step=plain.bump_step_m,
+        bump_step=DEFECT_STEPS * plain.step_m,
     )
     return PlanarRing(scene=scene, motion=motion, plain=plain, defect_of=tuple(owners), kernel=kernel)
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
-    """Longest time step [s]: the shorter of 0.2 rad of the ring's fastest vibration and 1/40 of a defect's passage."""
+    """Compute the longest time step [s], at most `LONGEST_STEP_S`.
+
+    In one step the ring's fastest vibration advances by 0.2 rad at most, and a contact by 1/40 of a defect's length.
+    """
     softest = np.finfo(float).tiny
     mode = math.sqrt(max(float(np.linalg.eigvalsh(ring.stiffness_n_m(balance_m))[-1]), softest) / ring.kernel.mass)
     longest = min(LONGEST_STEP_S, RADIANS / mode)
@@ -176,10 +182,7 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 
 
 def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run the planar ring model; yields the number of the first output interval and the outputs of each chunk.
-
-    `whole`: number of output intervals; the first `settle` of them are not recorded.
-    """
+    """Run the planar ring model; arguments and result as in `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     y, rate, trial = np.zeros(STATE_SIZE), np.zeros((4, STATE_SIZE)), np.zeros(STATE_SIZE)
     with stats.timed():

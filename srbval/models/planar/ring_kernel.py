@@ -12,18 +12,20 @@ RING_X, RING_Y, RING_V_X, RING_V_Y = range(4)
 STATE_SIZE = 4
 # Rows of the table of an undamaged roller: radial force [N], damper [N s/m], depth [m], over the approach of the rings.
 TABLE_FORCE, TABLE_DAMPER, TABLE_DEPTH = range(3)
-# Columns of `defects`: kind (see below), angle [rad], number of the roller, radius of the race [m], spacing of the
-# positions in its table [m], radius of the roller [m].
+# Columns of `defects`: kind (see below), angle [rad], number of the roller, radius of the race [m], step of the
+# positions in the defect's table [m], radius of the roller [m].
 BUMP_KIND, BUMP_ANGLE, BUMP_ROLLER, RACE_RADIUS, POSITION_STEP, ROLLER_RADIUS = range(6)
 BUMP_COLUMNS = 6
 ON_OUTER, ON_INNER, ROLLER_ON_OUTER, ROLLER_ON_INNER = range(4)
 
 
 class Ring(NamedTuple):
-    """Parameters of the planar ring model in SI units.
+    """Parameters of the planar ring model in SI units; the roller of a field may also be a ball.
 
-    `plain`, [3, approaches]: force, damping and penetration of an undamaged roller. `defects`, [D, BUMP_COLUMNS]: a row
-    for each defect on each race that it meets; `bumps`, [D, approaches, positions]: force that it adds [N].
+    `plain`, [3, approaches]: force, damping and penetration of an undamaged roller, for approaches of the rings from
+    `plain_start` in steps of `plain_step`. `defects`, [D, BUMP_COLUMNS]: a row for each defect and each race that it
+    meets; `bumps`, [D, approaches, positions]: force that the defect in this row adds [N], for approaches from
+    `bump_start` in steps of `bump_step`, see `contacts.tabulate_bump`.
     """
 
     mass: float
@@ -44,7 +46,10 @@ class Ring(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Prescribed angles of cage, shaft and rollers about their axes [rad], and radial load [N], at each half step."""
+    """Prescribed angles of cage and shaft, and of rollers about their axes (`spun`) [rad]; radial load [N].
+
+    Each is an array with a value for the start, the middle and the end of each step.
+    """
 
     cage: FloatArray
     shaft: FloatArray
@@ -56,8 +61,8 @@ class Motion(NamedTuple):
 def push_ring(y, cage, shaft, spun, ring):
     """Compute the force of all rollers on the ring, x and y [N], and the deepest penetration [m].
 
-    `y`: state of the ring; `cage`, `shaft`, `spun`: one value each of `Motion`. All rows of rollers have the same
-    angles and forces, except that a defect acts in one row only.
+    `y`: state of the ring (displacement, velocity); `cage`, `shaft`, `spun`: angles at this time, see `Motion`. All
+    rows of rollers have the same angles and forces, except that a defect acts in one row only.
     """
     plain, defects, bumps = ring.plain, ring.defects, ring.bumps
     force_x, force_y, deepest = 0.0, 0.0, -1.0
@@ -105,8 +110,8 @@ def push_ring(y, cage, shaft, spun, ring):
 def advance_ring(y, motion, step, ring, per_output, out, rate, trial):
     """Advance the state `y` in place by classical Runge-Kutta, `per_output` steps for each row of `out`.
 
-    Fills acceleration, displacement, force on the ring and penetration in `out`, see `outputs`. `rate`, [4,
-    STATE_SIZE], and `trial`, [STATE_SIZE]: working space.
+    Fills acceleration, displacement, force on the ring and penetration in `out`, whose columns are those of
+    `models.outputs`. `rate`, [4, STATE_SIZE], and `trial`, [STATE_SIZE]: working space.
     """
     stiffness, damping = ring.stiffness, ring.damping
     interval = step * per_output

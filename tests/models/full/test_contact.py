@@ -13,9 +13,10 @@ from srbval.models.full.equilibrium import balance_friction, equilibrium_state
 from srbval.models.full.motion_kernel import WITH_DAMPING
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import take_steps
+from srbval.models.outputs import CAGE_SPEED, DISPLACEMENT_Y
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
-from tests.verification.harness import PAPER_STEP_S, parameters, rolling_state
+from tests.verification.harness import PAPER_STEP_S, parameters, recorded, rolling_state
 
 ROLLING_M_S = 1e-12  # rounding of some metres per second
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
@@ -28,27 +29,18 @@ def model_of(**changes: Any) -> Parameters:
 def test_rollers_that_touch_nothing_roll():
     """Without traction cage and rollers have the speeds of pure rolling, the outer contact at rest."""
     model = model_of(contact={"radial_play": "3 mm"})
-    state = balance_friction(model, np.zeros_like(rolling_state(model)))
-    n, half = len(model.slot_angle), len(state) // 2
-    cage = state[half + 2 * n + 2]
-    assert cage == rolling_state(model)[half + 2 * n + 2]
-    centre_speed = cage * model.centre_distance * model.tilt_cosine
-    assert centre_speed + state[half + n : half + 2 * n] * model.law.roller_radius == pytest.approx(
-        0.0, abs=ROLLING_M_S
-    )
+    rolling = rolling_state(model)
+    state, parts = balance_friction(model, np.zeros_like(rolling)), layout_of(rolling)
+    assert state[parts.shaft_cage_rate] == rolling[parts.shaft_cage_rate]
+    centre_speed = state[parts.shaft_cage_rate] * model.centre_distance * model.tilt_cosine
+    assert centre_speed + state[parts.spin] * model.law.roller_radius == pytest.approx(0.0, abs=ROLLING_M_S)
 
 
 def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
     """Simulate; returns ring displacement along y and cage speed over shaft speed, one row per output interval."""
-    steps = take_steps(
-        model,
-        start.copy(),
-        METHODS["imex2"],
-        step_s=1 / 61440,
-        intervals=range(round(seconds * 20480)),
-        steps_per_output=3,
-    )
-    return np.stack([steps.out[:, 4], steps.out[:, 6] / model.drive.speed[1, 0]], axis=1)
+    outputs = round(seconds / PAPER_STEP_S / 3)
+    out = recorded(model, start.copy(), step_s=PAPER_STEP_S, steps=3, method="imex2", outputs=outputs)
+    return np.stack([out[:, DISPLACEMENT_Y], out[:, CAGE_SPEED] / model.drive.speed[1, 0]], axis=1)
 
 
 @pytest.mark.parametrize("fit", ["play", "printed"])
