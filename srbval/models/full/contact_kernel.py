@@ -108,16 +108,6 @@ def place_of_point(radial, tangential, axial, space, j):
 
 
 @inlined
-def direction_in_slot(radial, tangential, axial, space, j):
-    """Convert a direction from the axes of the race at contact `j` to slot axes of the roller."""
-    return (
-        radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
-        radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
-        radial * space[col.A_Z + j] + tangential * space[col.B_Z + j] + axial * space[col.Z_Z + j],
-    )
-
-
-@inlined
 def approach_and_slip(place, normal, space, j):
     """Compute the race's velocity relative to the roller of contact `j` at `place` [m/s]: normal part, slip x, y, z."""
     p_x, p_y, p_z = place

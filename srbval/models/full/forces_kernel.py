@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.contact_kernel import Candidates, contact_columns, direction_in_slot, elastic, place_of_point
+from srbval.models.full.contact_kernel import Candidates, contact_columns, elastic, place_of_point
 from srbval.models.full.search_kernel import scatter_sums
 from srbval.models.full.slices_kernel import evaluate_slices, find_defects, roller_in
 from srbval.models.jit import kernel_part
@@ -174,7 +174,9 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
         f_x, f_y, f_z = space[col.F_X + alone], space[col.F_Y + alone], space[col.F_Z + alone]
         n_a, n_b = points[race, window, col.NORMAL_RADIAL, i], points[race, window, col.NORMAL_TANGENTIAL, i]
         n_z = points[race, window, col.NORMAL_AXIAL, i]
-        normal_x, normal_y, normal_z = direction_in_slot(n_a, n_b, n_z, space, j)
+        normal_x = n_a * space[col.A_X + j] + n_b * space[col.B_X + j] + n_z * space[col.Z_X + j]
+        normal_y = n_a * space[col.A_Y + j] + n_b * space[col.B_Y + j] + n_z * space[col.Z_Y + j]
+        normal_z = n_a * space[col.A_Z + j] + n_b * space[col.B_Z + j] + n_z * space[col.Z_Z + j]
         # e_th / rho = (-y, x) / rho^2
         push = (f_x * normal_x + f_y * normal_y + f_z * normal_z) * rise / (x * x + y * y)
         space[col.F_X + j] -= push * y

@@ -22,7 +22,6 @@ from srbval.models.full.contact_kernel import (
     add_contact,
     add_damping,
     approach_and_slip,
-    direction_in_slot,
     normal_force,
     penetration,
     place_of_point,
@@ -238,10 +237,16 @@ def face_roller(space, start, stop):
         turn = turn if abs(turn) < 0.1 else 0.0
         turn *= 1.0 - turn * turn * (1.0 / 3.0)
         c = 1.0 - 0.5 * turn * turn
-        for component in range(3):
-            row = np.uint64(component * col.STRIDE)
-            a, b = space[col.A_X + row + j], space[col.B_X + row + j]
-            space[col.A_X + row + j], space[col.B_X + row + j] = c * a + turn * b, c * b - turn * a
+        space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j] = (
+            c * a_x + turn * b_x,
+            c * a_y + turn * b_y,
+            c * a_z + turn * b_z,
+        )
+        space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j] = (
+            c * b_x - turn * a_x,
+            c * b_y - turn * a_y,
+            c * b_z - turn * a_z,
+        )
         space[col.SHIFT + j] = turn
 
 
@@ -302,9 +307,8 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             depth, n_x, n_y, n_z = penetration(law, p_x, p_y, p_z)
             sine, along_x, along_z = angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
             if on_roller:
-                # into the race
-                turned = -tangential / radial * normal_radial
-                n_x, n_y, n_z = direction_in_slot(-normal_radial, turned, -normal_axial, space, j)
+                turn = tangential / radial
+                n_x, n_y, n_z = normal_of_race(normal_radial, turn * normal_radial, normal_axial, space, j)
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
             spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread, bend, vertex)
@@ -332,6 +336,16 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             if damping is not None:
                 viscous = viscous if normal > 0.0 else 0.0
                 add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
+
+
+@inlined
+def normal_of_race(radial, tangential, axial, space, j):
+    """Convert the race's normal from the race's axes at contact `j` to slot axes, and reverse it: into the race."""
+    return (
+        -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
+        -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],
+        -radial * space[col.A_Z + j] - tangential * space[col.B_Z + j] - axial * space[col.Z_Z + j],
+    )
 
 
 @kernel_part
