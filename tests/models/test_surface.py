@@ -123,10 +123,10 @@ CONTINUOUS = ["line", "slices"]
 BEM_ELEMENTS, BEM_REACH, BEM_ERROR = 401, 1.4, 2e-3
 
 
-def scene_of(model: str = "line", seed: int = 0, **surface: Any) -> Any:
+def scene_of(model: str = "line", **surface: Any) -> Any:
     table = {"surface": surface} if surface else {}
     one_cage = {"bodies": {"cages": 1}}  # whose kernels others use as well
-    return load_scene("rig", {"model": model, "seed": seed, "duration_s": DURATION_S, **one_cage, **table})
+    return load_scene("rig", {"model": model, "duration_s": DURATION_S, **one_cage, **table})
 
 
 def loaded(model: Parameters) -> FloatArray:

@@ -180,15 +180,14 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
     decides the speeds: bisection finds the cage speed, and an inner bisection the spins. A roller without traction gets
     the others' median spin; a cage without traction keeps the speed of pure rolling. All other velocities are zero.
     """
-    cage, _ = rolling_speeds(model)
-    width = abs(cage) * CAGE_RANGE
+    rolling, _ = rolling_speeds(model)
 
     def cage_acceleration(speed: FloatArray) -> FloatArray:
         balanced = _balance_spins(model, state, float(speed[0]))
         return rates(model, 0.0, balanced).rate[state_layout(model).shaft_cage_rate]
 
-    (balanced,) = _falling_root(cage_acceleration, np.array([cage - width]), np.array([cage + width]))
-    return _balance_spins(model, state, float(balanced))
+    (cage,) = _falling_root(cage_acceleration, np.array([rolling]), CAGE_RANGE)
+    return _balance_spins(model, state, float(cage))
 
 
 def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
@@ -204,20 +203,19 @@ def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatAr
         return rates(model, 0.0, y).rate[spins]
 
     rolling = np.full(layout.rollers, -cage * model.centre_distance * model.tilt_cosine / model.law.roller_radius)
-    width = np.abs(rolling) * SPIN_RANGE
-    y[spins] = _falling_root(spin_acceleration, rolling - width, rolling + width)
+    y[spins] = _falling_root(spin_acceleration, rolling, SPIN_RANGE)
     return y
 
 
-def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Find the zero of each component of the decreasing function `f` by bisection between `low` and `high`.
+def _falling_root(f: Callable[[FloatArray], FloatArray], guess: FloatArray, share: float) -> FloatArray:
+    """Find the zero of each component of the decreasing function `f` by bisection, at most `share` from the guess.
 
-    A component without a zero gets the median of the others' zeros, or the middle of the range if none has a zero.
+    A component without a zero gets the median of the others' zeros, or the guess if none has a zero.
     """
-    middle = (low + high) / 2
+    low, high = guess - share * np.abs(guess), guess + share * np.abs(guess)
     passes = (f(low) > MIN_ACCELERATION_RAD_S2) & (f(high) < -MIN_ACCELERATION_RAD_S2)
     if not passes.any():
-        return middle
+        return (low + high) / 2
     for _ in range(SPIN_HALVINGS):
         trial = (low + high) / 2
         rising = f(trial) > 0
