@@ -16,7 +16,7 @@ from srbval.models.full.steps import take_steps
 from srbval.models.outputs import CAGE_SPEED, DISPLACEMENT_Y
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
-from tests.verification.harness import PAPER_STEP_S, parameters, recorded, rolling_state
+from tests.verification.harness import PAPER_STEP_S, advance, parameters, rolling_state
 
 ROLLING_M_S = 1e-12  # rounding of some metres per second
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
@@ -39,7 +39,7 @@ def test_rollers_that_touch_nothing_roll():
 def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
     """Simulate; returns ring displacement along y and cage speed over shaft speed, one row per output interval."""
     outputs = round(seconds / PAPER_STEP_S / 3)
-    out = recorded(model, start.copy(), step_s=PAPER_STEP_S, steps=3, method="imex2", outputs=outputs)
+    out = advance(model, start.copy(), step_s=PAPER_STEP_S, steps=3, method="imex2", outputs=outputs)
     return np.stack([out[:, DISPLACEMENT_Y], out[:, CAGE_SPEED] / model.drive.speed[1, 0]], axis=1)
 
 
@@ -73,42 +73,27 @@ K, C, W, MU_S, MU_D, V_C = 5e7, 1e3, 1e-8, 0.7, 0.5, 1e-3
 MEAN, MEAN_N = 2e-3, 1e-9  # of a force averaged over 20 000 moments, one of which sees the contact begin
 
 
-def one_point(
-    depth: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0), along: float = 0.0, onset_s: float = 0.0
-) -> tuple[float, ...]:
-    """Compute force and torque of one ring point `depth` below the roller's surface at its +x side, `along` the axis.
-
-    `velocity`: of the ring relative to the roller.
-    """
-    rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
-    points = np.zeros((1, 1, col.POINT_ROWS, 1))
-    points[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
-    space = np.zeros((col.WORKSPACE_ROWS, col.STRIDE))
-    for start in (col.A_X, col.B_Y, col.Z_Z):
-        space[int(start) // col.STRIDE, 3] = 1.0
-    space[int(col.O_X) // col.STRIDE, [0, 1, 2, 4, 5, 6, 7]] = 1e3
-    first = int(col.V_X) // col.STRIDE
-    space[first : first + 3, 3] = velocity
-    law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C, onset_s)
-    damping = WITH_DAMPING if onset_s else None
-    contact_columns(law, Candidates(points, 0, 0, 0, 1), space.ravel(), 0, col.LANES, damping, None)
-    assert int(col.F_X) // col.STRIDE == col.FIRST_SUM
-    sums = space[col.FIRST_SUM : col.LAST_SUM]
-    assert np.all(sums[:, [0, 1, 2, 4, 5, 6, 7]] == 0.0), "columns do not mix"
-    return tuple(sums[:, 3].tolist())
-
-
 @pytest.mark.parametrize("share", [-0.6, -0.45, -0.2, 0.0, 0.3, 0.5, 2.0])
 def test_coming_into_contact_is_averaged_over_its_time(share):
     """Spring and damper equal their mean over the averaging time, at a moment when the point is `share` of it inside.
 
     Work against the approach, beyond the energy of a spring as deep as the point, is lost.
     """
-    onset, rate = 1.5e-5, 0.6
+    onset, rate, column = 1.5e-5, 0.6, 3
     depth = share * rate * onset
+    points = np.zeros((1, 1, col.POINT_ROWS, 1))
+    points[0, 0, [col.POINT_RADIAL, col.POINT_SHARE], 0] = R - depth, 1.0
+    space = np.zeros((col.WORKSPACE_ROWS, col.STRIDE))
+    a_x, b_y, z_z, o_x, v_x = (int(row) // col.STRIDE for row in (col.A_X, col.B_Y, col.Z_Z, col.O_X, col.V_X))
+    others = np.delete(np.arange(col.LANES), column)
+    space[[a_x, b_y, z_z], column], space[v_x, column], space[o_x, others] = 1.0, -rate, col.FAR_M
+    law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C, onset)
+    contact_columns(law, Candidates(points, 0, 0, 0, 1), space.ravel(), 0, col.LANES, WITH_DAMPING, None)
+    sums = space[col.FIRST_SUM : col.LAST_SUM]
+    assert not sums[:, others].any(), "columns do not mix"
+    f_x, *_, lost, _ = sums[:, column]
     then = depth + rate * onset * (np.arange(20_000) + 0.5 - 10_000) / 20_000
     expected = np.where(then > 0, K * then + C * rate, 0.0).mean()
-    f_x, *_, lost, _ = one_point(depth, (-rate, 0.0, 0.0), onset_s=onset)
     assert -f_x == pytest.approx(expected, rel=MEAN, abs=MEAN_N)
     assert lost == pytest.approx((expected - K * max(depth, 0.0)) * rate, rel=MEAN, abs=MEAN_N)
 
