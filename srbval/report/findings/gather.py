@@ -111,7 +111,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 
 
 def select_simulated(registered: Iterable[RegisteredRecording], stored: Mapping[str, Any]) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load, and at the speeds of the runs in the stored result of ``inputs``."""
+    """Select recordings at the paper's load, and at the speeds of the runs (if any) in the stored result ``inputs``."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     return [one for one in select_at_paper_load(registered) if not speeds or one.nominal_rpm in speeds]
 
