@@ -35,14 +35,14 @@ class ComparedQuantity:
     """Quantity that is compared between model and rig, such as the level of a harmonic.
 
     `kind` groups quantities that share a bias. In `name`, ``{line}`` stands for the fault's line, such as BPFO. The
-    function `read` takes an analysis and one of `faults` and returns the quantity's value. `value_of` computes the
-    value from the line's order (frequency over shaft speed); it is None for levels. Errors of levels are in dB, all
-    others in per cent of the rig's value. Model and rig agree if error plus uncertainty is below `margin`.
+    function `value_of` computes the value from the order of this line (frequency over shaft speed). A level has the
+    function `read` instead, which takes an analysis and one of `faults`. Errors of levels are in dB, all others in per
+    cent of the rig's value. Model and rig agree if error plus uncertainty is below `margin`.
     """
 
     kind: str
     name: str
-    read: QuantityReader
+    read: QuantityReader | None = None
     unit: str = "dB"
     faults: Collection[Fault] = DEFECTS
     value_of: ValueOfOrder | None = None
@@ -62,24 +62,26 @@ def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> fl
     return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
 
 
-def line_value(value_of: ValueOfOrder) -> QuantityReader:
-    """Return a function that reads the order of a fault's line and converts order and half widths by `value_of`."""
+def _line_value(analysis: Analysis, fault: Fault, value_of: ValueOfOrder, order: float | None) -> Value | None:
+    """Convert the order of a fault's line by `value_of`, with 95 % half widths; None if the line cannot be read.
 
-    def read(analysis: Analysis, fault: Fault) -> Value | None:
-        line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
-        if line.found_hz is None or not line.depth:
-            return None
-        order, slower = line.found_hz / shaft_hz, 1 - analysis.speed.ci95_hz / shaft_hz
-        value = value_of(fault, order, rollers)
-        return Value(
-            value=value,
-            ci95=abs(value_of(fault, order + (line.ci95_hz or 0.0) / shaft_hz, rollers) - value),
-            speed_ci95=abs(value_of(fault, order * slower, rollers) - value),
-            present=line.detected,
-            kinematic=value_of(fault, line.kinematic_hz / shaft_hz, rollers),
-        )
-
-    return read
+    If `order` is given, it is converted instead of the order that is read from the signal.
+    """
+    line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
+    if line.found_hz is None or not line.depth:
+        return None
+    kinematic = value_of(fault, line.kinematic_hz / shaft_hz, rollers)
+    if order is not None:
+        return Value(value=value_of(fault, order, rollers), kinematic=kinematic)
+    read, slower = line.found_hz / shaft_hz, 1 - analysis.speed.ci95_hz / shaft_hz
+    value = value_of(fault, read, rollers)
+    return Value(
+        value=value,
+        ci95=abs(value_of(fault, read + (line.ci95_hz or 0.0) / shaft_hz, rollers) - value),
+        speed_ci95=abs(value_of(fault, read * slower, rollers) - value),
+        present=line.detected,
+        kinematic=kinematic,
+    )
 
 
 def harmonic_level(number: int) -> QuantityReader:
@@ -121,7 +123,6 @@ CAGE_RATIO = ComparedQuantity(
     kind="cage ratio",
     name="cage ratio",
     unit="1",
-    read=line_value(cage_ratio_of_order),
     value_of=cage_ratio_of_order,
     faults=RACE_DEFECTS,
     margin=TOLERANCE.limit_pct,
@@ -130,7 +131,6 @@ ROLLER_LINE = ComparedQuantity(
     kind="roller line",
     name="{line}",
     unit="order",
-    read=line_value(lambda _, order, __: order),
     value_of=lambda _, order, __: order,  # the cage does not determine the roller's own rotation
     faults=(Fault.ROLLER,),
     margin=TOLERANCE.limit_pct,
@@ -159,12 +159,11 @@ def read_quantities(
     """
     found = {}
     for row in (row for row in quantities if fault in row.faults):
-        read = row.read(analysis, fault)
-        if read is not None and row.value_of is not None and order is not None:
-            value = row.value_of(fault, order, analysis.bearing.rolling_elements)
-            read = Value(value=value, kinematic=read.kinematic)
-        if read is not None:
-            found[row.name_of(fault)] = read
+        value = None if row.read is None else row.read(analysis, fault)
+        if row.value_of is not None:
+            value = _line_value(analysis, fault, row.value_of, order)
+        if value is not None:
+            found[row.name_of(fault)] = value
     return found
 
 
