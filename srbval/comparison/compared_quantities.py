@@ -85,7 +85,7 @@ def _line_value(analysis: Analysis, fault: Fault, value_of: ValueOfOrder, order:
 
 
 def harmonic_level(number: int) -> QuantityReader:
-    """Return a function that reads the level of a line's harmonic `number` relative to the first harmonic [dB]."""
+    """Return a function that reads the level of a line's harmonic `number` relative to its first harmonic [dB]."""
     return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
 
 

@@ -60,7 +60,7 @@ def published_speeds() -> PublishedSpeeds:
 def published_rows(
     printed: Mapping[Fault, Published], paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]
 ) -> Iterator[Row]:
-    """Compare our `runs` at the paper's speed (analyses: `paper`) with the `printed` Table 6 for each race defect.
+    """Compare our `runs` at the paper's speed, analysed in `paper`, with the `printed` Table 6 for each race defect.
 
     The paper states no uncertainty and no measured speed for its rig values, so the verdict is ``insufficient data``.
     """

@@ -72,7 +72,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Level [dB re 1 m/s2] in each band of the record's power minus, if given, the power of the `healthy` record."""
+    """Level [dB re 1 m/s2] of the power in each band after the power of a `healthy` record, if given, is subtracted."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():
@@ -84,7 +84,7 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitu
 
 
 def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
-    """Level [dB re 1 m/s2] in each third octave of the power of `recording` plus, if given, the power of `added`."""
+    """Level [dB re 1 m/s2] of the power in each third octave after the power of `added`, if given, is added."""
     found = {}
     powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
     for name, (low, high) in LEVEL_BANDS.items():

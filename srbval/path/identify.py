@@ -189,7 +189,7 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of the bands used, and the power in each that repeats with the fault, minus a `healthy` record's."""
+    """Edges of bands, and the power in each that repeats with the fault, minus that of a `healthy` record if given."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit (and --scale).")
@@ -210,7 +210,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Level of a run's power that repeats at shaft order `order`, in each wide enough band [dB re 1 m/s2]."""
+    """Level of a run's power that repeats at shaft order `order`, by band [dB re 1 m/s2]; narrow bands are omitted."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "

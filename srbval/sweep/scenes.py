@@ -44,7 +44,10 @@ def bench_scene(
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
-    """Copy a scene; it settles for `settle` roller passages of 1 / BPFO and records `passages`, at least `least_s`."""
+    """Copy a scene with its times in roller passages, 1 / BPFO each: settling time `settle`, duration `passages`.
+
+    The duration is at least `least_s` seconds.
+    """
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
     seconds, settle_s = (
         math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ

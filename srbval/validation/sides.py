@@ -204,10 +204,11 @@ def pair_files(
 
 
 def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
-    """Replace a pair with all registered records by a pair for each speed, load and state; other pairs stay unchanged.
+    """Split a pair whose measured side is all registered records into pairs of one speed, load and state each.
 
-    If several records have the same speed, load and state, the longest is used. The healthy record of each speed and
-    load comes first and gets no simulated side. A record that was never opened before is marked ``blind``.
+    Other pairs are returned unchanged. If several records have the same speed, load and state, the longest is used. The
+    healthy record of each speed and load comes first and gets no simulated side. A record that was never opened before
+    is marked ``blind``.
     """
     source = pair.measured
     if source is None or source.registered is None:
