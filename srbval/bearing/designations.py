@@ -45,9 +45,9 @@ class Designation(NamedTuple):
 
     @property
     def alike(self) -> tuple[tuple[str, str, str], ...]:
-        """Designations with the same fault orders, as (type, number, mark), in the order in which they are preferred.
+        """Designations that may be looked up instead of this one, as (type, number, mark), the most similar first.
 
-        Cylindrical roller bearings N, NJ, NU and NUP of one size are alike, with and without reinforced design E.
+        Cylindrical roller bearings N, NJ, NU and NUP of one size have the same rollers; design E is the last choice.
         """
         if self.kind not in CYLINDRICAL:
             return (self[1:],)
