@@ -34,6 +34,7 @@ def test_no_more_cores_than_a_quota_pays_for(call, groups, files, cores, tmp_pat
 
 
 WITHOUT = """
+import asyncio  # newer versions ask `os.sysconf` when imported, because sockets here have `sendmsg`, unlike on Windows
 import io, os, select, signal, sys
 
 groups = "fork forkpty getloadavg getpgrp killpg sched_getaffinity sysconf"
