@@ -8,6 +8,7 @@ from scipy.io import savemat
 
 from srbval.errors import DataError
 from srbval.recordings import load_recording
+from srbval.recordings.loaders import text as text_loader
 from srbval.recordings.loaders.text import load_text
 from srbval.recordings.manifest import FileStatus
 from srbval.recordings.registry import add
@@ -65,6 +66,40 @@ COMMAS = [
 ]
 
 
+@pytest.fixture(params=[text_loader.END_BYTES, 300])
+def ends(request, monkeypatch):
+    """Every line is examined, or only those of 300 bytes at both ends, as of a long text."""
+    monkeypatch.setattr(text_loader, "END_BYTES", request.param)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize(
+    "lines",
+    [
+        TABLE,
+        ["# fs_hz = 1000", "a [g],b [g]", *TABLE, "# end"],
+        ["a;b", *SEMICOLONS],
+        ["time\ta", *(f"{i / 1000}\t{a:.3e}" for i, a in enumerate(X))],
+        [f"  {a:+}   {i}" for i, a in enumerate(X)],
+        [f"{a}, {b} ," for a, b in zip(X, Y, strict=True)],
+        [f"{a}" for a in X],
+    ],
+)
+def test_a_long_table_of_plain_numbers_is_converted_in_blocks(tmp_path, monkeypatch, lines, end):
+    expected = read(tmp_path, end.join([*lines, ""]))
+    whole = load_text(tmp_path / "table.csv")
+    for name, value in {"END_BYTES": 300, "BLOCK_BYTES": 1000, "LARGEST_TEXT": 1000}.items():
+        monkeypatch.setattr(text_loader, name, value)
+    if lines[-1].endswith(","):  # an empty field at the end of each line: each line is examined
+        with pytest.raises(DataError, match="not a regular table of plain numbers"):
+            load_text(tmp_path / "table.csv")
+        return
+    found = load_text(tmp_path / "table.csv")
+    np.testing.assert_array_equal(list(found.variables.values()), list(expected.values()))
+    assert vars(found) | {"variables": {}} == vars(whole) | {"variables": {}}
+
+
+@pytest.mark.usefixtures("ends")
 @pytest.mark.parametrize(("lines", "said"), REFUSED + COMMAS)
 def test_what_is_refused(tmp_path, lines, said):
     with pytest.raises(DataError, match=said):
@@ -74,6 +109,7 @@ def test_what_is_refused(tmp_path, lines, said):
     assert damaged or any("not finite" in note for note in load_text(tmp_path / "table.csv").unusable.values())
 
 
+@pytest.mark.usefixtures("ends")
 @pytest.mark.parametrize(
     "lines",
     [

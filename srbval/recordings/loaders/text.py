@@ -1,8 +1,11 @@
 """Loader for text tables, with or without lines above the table, column names, units, times and columns of text."""
 
 import codecs
+import contextlib
 import csv
+import io
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +18,9 @@ from srbval.recordings.times import is_rising, is_time, parse_time_stamps, read_
 from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
 MAX_TEXT_COLUMNS = 1024
-LARGEST_TEXT = 500 * 10**6  # bytes
+LARGEST_TEXT = 500 * 10**6  # bytes, if every line is examined
+END_BYTES = 2**18  # of a long text of plain numbers, only this much at both ends is examined line by line
+BLOCK_BYTES = 2**24  # of a long text that are converted at once
 FEW_ROWS, MANY_FIELDS = 64, 256  # if a table has fewer rows and more fields, each row is a channel
 TRIED_ROWS = 25  # rows by which the kind of each column is decided
 HEADER_LINES = 4  # lines above the table that may contain names and units
@@ -34,6 +39,7 @@ _STAMP = re.compile(r"(\d)[ \t]+(\d{1,2}:\d\d:\d\d\S*)(?:[ \t]+([AaPp][Mm]\b))?"
 _WITHIN = re.compile(r"[^,]+|[+-]?\d+,\d+(?:[eE][+-]?\d+)?|[\d:T.-]+:\d\d,\d+Z?", re.ASCII)  # a comma within the field
 _NO_THOUSANDS = re.compile(r"(?<!\d)0,\d|,\d{1,2}(?!\d)|,\d{4}")
 _SPLIT_DECIMAL = re.compile(r"[+-]?0\d+")
+_AMBIGUOUS = re.compile(rb"(?<![\d.eE+-])(?:[+-]?0\d|-0(?![.\d]))")  # fields that `_has_decimal_commas` may refuse
 # Texts that are no tables, by their beginnings, with advice.
 OTHER_TEXTS = {
     r"version https://git-lfs": "a Git LFS pointer, not the data. Fetch the data: git lfs pull",
@@ -66,7 +72,32 @@ def load_text(path: Path) -> RawFile:
     `RawFile.unusable`. Each row is a channel in a table of at most `FEW_ROWS` rows and at least `MANY_FIELDS` columns.
     Raises `DataError` if rows differ in layout.
     """
-    lines, notes = _read_lines(path)
+    size = path.stat().st_size
+    if size > 4 * END_BYTES:
+        with path.open("rb") as stream:
+            head = stream.read(END_BYTES)
+            stream.seek(size - END_BYTES)
+            tail = stream.read()
+        begin, end = head.rfind(b"\n") + 1, tail.find(b"\n") + 1
+        if begin and end and not head.startswith(UTF16):
+            middle = _read_blocks(path, begin, size - END_BYTES + end)
+            with contextlib.suppress(DataError, ValueError):  # irregular: each line is examined below
+                return _load_lines(path, head[:begin] + tail[end:], head.count(b"\n"), middle)
+    if size > LARGEST_TEXT:
+        raise DataError(
+            f"{path}: a text file of {size / 1e6:.0f} MB that is not a regular table of plain numbers; the limit is then "
+            f"{LARGEST_TEXT / 1e6:g} MB, as reading takes 40 times the size in memory. Export it as .npy, .wav, HDF5, "
+            "TDMS or Parquet, or in parts."
+        )
+    return _load_lines(path, path.read_bytes())
+
+
+def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes] | None = None) -> RawFile:
+    """Read a table from the `content` of a file, from which the lines in `middle` were cut, after `cut` lines.
+
+    Raises `ValueError` if `middle` is not rows of finite numbers of the same layout.
+    """
+    lines, notes = _read_lines(path, content)
     table = _find_table(path, lines)
     above = lines[: table.lines[0]]
     if len(table.kinds) >= MANY_FIELDS and len(table.rows) <= FEW_ROWS:
@@ -80,6 +111,11 @@ def load_text(path: Path) -> RawFile:
         names, units, used = _header(path, above, table)
         columns, kinds = [list(column) for column in zip(*table.rows, strict=True)], table.kinds
     comma = _has_decimal_commas(path, columns, kinds, table)
+    cut_row, cut_out = 0, list[NDArray[np.float64]]()
+    if middle is not None:
+        cut_row, cut_out = table.lines.index(cut), [_read_regular(block, table, comma=comma) for block in middle]
+        if table.lines[cut_row - 1] != cut - 1:
+            raise ValueError("the lines at the cut are not rows of one table")
     names = names or [""] * len(columns)
     variables: dict[str, ArrayOrText] = {}
     said: dict[str, str] = {}
@@ -96,6 +132,7 @@ def load_text(path: Path) -> RawFile:
             values, said[key] = np.full(len(fields), np.nan) if times is None else times, "s"
         elif kinds[i] in "ne" and not np.isnan(values := _parse_numbers(fields, comma=comma)).all():
             wrong = _describe_non_finite(key, fields, values, table.lines)
+            values = np.concatenate([values[:cut_row], *(block[:, i] for block in cut_out), values[cut_row:]])
         else:
             left += [printable(name)] if name and kinds[i] != "d" else []
             continue
@@ -104,6 +141,8 @@ def load_text(path: Path) -> RawFile:
         variables[key] = values
         said |= {key: units[i]} if key not in said and any(map(str.isalpha, "".join(units[i : i + 1]))) else {}
         unusable |= {key: wrong} if wrong else {}
+    if unusable and middle is not None:
+        raise ValueError("the line numbers in these messages do not count the lines cut out")
     notes += ("decimal commas read as decimal points",) if comma else ()
     notes += (f"left out, no numbers: {', '.join(left)[:MAX_TEXT_COLUMNS]}",) if left else ()
     below = sum(bool(line.strip("# ")) for line in lines[table.lines[-1] + 1 :])
@@ -122,14 +161,34 @@ def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64
     return f"{bad.size} line(s) with a field that is not finite ({field!r}) {where}. Export the record again."
 
 
-def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
-    """Lines of the file without surrounding blanks, and a note if the last one does not end with a line break."""
-    if (size := path.stat().st_size) > LARGEST_TEXT:
-        raise DataError(
-            f"{path}: a text file of {size / 1e6:.0f} MB; the limit is {LARGEST_TEXT / 1e6:g} MB, as reading "
-            "takes 40 times the size in memory. Export it as .npy, .wav, HDF5, TDMS or Parquet, or in parts."
-        )
-    content = path.read_bytes()
+def _read_blocks(path: Path, begin: int, end: int) -> Iterator[bytes]:
+    """Read the bytes from `begin` to `end`, whole lines of a text, in blocks of whole lines."""
+    with path.open("rb") as stream:
+        stream.seek(begin)
+        while (left := end - stream.tell()) > 0:
+            yield stream.read(min(left, BLOCK_BYTES)) + (stream.readline() if left > BLOCK_BYTES else b"")
+
+
+def _read_regular(block: bytes, table: TableLayout, *, comma: bool) -> NDArray[np.float64]:
+    """Convert lines without examining each of them; `ValueError` unless all are rows of finite numbers as in `table`.
+
+    Returns an array [rows, columns]. Only characters of numbers, and separators, may occur: nothing that needs more
+    attention, such as comments, quotes, times, missing values or thousands separators, is overlooked.
+    """
+    allowed = b"0123456789+-eE\r\n " + (b"," if comma else b".") + (table.separator or " \t").encode()
+    if set(table.kinds) != {"n"} or block.translate(None, allowed):
+        raise ValueError("not only numbers")
+    if table.separator == "," and _AMBIGUOUS.search(block):
+        raise ValueError("perhaps decimal commas")
+    text = io.BytesIO(block.replace(b",", b".") if comma else block)
+    numbers = np.loadtxt(text, np.float64, comments=None, delimiter=table.separator, ndmin=2)
+    if numbers.shape != (block.count(b"\n"), len(table.kinds)) or not np.isfinite(numbers).all():
+        raise ValueError("not a finite number in each field")
+    return numbers
+
+
+def _read_lines(path: Path, content: bytes) -> tuple[list[str], tuple[str, ...]]:
+    """Lines of the text without surrounding blanks, and a note if the last one does not end with a line break."""
     try:
         text = content.decode("utf-16" if content.startswith(UTF16) else "utf-8-sig")
     except UnicodeError as error:
