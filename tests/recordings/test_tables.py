@@ -91,7 +91,7 @@ def test_a_long_table_of_plain_numbers_is_converted_in_blocks(tmp_path, monkeypa
     for name, value in {"END_BYTES": 300, "BLOCK_BYTES": 1000, "LARGEST_TEXT": 1000}.items():
         monkeypatch.setattr(text_loader, name, value)
     if lines[-1].endswith(","):  # an empty field at the end of each line: each line is examined
-        with pytest.raises(DataError, match="not a regular table of plain numbers"):
+        with pytest.raises(DataError, match="no regular table of plain numbers"):
             load_text(tmp_path / "table.csv")
         return
     found = load_text(tmp_path / "table.csv")

@@ -85,7 +85,7 @@ def load_text(path: Path) -> RawFile:
                 return _load_lines(path, head[:begin] + tail[end:], head.count(b"\n"), middle)
     if size > LARGEST_TEXT:
         raise DataError(
-            f"{path}: a text file of {size / 1e6:.0f} MB that is not a regular table of plain numbers; the limit is then "
+            f"{path}: a text file of {size / 1e6:.0f} MB that is no regular table of plain numbers; the limit is then "
             f"{LARGEST_TEXT / 1e6:g} MB, as reading takes 40 times the size in memory. Export it as .npy, .wav, HDF5, "
             "TDMS or Parquet, or in parts."
         )
