@@ -145,10 +145,10 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten the ring's `step` until the ring does not go far beyond the place where the force along the step is zero.
+    """Shorten the ring's `step` until the force at its end, if reversed, is at most `OVERSHOOT` times `ring_n`.
 
-    The reversed force there may be `OVERSHOOT` times the force at the start of the step, `ring_n`. Returns ring
-    position and balanced slides [m], and the force on the ring [N].
+    `ring_n`: force on the ring at the start of the step. Returns ring position and balanced slides [m], and the force
+    on the ring [N].
     """
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
@@ -208,7 +208,7 @@ def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatAr
 
 
 def _falling_root(f: Callable[[FloatArray], FloatArray], guess: FloatArray, share: float) -> FloatArray:
-    """Find the zero of each component of the decreasing function `f` by bisection, at most `share` from the guess.
+    """Find the zero of each component of the decreasing function `f` by bisection, within `guess` (1 +- `share`).
 
     A component without a zero gets the median of the others' zeros, or the guess if none has a zero.
     """

@@ -52,7 +52,7 @@ UNDER_ROLLER = np.zeros(())  # distance of a defect's middle from a roller [m]
 
 
 class DefectOnCircle(NamedTuple):
-    """Defect on one contact circle (0 to 2) of a race (0 outer, 1 inner), as a `piece` of the race that is raised.
+    """Defect on a contact circle (0 to 2) of a race (0 outer, 1 inner): `piece` of the race, raised or sunk.
 
     `reach_m`: largest distance between roller and defect, along the race, at which they touch; `race_radius_m`: radius
     of the circle; `middle_m`: distances from the roller to the middle of the defect, an array of any shape.
