@@ -79,7 +79,8 @@ def run_verify_command(options: argparse.Namespace) -> int:
     lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
     if found["damaged"]:
         lines.append("To repair it, repeat srbval campaign run: cases with damaged results are run again.")
-    return print_result(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED_CODE)
+    code, status = (DONE, "ok") if found["ok"] else (DAMAGED_CODE, "damaged")
+    return print_result(options, found, "\n".join(lines), code=code, status=status)
 
 
 def _count_statuses(found: Mapping[str, Any]) -> str:

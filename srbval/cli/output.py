@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.errors import DataError, SrbvalError
+from srbval.errors import DataError, NumericsError, SrbvalError
 from srbval.progress.tables import text_table
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import import_library
@@ -17,7 +17,7 @@ from srbval.storage.json_files import json_text, to_json
 
 WIDTH = 99  # characters per line of text output
 OUTPUT_SCHEMA_VERSION = 1
-STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "damaged"}  # status by exit code
+STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "incomplete", NumericsError.exit_code: "run failed"}
 
 
 def print_result(

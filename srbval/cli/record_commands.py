@@ -96,8 +96,7 @@ def run_features_command(options: argparse.Namespace) -> int:
     for row in failed:
         print(f"srbval: not read: {row['file']}: {row['reason']}", file=sys.stderr)
     text = f"{len(rows)} records, {len(failed)} of them not read; {len(table.columns)} columns: {path}"
-    code, status = (DataError.exit_code, "incomplete") if failed else (0, "")
-    return print_result(options, {"features": rows, "file": path}, text, code=code, status=status)
+    return print_result(options, {"features": rows, "file": path}, text, code=DataError.exit_code if failed else 0)
 
 
 def _run_one(options: argparse.Namespace) -> int:
@@ -172,7 +171,7 @@ def _run_many(options: argparse.Namespace) -> int:
     code = report_failed(failed, other)
     document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
     tables = {"records": rows, "failed": failed}
-    return print_result(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
+    return print_result(options, document, show, code=code, tables=tables)
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
@@ -290,8 +289,7 @@ def run_trend_command(options: argparse.Namespace) -> int:
         write_trend(found, Path(options.plot), command=own_command())
     code = report_failed(failed, other)
     document: dict[str, Any] = {"trend": found, "failed": failed, "left_out": other}
-    status, tables = "incomplete" if failed else "", {"trend": found.rows()}
-    return print_result(options, document, lambda: _print_trend(found), code=code, status=status, tables=tables)
+    return print_result(options, document, lambda: _print_trend(found), code=code, tables={"trend": found.rows()})
 
 
 def _print_trend(trend: Trend) -> None:

@@ -229,6 +229,14 @@ def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, mo
     assert said["verdicts"][0]["verdict"] == verdict
 
 
+def test_a_model_of_ones_own_that_fails_ends_a_comparison_with_4(tmp_path, srbval_json):
+    (tmp_path / "model.py").write_text("def fails(scene):\n    raise RuntimeError('no luck')\n")
+    command = ["validate", "--measured", "OR_877rpm_sample.h5", "--model", f"{tmp_path / 'model.py'}:fails", "--no-pdf"]
+    found = srbval_json(*command, "-o", tmp_path / "out", code=4)
+    assert (found["status"], len(found["pairs"])) == ("run failed", 1)
+    assert "no luck" in found["pairs"][0]["problem"]
+
+
 REPORTED = shlex.split("--bearing b.toml --rpm 1500 --fs 10000 --unit g --band 1000 3000 --no-pdf")
 
 
