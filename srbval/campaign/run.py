@@ -30,7 +30,7 @@ from srbval.models.run import USABLE, RunStatus, works
 from srbval.progress import Progress, silent
 from srbval.recordings.manifest import CAMPAIGN_JSON, RESULTS_FOLDER
 from srbval.storage.files import atomic_write, remove_unfinished
-from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
+from srbval.storage.hdf5_files import FOOTER_BYTES, append_checksum, checked_summary
 from srbval.storage.json_files import parse_json, to_json
 from srbval.storage.tables import build, number_and_unit
 
@@ -166,7 +166,7 @@ def read_campaign_table(folder: Path) -> CampaignTable:
     try:
         if not file.is_file() or checked_summary(file) is None:
             raise ValueError("it has no checksum")
-        return replace(build(CampaignTable, parse_json(file.read_bytes()[:-END_BYTES]), "table"), folder=folder)
+        return replace(build(CampaignTable, parse_json(file.read_bytes()[:-FOOTER_BYTES]), "table"), folder=folder)
     except (OSError, ValueError, SrbvalError) as error:
         why = str(error).removeprefix(f"{file}: ")
         raise DataError(f"{file}: damaged ({why}). To repair it and keep the results: {again}") from None

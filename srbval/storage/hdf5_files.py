@@ -19,8 +19,7 @@ from srbval.storage.files import atomic_write, check_suffix
 CHECKSUM = "srbval_checksum"  # attribute of HDF5 files with a checksum
 SUMMARY_FOOTER = b"\nsrbval summary %07d sha256 "  # with the length of the summary [bytes]; the digest and \n follow
 END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
-END_BYTES = len(SUMMARY_FOOTER % 0) + 65
-BLOCK_BYTES = 2**20
+FOOTER_BYTES = len(SUMMARY_FOOTER % 0) + 65
 HDF5_SCHEMA_VERSION = 1
 HDF5 = "HDF5", (".h5", ".hdf5", ".nc")  # with its suffixes
 ATTRIBUTES: dict[str, Any] = {
@@ -95,13 +94,13 @@ def checked_summary(path: Path) -> bytes | None:
     """Verify a file by its checksum and return its summary, None without checksum; `DataError` if it is damaged."""
     with path.open("rb") as stream:
         size = stream.seek(0, os.SEEK_END)
-        stream.seek(max(0, size - END_BYTES))
-        found = END.fullmatch(stream.read(END_BYTES))
+        stream.seek(max(0, size - FOOTER_BYTES))
+        found = END.fullmatch(stream.read(FOOTER_BYTES))
         if found is None:
             return None
         stream.seek(0)
         digest, left = hashlib.sha256(), size - 65
-        while left and (block := stream.read(min(left, BLOCK_BYTES))):
+        while left and (block := stream.read(min(left, 2**20))):
             digest.update(block)
             left -= len(block)
         if left or digest.hexdigest().encode() != found[2]:
@@ -110,5 +109,5 @@ def checked_summary(path: Path) -> bytes | None:
                 "or compute it again."
             )
         length = int(found[1])
-        stream.seek(max(0, size - END_BYTES - length))
+        stream.seek(max(0, size - FOOTER_BYTES - length))
         return stream.read(length)

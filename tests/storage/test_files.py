@@ -19,7 +19,7 @@ import srbval
 from srbval import DataError, load_recording
 from srbval.bearing import Fault
 from srbval.storage.files import atomic_write, remove_unfinished
-from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
+from srbval.storage.hdf5_files import FOOTER_BYTES, append_checksum, checked_summary
 from srbval.storage.installation import child_environment, shipped_folder
 from srbval.storage.json_files import json_text, parse_json, to_json
 from tests.recordings.synthetic_record import write_synthetic_record
@@ -113,7 +113,7 @@ def test_every_byte_counts(tmp_path):
         path.write_bytes(raw)
         with contextlib.suppress(DataError):
             assert checked_summary(path) is None  # the mark itself is hit
-            assert at // 8 >= len(whole) - END_BYTES
+            assert at // 8 >= len(whole) - FOOTER_BYTES
     for size in range(len(whole)):
         path.write_bytes(whole[:size])
         assert checked_summary(path) is None
