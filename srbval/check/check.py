@@ -5,8 +5,8 @@ function that runs the part on bundled scenes or shipped recordings and returns 
 parts are the program's fingerprint. They are compared within a tolerance with the file ``reports/fingerprint.json``,
 see `srbval.storage.stored_result`. A changed constant of a model changes the fingerprint, a renamed function does not.
 
-If rollers are so thin that the bearing has its radial play, unloaded rollers rattle, and a small change of the motion
-doubles every 2 ms. Simulations with such rollers last only 12 ms, so that rounding errors stay below the tolerance.
+If the rollers leave a radial play in the bearing, unloaded rollers rattle, and a small change of the motion doubles
+every 2 ms. Simulations with such rollers last only 12 ms, so that rounding errors stay below the tolerance.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
-    """Compute the named numbers that characterise each program part (default: of all parts); this takes about 20 s."""
+    """Compute the numbers of the fingerprint of `parts` (default: all), by program part and name; takes about 20 s."""
     names, found = parts or tuple(PROBES), dict[str, ProbeOutputs]()
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
         for name, values in zip(names, pool.map(lambda name: PROBES[name](), names), strict=True):
@@ -73,9 +73,9 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 def _probe_scenes(
     model: str, base: str, *, fits: Iterable[str] = ("play",), states: Iterable[Fault] = STATES, **changes: Any
 ) -> Iterator[tuple[str, Scene]]:
-    """Yield short scenes for `model`, by name: the bundled scene `base`, for each roller diameter (`fits`) and state.
+    """Yield names and short variants of the bundled scene `base`, one for each roller fit and bearing state.
 
-    `changes` are further changes of the scene, by key.
+    `fits` are rules for the roller diameter (see `RollerFit`); `changes` are further changes of the scene, by key.
     """
     for fit, state in itertools.product(fits, states):
         own = {"model": model, "duration_s": RATTLING_S if fit == "play" else SMOOTH_S, "settle_s": 0.0}
@@ -103,7 +103,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
 
 
 def _probe_model(model: str, base: str, *, step: Step = Step.UNCHECKED, **options: Any) -> ProbeOutputs:
-    """Simulate the scenes of `_probe_scenes`, called with `options`; return the results by scene and quantity."""
+    """Simulate all scenes that `_probe_scenes` yields for these arguments; return the numbers that are compared."""
     return {
         f"{name}{SEPARATOR}{quantity}": value
         for name, scene in _probe_scenes(model, base, **options)
@@ -123,7 +123,7 @@ def _probe_full() -> ProbeOutputs:
 
 
 def _probe_slices() -> ProbeOutputs:
-    """Compute regression-check numbers of the slices model, in the scene `rig` at its own speed and at 340 rpm."""
+    """Compute regression-check numbers of the model `slices` in the scene `rig`, at its given speed and at 340 rpm."""
     values = _probe_model("slices", "rig", states=(Fault.OUTER,), shaft_speed_rad_s=340 * math.pi / 30)
     return _probe_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
 
@@ -179,7 +179,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute for the regression check cage ratios of shipped recordings, and checksums of files with input ranges."""
+    """Compute for the regression check cage ratios of recordings, and checksums of two files on model uncertainty."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -263,12 +263,12 @@ def reference_path() -> Path:
 
 
 def write_reference(now: Fingerprint) -> None:
-    """Replace the reference fingerprint by `now`; refuses a cage ratio that is not finite (`ConfigurationError`)."""
+    """Replace the reference fingerprint by `now`; raises `ConfigurationError` if a cage ratio in it is not finite."""
     for part, values in now.items():
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):
                 what = f"{name} of part {part} is {value}, not a finite number"
-                raise ConfigurationError(f"reference of the regression check not replaced: its new value {what}.")
+                raise ConfigurationError(f"reference of the regression check not replaced: {what}.")
     origin = stored_result.REFERENCE_ORIGIN | {"srbval": __version__, "git_revision": git_revision()}
     write_json(reference_path(), origin | {"parts": now})
     reference_fingerprint.cache_clear()

@@ -124,7 +124,7 @@ def offered() -> str:
 
 
 def fill_in(_app: Any, page: str, source: list[str]) -> None:
-    """Insert generated parts into the `source` of a documentation page: reference, notebook, pictures of examples."""
+    """Insert generated parts into the `source` of a documentation page: reference, notebook, and examples' pictures."""
     folder, _, name = page.partition("/")
     if folder in ("api", "guide"):
         makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
@@ -136,7 +136,10 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """Run example code (`kind`: python or sh) in a folder with the shipped recordings; return its picture as HTML."""
+    """Run example code in a folder with the shipped recordings; return the picture `file` that it draws as HTML.
+
+    `kind` is the code's language (python or sh), `alt` the alternative text of the picture.
+    """
     import matplotlib
 
     from srbval.cli import run_command_line
@@ -192,7 +195,7 @@ def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def scene_keys() -> str:
-    """List the keys of a scene file by table, each with its type and its value in the shipped scene `paper`."""
+    """List the keys of each table of a scene file, with their types and their values in the bundled scene `paper`."""
     from srbval.scene import Scene, scene_table
 
     return "\n\n".join(_keys_of(Scene, "", scene_table("paper")))
@@ -239,7 +242,7 @@ def table(titles: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
 
 
 def mathml(formula: str, *, as_block: bool = False) -> str:
-    """Convert a LaTeX formula to MathML; fractions of two digits, such as ``frac32``, get the braces Docutils needs."""
+    """Convert a LaTeX formula to MathML; ``frac32`` is rewritten as ``frac{3}{2}``, as the converter requires."""
     from docutils.utils.math.latex2mathml import tex2mathml
 
     return str(tex2mathml(re.sub(r"frac\s*(\d)(\d)", r"frac{\1}{\2}", formula), as_block=as_block))
@@ -269,7 +272,7 @@ def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any,
 
 
 def setup(app: Any) -> None:
-    """Register the extensions of this file; called by Sphinx."""
+    """Register functions of this file in Sphinx, which calls `setup`."""
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("source-read", fill_in)
     app.connect("autodoc-process-docstring", bars_are_text)

@@ -1,1 +1,1 @@
-"""Reports: sections, tables and figures as data, made from results, and renderers to HTML and PDF."""
+"""Reports: their sections, tables and figures as data, and renderers that write them as HTML and PDF."""

@@ -152,7 +152,7 @@ class Prose:
 
 
 class _Fill(Formatter):
-    """Formatter that raises ValueError for missing values, formats numbers like a table, escapes markup (``!l``)."""
+    """Formatter that raises ValueError for missing values, formats numbers as tables do, escapes markup (``!l``)."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if value is None or (isinstance(value, float) and not math.isfinite(value)):

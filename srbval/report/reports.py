@@ -151,9 +151,9 @@ def trend(
 ) -> Trend:
     """Compute the trend of the records of one machine: files, folders, recordings or runs, sorted by time.
 
-    `times` is a file with the records' times (see `record_times`); without it, results of a campaign are sorted by
-    case. For `baseline`, `machine_class` and `zones_mm_s` see `trend_of`. `options` are fields of `RecordRequest` and
-    `RecordingSettings`. Files that cannot be read cause a warning.
+    `times` is a file with the records' times (see `record_times`); without it, the runs of a simulation campaign
+    are sorted by case number. For `baseline`, `machine_class` and `zones_mm_s` see `trend_of`. `options` are fields
+    of `RecordRequest` and `RecordingSettings`. Files that cannot be read cause a warning.
     """
     cases = {} if times else case_numbers(sources)
     requests = requests_for(list(cases) or sources, replace(build_request(options), one_band=True))  # compares levels

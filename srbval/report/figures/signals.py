@@ -97,7 +97,7 @@ def draw_spectrum(
 ) -> PanelData:
     """Draw an envelope spectrum onto `axes` or a new figure; if `brief`, in half the width and without a legend.
 
-    The amplitude axis ends at `top`, by default far enough above the highest value for the names of lines.
+    The amplitude axis ends at `top`, by default so far above the highest value that the lines' names fit.
     """
     record, healthy, end_hz = view.record, view.healthy, view.end_hz
     axes = axes or new_axes(NARROW_PANEL_INCHES if brief else WIDE)

@@ -77,8 +77,8 @@ def compared_rows(
 ) -> dict[str, Any]:
     """Compute the content of ``report.json``, without provenance and studies, from the runs and analyses in `found`.
 
-    `models` are analysed runs at the speeds of the rig's recordings, `readings` the cage ratios measured on the rig,
-    `registered` the recordings that the figures show.
+    `cases` are all simulated cases, `models` analysed runs at the speeds of the rig's recordings, `readings` cage
+    ratios measured on the rig, `register` lists all known recordings, `registered` are those that the figures show.
     """
     printed, bearing, runs = table6(), found.bearing, found.runs
     every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
@@ -144,7 +144,7 @@ def rig_scene_line(fault: Fault, analysis: Analysis, stored: Mapping[str, Any]) 
 
 
 def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row]) -> Iterator[Row]:
-    """Judge if figures of model and rig are alike: by kurtosis, `levels` of lines, and power near the fault's line."""
+    """Judge if figures of model and rig are alike: by kurtosis, `levels` of lines, and power near the fault line."""
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.analysis.processed.filtered for one in views)
     model, rig = (kurtosis(signal - signal.mean()) for signal in filtered)
@@ -159,13 +159,13 @@ def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Judge if model and rig are alike in a quantity; if `unit` is not dB, the limit is a share of the rig's value."""
+    """Judge if model and rig differ by less than a limit: some dB if `unit` is dB, else a share of the rig's value."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
 def near_cage_rows(judged: Iterable[Row], ratios: Iterable[Row], change: Row) -> list[Row]:
-    """List the rig's cage ratios and their `change` with speed, with the model's errors in both scenes (`judged`)."""
+    """List the rig's cage ratios (`ratios`) and their `change` with speed, each with the model's errors (`judged`)."""
     rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
@@ -212,7 +212,7 @@ def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
 
 
 def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterator[Row]:
-    """Compute the deviation [%] from pure rolling of each BPFO or BPFI in `comparisons`; `pairs` give speed sources."""
+    """List each measured BPFO or BPFI: its deviation [%] from pure rolling, and the speed's source (from `pairs`)."""
     speed_source = {one["pair"]: one["measured_facts"]["shaft_from"] for one in pairs}
     for row in comparisons:
         if row["kind"] == RACE_LINE.kind and row["rig_present"]:
@@ -230,7 +230,7 @@ def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """List cage ratios by speed: of the rig's records, their mean, the model in each scene (`stored`), pure rolling."""
+    """List cage ratios by speed: rig (`readings`, `means`), model by scene (`stored`), pure rolling (`kinematic`)."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
@@ -249,7 +249,7 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
 
 
 def trend_row(means: CageMeans, judged: Iterable[Row]) -> Row:
-    """Compute the cage ratio's change [%] from fastest to slowest speed: of the rig (`means`), the model (`judged`)."""
+    """Compute the cage ratio's change [%] from fastest to slowest speed, for rig (`means`) and model (`judged`)."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in judged if (one["scene"], one["endpoint"]) == ("rig", name)), None)

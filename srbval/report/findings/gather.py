@@ -101,7 +101,7 @@ def gather(
 
 
 def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
-    """Raise `DataError` if a bearing state of the paper is not in `found`; it lists the `failed` pairs and reasons."""
+    """Raise `DataError` if a bearing state of the paper is not in `found`; its message lists the `failed` pairs."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
         raise DataError(
@@ -111,7 +111,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 
 
 def select_simulated(registered: Iterable[RegisteredRecording], stored: Mapping[str, Any]) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load, and at the speeds of the runs (if any) in the stored result ``inputs``."""
+    """Select recordings at the paper's load and the speeds of the runs in `stored` (all speeds, if it has none)."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     return [one for one in select_at_paper_load(registered) if not speeds or one.nominal_rpm in speeds]
 

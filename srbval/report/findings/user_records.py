@@ -36,7 +36,7 @@ MAX_BAND_SHARE_OF_RATE = 0.45  # upper end of the model's band, as a share of th
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelSide:
-    """Run of the model at a record's speed, with a defect of the part `state`, and the run's arrays for figures.
+    """Run of the model at a record's speed in the bearing state `state`, and the run's arrays for figures.
 
     `open_cage` is the relative 95 % half width of the model's cage speed, due to unknown contact angle and slip; it is
     0 for a spherical roller bearing of known geometry. `stated_load` is false if the record states no load; then the
@@ -91,7 +91,7 @@ class UserRecord(RecordReading):
 
 
 def summary_rows(records: Iterable[UserRecord | Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the rows of analysed recordings, or of their JSON documents, in the report's table of all recordings."""
+    """Return one row for each analysed recording (or its JSON document), for the report's table of all recordings."""
     return [summary_of(to_json(record)) for record in records]
 
 
@@ -141,7 +141,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """Run the model with a defect of `part` for a measured record of a known bearing, else None; text if it failed."""
+    """Run the model for a measured record of a known bearing; None for other records, a text if the run failed."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None

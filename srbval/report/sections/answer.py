@@ -77,7 +77,7 @@ def finding_sentence(judged: Sequence[ReportRow]) -> str:
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Name a speed at which cage ratios are compared, or a change between speeds: "the ratio at 353 rpm"."""
+    """Put a speed, or a change between two speeds, in words: "353 rpm" becomes "the ratio at 353 rpm"."""
     later, less, first = endpoint.partition(" less ")
     if less and first.endswith("rpm"):
         return f"the change of the ratio from {first.removesuffix(' rpm')} to {later} rpm"
@@ -85,7 +85,7 @@ def endpoint_words(endpoint: str) -> str:
 
 
 def near_sentence(data: ReportRow) -> str:
-    """State the model's errors: BPFO and BPFI at the rig's measured speed, and the cage speed in the scene `rig`."""
+    """State the model's errors: in BPFO and BPFI at the rig's measured speed, and in cage speed in the scene `rig`."""
     rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
@@ -173,7 +173,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """Name the records to which levels were fitted and those unknown before they were compared; count the others."""
+    """Name the records used to fit model levels, and those unknown until compared with the model; count the rest."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -91,7 +91,7 @@ def figures_section(findings: Findings) -> Section:
 
 
 def _spectrum(records: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
-    """Prepare the envelope spectrum of the record in `state` with its fault's harmonics, and the healthy spectrum."""
+    """Prepare the envelope spectra of the record in `state` (harmonics of its fault marked) and the healthy record."""
     record, line = records[state], state.line
     cursors = fault_cursors(record, record.analysis.line(line), SPECTRUM_HZ, 2) if line else ()
     found = tuple((hz, height) for name, hz, height in record.peaks if line and name.startswith(line))

@@ -47,7 +47,7 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """Answer if BPFO + BPFI is the number of rollers times the shaft speed; "no interval" if this is not known."""
+    """Put in a word if BPFO + BPFI is rollers times shaft speed: yes, no, or "no interval" if `value` is missing."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 

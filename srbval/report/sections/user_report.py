@@ -126,7 +126,7 @@ def assemble_user_report(
 def _verdict_of_all(
     summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
 ) -> VerdictBox:
-    """Make the verdict on several recordings; `bars` are names and probabilities, `failed` counts unreadable files."""
+    """Make the verdict on all recordings; `bars` are their names and probabilities, `failed` counts failed files."""
     alarms, shown = {row["alarm"] for row in summaries}, bars[:MAX_PROBABILITY_BARS]
     highest = [(name, max(shares.items(), key=lambda one: one[1])) for name, shares in shown]
     words: dict[str, Any] = {
