@@ -4,8 +4,8 @@ The page "Your own bearing" of the guide describes the file. A bearing known by 
 a row in `catalogue.csv`. Columns of `catalogue.csv` are `name`, `title`, all keys of a bearing file's tables
 `[elements]` and `[orders]`, `source` (a key of `catalogue_sources.csv`), and `also` (other designations of the same
 bearing). If a row contains both dimensions and orders, the dimensions are used, because makers round the orders.
-Instead of a name, a printed designation (see `designations`) is accepted, or a text of numbers:
-``elements Z,D,DP,ANGLE`` (as in `[elements]`) or ``orders BPFO,BPFI,BSF,FTF``.
+Instead of a known bearing's name, `load_bearing` accepts a printed designation (see `designations`) or a text of
+numbers: ``elements Z,D,DP,ANGLE`` (as in `[elements]`) or ``orders BPFO,BPFI,BSF,FTF``.
 """
 
 import dataclasses
@@ -61,8 +61,8 @@ class Bearing(NotebookObject):
 
     `rolling_elements` counts one row. `geometry` contains all dimensions of a double-row spherical roller bearing,
     `elements` the main dimensions of any bearing. If both are None, `orders` are published values, taken from `source`.
-    `ratings` are load and speed ratings from the maker's catalogue, if known. The search for fault lines assumes that
-    the mean cage speed differs from pure rolling by at most the share `largest_slip`.
+    `ratings` are load and speed ratings from the maker's catalogue, if known. Fault lines are searched for up to a
+    deviation of the mean cage speed from its value in pure rolling by the share `largest_slip`.
     """
 
     name: str
@@ -172,8 +172,8 @@ def find_bearings(text: str) -> tuple[Bearing, ...]:
 def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     """Load a bearing by name (see `known_bearings`) or from a TOML file; a `Bearing` is returned unchanged.
 
-    A name may also be a designation as printed on ring and box; the `title` of the result then also names the known
-    bearing that is used instead. In a file that describes a machine, the bearing is the table `[bearing]`.
+    For a designation as printed on ring and box, the known bearing of this or the most similar designation is loaded,
+    and its `title` names both. In a file that describes a machine, the bearing is the table `[bearing]`.
 
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
@@ -194,7 +194,7 @@ def _read_bearing_file(path: Path, content: bytes) -> Bearing:
 
 @cache
 def _find_bearing(text: str) -> Bearing:
-    """Find a bearing by name, designation or numbers (see module); cached, because campaigns often repeat a search."""
+    """Find a bearing by name, designation or text of numbers; cached, because campaigns often repeat a search."""
     if text.partition(" ")[0] in INLINE:
         return bearing_from_table(_parse_inline(text), text)
     if text in known_tables():
@@ -221,7 +221,7 @@ def _printed_names() -> tuple[tuple[str, Designation], ...]:
 
 
 def _match_designation(text: str) -> list[str]:
-    """List names of known bearings with the designation `text`; those of the maker named in `text` come first."""
+    """List names of known bearings with the designation `text`, or else the most similar one; its maker's first."""
     printed = read_designation(text)
     for alike in printed.alike if printed else ():
         found = [(one.maker, name) for name, one in _printed_names() if one[1:] == alike]
@@ -256,7 +256,7 @@ def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> 
 
 
 def _parse_inline(text: str) -> Mapping[str, Any]:
-    """Convert ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF`` to the table of a bearing file."""
+    """Convert ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF`` to the contents of a bearing file."""
     kind, _, numbers = text.partition(" ")
     units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
     try:

@@ -39,7 +39,7 @@ class Designation(NamedTuple):
 
     @property
     def built_alike(self) -> bool:
-        """True if makers' dimensions differ by some parts in a thousand only: series 60 to 64, UC, N, NJ, NU, NUP."""
+        """True for series 60 to 64, UC, N, NJ, NU, NUP, whose dimensions hardly differ between makers (some 0.1 %)."""
         ball = not self.kind and re.fullmatch("6[0-4]..|608", self.number) and not self.mark
         return bool(ball) or self.kind in ("uc", *CYLINDRICAL)
 

@@ -167,7 +167,7 @@ class Fault(enum.StrEnum):
         return {Fault.OUTER: orders.bpfo, Fault.INNER: orders.bpfi, Fault.ROLLER: 2 * orders.bsf}[self]
 
     def sideband_order(self, orders: FaultOrders) -> float:
-        """Return how often per shaft revolution the defect passes the load zone (spacing of sidebands); 0 for none."""
+        """Return the spacing of the sidebands of the fault's line over the shaft frequency; 0 if it has none."""
         return {Fault.INNER: 1.0, Fault.ROLLER: orders.ftf}.get(self, 0.0)
 
     def passing_order(self, rolling_elements: int, cage_ratio: float) -> float | None:

@@ -62,7 +62,11 @@ def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[Ca
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Read the cage ratio of a record; None without state, speed over time, enough revolutions or a detected line."""
+    """Read the cage ratio of a record.
+
+    None if no line is detected, the bearing's state is unknown, the shaft makes less than `LEAST_REVOLUTIONS`, or no
+    speed signal covers the whole record.
+    """
     speed, state = recording.speed, recording.state
     if speed is None or state is None:
         return None

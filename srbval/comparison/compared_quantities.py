@@ -34,10 +34,10 @@ Effects = Mapping[tuple[str, str], Mapping[str, Any]]
 class ComparedQuantity:
     """Quantity that is compared between model and rig, such as the level of a harmonic.
 
-    `kind` groups quantities that share a bias. In `name`, ``{line}`` stands for the fault's line, such as BPFO. The
-    function `value_of` computes the value from the order of this line (frequency over shaft speed). A level has the
-    function `read` instead, which takes an analysis and one of `faults`. Errors of levels are in dB, all others in per
-    cent of the rig's value. Model and rig agree if error plus uncertainty is below `margin`.
+    `kind` groups quantities that share a bias. In `name`, ``{line}`` stands for the line of one of the `faults`, such
+    as BPFO. The function `value_of` computes the value from the order of this line (frequency over shaft speed); levels
+    have the function `read` instead, which reads them from the analysis of a signal. Errors of levels are in dB, all
+    others in per cent of the rig's value. Model and rig agree if error plus uncertainty is below `margin`.
     """
 
     kind: str
@@ -49,7 +49,7 @@ class ComparedQuantity:
     margin: float = VERDICT.level_db
 
     def name_of(self, fault: Fault) -> str:
-        """Name of the quantity for a fault, such as ``2xBPFO``; with the roller's line 2xBSF, ``2 x 2xBSF``."""
+        """Name of the quantity for a fault, such as ``2xBPFO``, or ``2 x 2xBSF`` for the roller's line 2xBSF."""
         line = fault.line or ""
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
@@ -90,16 +90,16 @@ def harmonic_level(number: int) -> QuantityReader:
 
 
 def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
-    """Mean level of the first sideband on each side of a fault's line, over the line [dB]; None without sidebands."""
+    """Mean level of a fault line's first upper and lower sideband relative to the line [dB]; None without sidebands."""
     if fault.sidebands is None:
         return None
     return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
 
 
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
-    """Mean level of the given `harmonic` of the lines `names`, over the first harmonic of the fault's line [dB].
+    """Mean level [dB] of harmonic number `harmonic` of the lines called `names`.
 
-    None if a line cannot be read.
+    The reference is the first harmonic of the fault's line. None if this or all of the lines cannot be read.
     """
     first = analysis.line_of(fault)
     lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
@@ -115,7 +115,7 @@ def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harm
 
 
 def _scatter_db(line: Line) -> float:
-    """Standard error of a line's level [dB], from the line's power over the noise."""
+    """Standard error of a line's level [dB], from the line's signal-to-noise ratio."""
     return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
@@ -153,7 +153,7 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
 ) -> dict[str, Value]:
-    """Read `quantities` of an analysed signal, by name, for the line of `fault`.
+    """Read the `quantities` of a fault's line from the analysis of a signal; returns the values by quantity name.
 
     If `order` (line frequency over shaft speed) is given, it replaces the order that was read from the signal.
     """
@@ -170,9 +170,9 @@ def read_quantities(
 def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
     """Compute the model's bias (mean error) for each kind of quantity, scene, and value of the column `used_for`.
 
-    `comparisons` contains rows of `comparison_row`, which describes `used_for`; if the argument `used_for` is given, it
-    replaces the whole column. Only quantities that exceed the noise in both model and rig are used. `bias`, its half
-    width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
+    `comparisons` contains rows of `comparison_row` (which describes `used_for`). The argument `used_for`, if given,
+    replaces the values of this column. Only quantities that exceed the noise in both model and rig are used. `bias`,
+    its half width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
     shown = comparisons[both]

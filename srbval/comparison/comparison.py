@@ -84,10 +84,10 @@ def comparison_row(
 ) -> Row:
     """Build the row of one compared quantity, with the keys of `comparisons` in ``report.json``.
 
-    `parts` are the parts of the uncertainty as 95 % half widths; they, `error` and `margin` are in `error_unit`. If no
-    part describes the simulation, or only the reading of the simulated signal, the uncertainty is None. A level hidden
-    in the noise of model or rig gets the verdict ``insufficient data``. In `names`, `kind` groups quantities that share
-    a bias, `scene` is the bundled scene that was simulated, and `used_for` states the use of the record: ``fit`` (model
+    `parts` are the parts of the uncertainty as 95 % half widths; they, `error` and `margin` are in `error_unit`. The
+    uncertainty is None unless a part of it, other than the reading of the simulated signal, is due to the simulation.
+    A value hidden in the noise of model or rig gets the verdict ``insufficient data``. In `names`, `kind` groups
+    quantities that share a bias, `scene` is the simulated bundled scene, `used_for` the record's use: ``fit`` (model
     fitted to it), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None

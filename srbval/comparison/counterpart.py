@@ -78,7 +78,7 @@ def run_cases(
 
 
 def with_points(scene: Scene, points: int) -> Scene:
-    """Copy a scene of the model `full` with another number of points by which each circle of a race is represented.
+    """Copy a scene of the model `full` with another number of contact points on each circle around a race.
 
     The stiffness and damping of all points together, and the length of the defect, stay the same.
     """

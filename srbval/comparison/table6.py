@@ -184,7 +184,7 @@ def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis
 
 
 def read_first_harmonic(analysis: Analysis, fault: Fault) -> QuantityValue:
-    """Frequency of a fault's line [Hz], read and in pure rolling; `DataError` if the record is too short to read it."""
+    """Read a fault line's frequency [Hz]; `kinematic`: in pure rolling. `DataError` if the record is too short."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")

@@ -3,11 +3,11 @@
 Three values of model and rig are compared: the mean ratio at the fastest speed, the trend (slowest minus fastest speed)
 and outer-race minus inner-race faults. The rig's value has the distribution from `cage_means`, the model's value the
 distribution of runs with randomly drawn inputs; all records are simulated with the same draws. The numerical error of
-the model, its change if the step is halved and the contacts are divided more finely, is applied with either sign.
+the model is applied with either sign: the change of its value with half the step and more contact points or slices.
 
-The verdict is missed if the error exceeds the tolerance with a probability `p_beyond` of at least 1 - risk, and met if
-with at most the probability risk; otherwise, or if one fixed value of an input gives met and another missed, it is not
-resolved. The study `inputs` tests this file: it counts the verdicts on simulated rigs with a known error.
+`p_beyond` is the probability that the error exceeds the tolerance. The verdict is met if `p_beyond` is at most the
+accepted risk, missed if it is at least 1 - risk, otherwise not resolved. It is also not resolved if one fixed value of
+an input gives met and another missed. The study `inputs` counts the verdicts on simulated rigs with a known error.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -129,9 +129,9 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 
 
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Interpolate a result that varies with one input: `curve` at the input's probabilities `shares`, wanted at `at`.
+    """Interpolate a result that depends on one input to the input's cumulative probabilities `at`.
 
-    With two shares, the ends of a range or two choices, the nearer value or the choice itself is taken.
+    `curve` is the result at the probabilities `shares`. If there are only two, the result at one of them is taken.
     """
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])

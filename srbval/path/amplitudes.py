@@ -72,7 +72,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Level [dB re 1 m/s2] of the power in each band after the power of a `healthy` record, if given, is subtracted."""
+    """Level [dB re 1 m/s2] in third octaves and wider bands, after the power of a `healthy` record is subtracted."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():

@@ -210,7 +210,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Level of a run's power that repeats at shaft order `order`, by band [dB re 1 m/s2]; narrow bands are omitted."""
+    """Levels [dB re 1 m/s2] of the powers that `locked_powers` returns for a run at shaft order `order`, by band."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "

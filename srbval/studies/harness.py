@@ -58,7 +58,7 @@ class Study:
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def add_options(self, parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-        """Add the study's command options to a parser that has the option types of `srbval.cli.arguments`."""
+        """Add the study's command options to a parser of `srbval.cli.arguments`, which converts their values."""
         for names, settings in self.options.items():
             parser.add_argument(*names.split(), **settings)
 

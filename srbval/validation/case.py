@@ -1,8 +1,9 @@
 """Validation case: which simulated signals are compared with which measured signals, with which tolerances.
 
 The page "Your model against your rig" of the guide shows the TOML file of a case. Its keys are the fields of
-`ValidationCase`, the keys of a `[[pair]]` those of `CasePair`. A side of a pair is a file, a list of files (repeats), a
-pattern such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings that replace the side's settings.
+`ValidationCase`, the keys of a `[[pair]]` those of `CasePair`: `simulated` and `measured` are each a file, a list of
+files (repeats), a pattern such as ``runs/or_*.csv``, or a table with `file` or `scene`, and settings that replace
+those in the tables `[simulated]` and `[measured]` of the case.
 """
 
 import dataclasses

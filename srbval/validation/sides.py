@@ -81,8 +81,8 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
     """Analyse the signals of one side and read the compared quantities.
 
-    The frequency band is chosen from the signal if `source` states `auto_band`, or if a simulated file of a bearing
-    other than the rig's states no band; otherwise `analyse` chooses the band as usual.
+    The frequency band is chosen from the signal if `source` states `auto_band`, or if another program simulated a
+    bearing other than the rig's and no band is stated for the file; otherwise `analyse` chooses the band as usual.
     """
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:

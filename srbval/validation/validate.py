@@ -218,7 +218,7 @@ def _read_and_compare(
     problem = ""
     if scene is not None:
         if "measured" not in sides:
-            raise ConfigurationError("a scene is simulated at the speed of a measured record; add this to the pair.")
+            raise ConfigurationError("a scene is simulated at the speed of a measured record; add one to the pair.")
         try:
             sides = {"simulated": run_scene(scene, case, sides["measured"], state, progress=progress), **sides}
         except NumericsError as error:

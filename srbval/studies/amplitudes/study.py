@@ -206,7 +206,7 @@ def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
     """Split each record's errors of fault-locked power by band into their common level and the rest; test both.
 
     `drawn`: levels at random inputs, for the covariance of the errors. The level is tested by Student's t distribution,
-    the rest (pattern) by chi-squared, whose probability is too small with few draws.
+    the rest (pattern) by the chi-squared distribution. With few draws the probability of the pattern is too small.
     """
     from scipy.special import chdtrc, stdtr
 

@@ -1,8 +1,8 @@
 """Effects of uncertain inputs of the scenes `paper` and `rig` on all compared quantities and on the cage ratio.
 
-All inputs of a scene are drawn together, and each is also varied alone. For the verdicts on the cage ratio the same
-draws are run at every record's speed, for the uncertainty of other quantities at `NOMINAL_RPM`. The scene `paper` gets
-so many contact points that results do not depend on the start of a run. Theory: "The model's value".
+All inputs of a scene are drawn at random together, and each is also varied alone. The draws are simulated at every
+record's speed for the verdicts on the cage ratio, at `NOMINAL_RPM` for other quantities. The scene `paper` has so many
+contact points that results do not depend on the start of a run. Theory: "The model's value".
 
 How often the verdicts detect an error is counted on simulated rigs. A simulated rig has the registered records with
 their uncertainties. Its true cage ratios are those of the scene `rig` at one random draw, with an error planted in one
@@ -174,7 +174,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
 
 
 def variance_share(shares: FloatArray, values: FloatArray) -> float:
-    """Share of the variance of `values` due to one input, from bins of its `shares`: epsilon squared (Kelley 1935)."""
+    """Share of the variance of `values` due to an input with probabilities `shares`: epsilon squared (Kelley 1935)."""
     groups = pd.Series(values).groupby((shares * BINS).astype(int))
     within = float(((values - groups.transform("mean")) ** 2).sum()) / max(values.size - groups.ngroups, 1)
     return max(1 - within / float(values.var(ddof=1)), 0.0) if np.ptp(values) else 0.0

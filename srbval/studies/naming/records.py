@@ -38,7 +38,7 @@ class KnownRecord:
     specimen: str
 
     def load(self) -> tuple[Recording, Bearing]:
-        """Return the record without its state, and its bearing; with one channel only if the settings name one."""
+        """Return the record without its state, and its bearing; if the settings name a channel, without the others."""
         recording = dataclasses.replace(load_entry(self.entry), state=None)
         channel = self.entry.settings and self.entry.settings.channel
         if channel:
@@ -70,7 +70,7 @@ def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord
 
 
 def otherwise(recording: Recording, bearing: Bearing) -> Iterator[tuple[Recording, Bearing]]:
-    """Yield wrong inputs: the record with two wrong speeds and no tachometer signal, then with another bearing."""
+    """Yield the record with each of two wrong speeds and no tachometer signal, then with a wrong bearing."""
     speed = recording.speed
     assert speed is not None, "every data set states a speed"
     for factor in WRONG_SPEEDS:

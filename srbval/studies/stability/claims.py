@@ -16,7 +16,7 @@ VERDICT = {True: "Borne out", False: "Not borne out", None: "Not covered"}
 
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
-    """Test by the runs `cells` the paper's claims on the lowest stable order of integration and on the speed limit."""
+    """Test two claims of the paper by the runs `cells`: lowest order of a stable solver, and greatest shaft speed."""
     own = [
         cell for cell in cells
         if cell["model"] == "full" and math.isclose(cell["dt_s"], PAPER.step_s, rel_tol=1e-6)
@@ -25,7 +25,7 @@ def claims(cells: Cells) -> list[dict[str, Any]]:
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:
-    """Test that no method of lower order than the paper's is stable up to the paper's speed limit."""
+    """Test that the paper's solver is the lowest-order one that is stable up to the paper's greatest shaft speed."""
     slow = [cell for cell in cells if cell["rpm"] <= PAPER.limit_rpm]
     counts = {
         name: count([cell for cell in slow if cell["solver"] == name])
@@ -46,7 +46,7 @@ def _lowest_order(cells: Cells) -> dict[str, Any]:
 
 
 def _above_limit(cells: Cells) -> dict[str, Any]:
-    """Test the claim on the speed limit: runs fail at every speed above the limit, and none fails up to it."""
+    """Test the claim on the greatest shaft speed: runs fail at every higher speed, and none fails up to this speed."""
     own = [cell for cell in cells if cell["solver"] == PAPER.solver]
     below, above = ([c for c in own if (c["rpm"] > PAPER.limit_rpm) is fast] for fast in (False, True))
     failing = sorted({cell["rpm"] for cell in above if not cell["stable"]})
