@@ -61,8 +61,8 @@ class Estimate:
 class StepError:
     """Estimated errors due to the solver's time step: of mean cage speed, drive power and RMS of vibration by band.
 
-    `energy`: energy that the balance of a run misses because of the step, divided by the dissipated energy; NaN if
-    unknown. `stalled`: true if finer steps were tried and did not reduce the errors.
+    `energy`: energy missing in the energy balance of a run because of the step, divided by the dissipated energy; NaN
+    if unknown. `stalled`: true if finer steps were tried and did not reduce the errors.
     """
 
     step_s: float
@@ -95,7 +95,7 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is 100 % or more: the state in which the compared simulations begin is then wrong too."""
+        """True if an error is 100 % or more: the initial state of the simulation that estimates it is wrong too."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":

@@ -26,7 +26,7 @@ from srbval.scene import Scene
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FullRun:
-    """Run in progress; `advance` updates the `state`, and `memory`, the change of speeds that imex2 predicts."""
+    """Run in progress at its `state`; `memory`: change of speeds that the solver imex2 predicts for its next step."""
 
     model: Parameters
     method: Method
@@ -116,7 +116,7 @@ def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[in
 
 
 def slices_figures(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """Compute the fields of `RunSummary` for oil films and free rollers, from the state after `whole` intervals."""
+    """Fields of `RunSummary` for oil films and free rollers (slices model only), after `whole` output intervals."""
     from srbval.models.slices import MIN_LOAD_SHARE, films_m  # the only model with either
 
     found: dict[str, Any] = {}

@@ -136,10 +136,10 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 
 
 def _energy_gap(run: RunSummary) -> float:
-    """Energy gap: energy that the balance misses because of the step, as a share of the losses.
+    """Energy missing in the run's energy balance because of the step, divided by the losses.
 
-    The result is the part that finer steps would remove, or the whole imbalance if the drive power's error may exceed
-    its tolerance. The other part is due to the model: the line model leaves out couples whose power the balance misses.
+    If this part is unknown, or if the drive power's error may exceed its tolerance, the whole imbalance is returned.
+    The rest of an imbalance is due to the model: the line model neglects the power of some couples.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):
@@ -149,7 +149,7 @@ def _energy_gap(run: RunSummary) -> float:
 
 
 def _carried_n(run: RunSummary) -> float:
-    """Static force on the ring [N]: the larger of the mean radial load and its vector sum with the housing's weight."""
+    """Static force on the ring [N]: mean radial load, or its vector sum with the housing's weight if that is larger."""
     load = run.scene.load
     weight_n = STANDARD_GRAVITY_M_S2 * run.scene.housing.mass_kg if load.gravity else 0.0
     return max(run.scene.mean_radial_n, abs(cmath.rect(run.scene.mean_radial_n, load.direction_rad) - 1j * weight_n))
@@ -228,8 +228,8 @@ def _cage_is_driven(run: RunSummary) -> bool:
 def _is_sound(run: RunSummary) -> bool:
     """True if nothing indicates that the integration failed.
 
-    An energy gap (see `_energy_gap`) indicates it only at constant speed and if the step is at least half the longest
-    stable step.
+    An energy gap (see `_energy_gap`) indicates a failure only at constant speed and with a step of at least half the
+    longest stable step.
     """
     wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s

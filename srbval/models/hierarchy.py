@@ -23,8 +23,8 @@ from srbval.storage.tables import read_toml
 class FidelityLevel:
     """Model of the hierarchy: `name`, short `title`, `place` (``module:function``) of the function that runs it.
 
-    `parameters`: the same for the function that assembles the model's parameters; None if the model does not use the
-    full model's equations. `columns`: numbers of the columns in `outputs` that the model computes; the others are NaN.
+    `parameters`: place of the function that assembles the model's parameters, None if the model does not use the full
+    model's equations. `columns`: numbers of the columns in `outputs` that the model computes; the others are NaN.
     `own_solver`: name of the model's integrator, None if the scene chooses the solver. `coarser`: largest ratio of the
     model's step to the scene's step. `lacks`: questions that the model can never answer, such as "slip", and why.
     `needs`: table of a bearing's file that the model requires, one of `KNOWN_OF_BEARING`. `outside`: true if the model
@@ -82,7 +82,7 @@ class FidelityLevel:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules that a run with this model loads; a model from outside may call all bundled models."""
+        """Names of the modules that a run may load; a model from outside the package may load all bundled models."""
         if self.outside:
             return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)
@@ -123,7 +123,7 @@ AUTO = "auto"  # in place of a model: the planner chooses the model, in commands
 
 
 def level_of(name: str) -> FidelityLevel:
-    """Return the fidelity level of a model, bundled or from outside; an unknown name raises `ConfigurationError`."""
+    """Return the model `name`, bundled or from outside the package; an unknown name raises `ConfigurationError`."""
     if name not in MODELS and is_outside(name):
         return replace(OUTSIDE_LEVEL, name=name)
     check_known("model", name, MODELS)
@@ -131,7 +131,7 @@ def level_of(name: str) -> FidelityLevel:
 
 
 def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
-    """Return the bearing's geometry; if it has none, raise `ConfigurationError`: `model` cannot run it."""
+    """Return the geometry of `bearing`; if the bearing has none, raise `ConfigurationError`, which names `model`."""
     if bearing.geometry is None:
         instead = "impulse or kinematic" if bearing.elements is None else "planar, impulse or kinematic"
         raise ConfigurationError(

@@ -1,9 +1,9 @@
 """Impulse model: force pulses at the passages of a defect, with random slip, load-zone modulation and one resonance.
 
 Method of McFadden & Smith (1984, J. Sound Vib. 96, 69); slip is a process of stationary increments
-(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). A pulse has the length and height of a roller's contact force on the
-defect at the defect's angle in the load zone (see `srbval.models.planar.contacts`). The ring responds as a mass on
-the springs of housing and contacts, linearised about static balance.
+(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). A pulse is the contact force between a roller and the defect, which
+depends on the defect's angle in the load zone (see `srbval.models.planar.contacts`). The ring responds as a mass on the
+springs of housing and contacts, linearised about static balance.
 
 If only a bearing's fault orders are known, only line frequencies are reliable: half-sine pulses of constant length act
 on the housing's mass and spring. The height of a pulse is the load of the rolling element after Stribeck's distribution
@@ -80,9 +80,9 @@ def _add_pulses(
 ) -> None:
     """Add the force pulses of one defect on one race to `force` [N], [samples, 2].
 
-    `table`: number of the table in `ring.kernel` that contains the pulse's force over approach and position; `time_s`:
-    passage times; `outwards`: unit vectors from the bearing's centre to the roller at these times; `balance_m`:
-    displacement of the ring in static balance.
+    `table`: index in `ring.kernel.bumps` of the table of the force over the approach of roller and race and over the
+    distance from the defect's middle; `time_s`: passage times; `outwards`: unit vectors from the bearing's centre to
+    the roller at these times; `balance_m`: displacement of the ring in static balance.
     """
     if len(time_s) == 0:  # the shaft is so slow that no roller passes
         return

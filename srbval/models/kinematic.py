@@ -114,7 +114,7 @@ def passage_times(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Yield chunks of a run with prescribed motion and the ring's `acceleration` in x and y [m/s2], [intervals, 2]."""
+    """Yield a run's outputs in chunks, from `motion` and the ring's `acceleration` in x, y [m/s2], [intervals, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
         out = np.full((whole, col.COLUMN_COUNT), np.nan)

@@ -1,6 +1,6 @@
 """Line model: the full model with races that are continuous curves instead of rows of points.
 
-In both models a race touches a roller at three circles around the race. In the full model these circles are rows of
+In both models a roller touches a race only on three circles around the race. In the full model these are rows of
 points, of which about three touch the roller at a time; in the line model the contact at each circle is a continuous
 patch along the race. Only this differs. For force F and damping of a patch see "Continuous contact" on the page
 "Contact" of the theory; at the penetration d in its middle, the elastic energy is 2/5 F d. The force of three points
@@ -76,7 +76,7 @@ def _with_denser_points(scene: Scene) -> Scene:
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
     """Constants of the patch for the kernels, with the penetration d and the angular speed W of the module's docstring.
 
-    They are force / d^(3/2), damping / d^(1/2), slip at the ends minus in the middle / (W d), squared half length / d.
+    They are force / d^(3/2), damping / d^(1/2), (slip at ends - slip in middle) / (W d), squared half length / d.
     """
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
@@ -89,8 +89,8 @@ class Patch:
 
     `stiffness_n_m2`, `damping_ns_m2`: stiffness and damping of a point in the full model, divided by `spacing_m`, the
     distance between these points; `curvature_1_m`: curvature of the gap along the race; `race_radius_m`: radius of the
-    circle. The normal of the contact is inclined by `lean_rad` to the normal in the middle of the roller, in whose
-    direction the roller can move, and by `normal_rad` to the bearing's radial direction.
+    circle; `lean_rad`: angle between the contact's normal and the normal in the middle of the roller, along which the
+    roller can move; `normal_rad`: angle between the contact's normal and the bearing's radial direction.
     """
 
     stiffness_n_m2: float
@@ -112,7 +112,7 @@ class Patch:
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force [N] that a `defect` adds whose middle is `middle_m` from the contact's middle; arrays broadcast."""
+        """Force [N] that a `defect` adds; `middle_m`: distance of its middle from the contact's; arrays broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -128,7 +128,7 @@ class Patch:
 
 
 class RaisedPiece(NamedTuple):
-    """Piece of a race that a defect raises, in parts `part_m` long: distances from middle, heights, [parts] each."""
+    """Raised piece of a race, in parts `part_m` long: distances from the piece's middle, heights, [parts] each."""
 
     offset_m: FloatArray
     height_m: FloatArray
@@ -162,7 +162,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
 
 
 def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
-    """Convert a defect to a raised piece of a race, of the length `extent_m` or its number of points x `spacing_m`."""
+    """Convert a defect to a raised piece of a race, as long as its `extent_m`, if stated, or `points` x `spacing_m`."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
     parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5

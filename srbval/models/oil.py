@@ -107,7 +107,7 @@ class ContactShape:
         return float(min(found, self.roller_length_m))
 
     def rolling_couple_nm(self, oil: Oil, rate_rad_s: float, load_n: float, length_m: float) -> float:
-        """Couple of rolling resistance [N m], 2 R F; F: `rolling_force_n` at the speed R `rate_rad_s`, R: `along_m`."""
+        """Rolling-resistance couple [N m]: 2 R x `rolling_force_n` at the speed R x `rate_rad_s`; R: reduced radius."""
         force = rolling_force_n(oil, rate_rad_s * self.along_m, load_n, self.along_m, length_m)
         return 2 * force * self.along_m
 

@@ -82,8 +82,8 @@ class RunSummary:
     `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` the ratio of pure rolling,
     `cage_course` the ratio at the run's start and end. `roller_load_share` is the share of the mean radial load on the
     rollers (NaN without a load; the housing spring carries the rest), `balanced_share` their share in static balance.
-    `drive_power_w` is the mean power of the shaft's drive. For `energy_imbalance` and `missing_n` (its component along
-    the load) see `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration,
+    `drive_power_w` is the mean power of the shaft's drive. For `energy_imbalance` and `missing_n` (here the component
+    along the load) see `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration,
     `idle_share` the share of the time without any contact.
 
     `step_error`: errors due to the step, None if not estimated; `check_wall_s`: wall time of this estimate;
@@ -196,7 +196,7 @@ class Run(RunSummary, Outputs, NotebookObject):
         return np.arange(len(self.out)) / self.scene.output_rate_hz
 
     def to_frame(self) -> pandas.DataFrame:
-        """Convert to a pandas table, a row for each output interval: its start `time_s`, variables of a run file."""
+        """Convert to a pandas table: for each output interval its start `time_s` and the variables of a run file."""
         import pandas
 
         columns = {name: self.out[:, variable["column"]] for name, variable in VARIABLES.items()}

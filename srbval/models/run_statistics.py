@@ -125,7 +125,7 @@ class RunStatistics:
         return sensor_m_s2
 
     def has_diverged(self, out: FloatArray) -> bool:
-        """Set `finite`; true if outputs are not finite or a penetration exceeds `DEPTH_LIMIT_M`: the run must end."""
+        """True if an output is not finite (`finite` is then false) or a penetration exceeds `DEPTH_LIMIT_M`."""
         self.finite = bool(np.all(np.isfinite(out[..., level_of(self.scene.model).columns])))
         return not self.finite or float(out[:, col.MAX_PENETRATION].max()) > col.DEPTH_LIMIT_M
 

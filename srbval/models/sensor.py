@@ -80,7 +80,7 @@ def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[
 
 @cache
 def _one_pole_filters(fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, ComplexArray, float]:
-    """Poles and weights of the one-pole filters whose sum is a Butterworth band-pass, and its response's first value.
+    """Poles and weights of one-pole filters whose sum is a Butterworth band-pass; first value of its impulse response.
 
     Bilinear transform with corrected band edges of the analogue filter (Oppenheim & Schafer, Discrete-Time Signal
     Processing, ch. 7), then expansion in partial fractions.
@@ -123,7 +123,7 @@ class BandLevels:
 
 
 class SensorFilter:
-    """Filter that converts the ring's acceleration to the sensor's; without a `path`, the component along its axis.
+    """Filter from the ring's acceleration to the sensor's; without a `path`, the component along the sensor's axis.
 
     The frequency response of the `path` from ring to sensor, along the load and across it, has a step from each third
     octave to the next. It is converted to an impulse response of the length `FILTER_S` by a Hann window, which smooths

@@ -120,7 +120,7 @@ def _prepare_run(scene: Scene, step: Step, progress: Progress, folder: Path | No
 
 
 def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
-    """Raise `ConfigurationError` if the run does not fit into memory, or its file on the disk with `folder`."""
+    """Raise `ConfigurationError` if the run does not fit into memory, or its file on the disk of `folder`."""
     scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COLUMN_COUNT
     details = samples // (scene.outputs_per_detail or math.inf) * stats.bearing.rolling_elements * 14 * 8
     kept = 16 * samples if folder else COPIES * (samples * row + details)  # beside a file, only the time axis

@@ -7,8 +7,8 @@ hole the slices are narrower.
 Neglected: variation of slip within a slice, both along the race and, by pivoting about the normal, across its width;
 crowned ends of rollers; support of slices by their neighbours.
 
-The model answers all questions of `srbval plan`. It does not contain the vibration that the paper's points of a race
-(see the full model) excite, and it cannot simulate two defects that one roller touches at the same time.
+The model answers all questions of `srbval plan`. It does not contain the vibration that the points of a race
+excite in the full model, and it cannot simulate two defects that one roller touches at the same time.
 """
 
 from __future__ import annotations
@@ -120,8 +120,8 @@ def _join_tables(
     """Join the tables of slices of both races (`SlicedContact.tables`) into the arrays that the kernels use.
 
     After a race's own tables there is one for each defect of `on_rollers`, in reverse order. Returns `Races`, by which
-    the kernels choose the table for a roller at each angle, and the first four fields of `SliceTable`; `height_m`: see
-    `Races`.
+    the kernels choose the table for a roller at each angle, and the first four fields of `SliceTable`. `height_m`: the
+    field `height` of `Races`.
     """
     own = [contact.tables(defects) for contact in contacts]
     of_rollers = [[contact.slice_table(defect) for defect in on_rollers] for contact in contacts]
@@ -182,7 +182,7 @@ class SlicedContact:
         """Points on a race: radius about the shaft, distance from mid-plane [m]; normal's radial and axial component.
 
         `axial_m`: distances from the roller's middle along the roller, away from the mid-plane. The profiles are arcs
-        (eq. (17) of Giraudo et al. 2025). Whatever its profile radius, an inner race has the same point at `axial_m` 0.
+        (eq. (17) of Giraudo et al. 2025). An inner race's point at `axial_m` 0 does not depend on its profile radius.
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m

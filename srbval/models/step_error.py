@@ -140,7 +140,7 @@ class _Piece:
         self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
-        """Estimate the errors with steps `finer` times shorter than the run's, from `REFINEMENT` times shorter ones."""
+        """Estimate errors with the run's step / `finer`, by comparison with a step again `REFINEMENT` times shorter."""
         for times in (finer, REFINEMENT * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out

@@ -23,8 +23,8 @@ CLOSEST_S = 1e-9  # least time between two entries of a profile: below it the sl
 class Housing(Limited):
     """Housing: point mass on the outer ring, and a spring and a damper from the ring to ground, in all directions.
 
-    The scene's key ``load.path`` decides which of them act. With ``housing``, as in the paper, all three act. With
-    ``bearing`` the spring does not act, and the damper represents power lost in the structure around the ring.
+    The scene's key ``load.path`` decides which of them act. With ``housing``, as in Giraudo et al. 2025, all three act.
+    With ``bearing`` the spring does not act, and the damper represents power lost in the structure around the ring.
     """
 
     mass_kg: float = quantity("mass", least=0)
@@ -51,7 +51,7 @@ class Bodies(Limited):
 
 
 class RollerFit(enum.StrEnum):
-    """Rule for the roller diameter: computed from the radial play, or as printed in Table 1 of the paper."""
+    """Rule for the roller diameter: computed from the radial play, or as printed in Table 1 of Giraudo et al. 2025."""
 
     PLAY = "play"
     PRINTED = "printed"
@@ -59,9 +59,9 @@ class RollerFit(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Contact(Limited):
-    """Contact between a roller and a point of a raceway (paper, eqs 18 and 19, Table 4).
+    """Contact between a roller and a point of a raceway (Giraudo et al. 2025, eqs 18 and 19, Table 4).
 
-    The paper replaces a raceway by three circles of `points_per_circle` points for each row of rollers; `stiffness_n_m`
+    There, a raceway is replaced by three circles of `points_per_circle` points for each row of rollers; `stiffness_n_m`
     and `damping_ns_m` are per point. `radial_play_m` is the gap between the raceways minus the roller's diameter.
     """
 
@@ -85,7 +85,7 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """Friction law: by slip speed (dry, paper's eq. 19), slip over rolling speed (lubricated) or an oil film (film)."""
+    """Friction law: by slip speed (dry, see `Contact`), by slip / rolling speed (lubricated), or by oil film (film)."""
 
     DRY = "dry"
     LUBRICATED = "lubricated"
@@ -123,7 +123,7 @@ class Load(Limited):
     """External force on the outer ring: `radial_n` along `direction_rad` in the x-y plane, `axial_n` along z.
 
     The load zone is opposite to the direction of the force. `gravity` adds the weight of rollers, outer ring and
-    housing mass, along -y; the paper does not mention it.
+    housing mass, along -y; Giraudo et al. 2025 do not mention gravity.
     """
 
     radial_n: float = quantity("force", least=0)
@@ -150,17 +150,17 @@ class DefectShape(enum.StrEnum):
 class Defect(Limited):
     """Localized defect of a raceway or of one roller.
 
-    Positive heights are bumps towards the other surface (the paper), negative heights pits. `angle_rad`: angle of the
-    defect's middle at time zero, on a race from the middle of the load zone, on a roller about the roller's axis from
-    the side away from the shaft. `row` is 1 (+z) or 2; `roller` counts from 1, for a roller's defect.
+    Positive heights are bumps towards the other surface, negative heights pits. `angle_rad`: angle of the defect's
+    middle at time zero, on a race from the middle of the load zone, on a roller about the roller's axis from the side
+    away from the shaft. `row` is 1 (+z) or 2; `roller` counts from 1, for a roller's defect.
 
-    In the paper a race consists of three circles of points. The defect is on the `circle` 1 to 3; a roller's defect is
-    where this circle touches the roller. Without `extent_m` it is the paper's: `points` neighbouring points moved by
-    `height_m`. With `extent_m`, the defect has this length in the rolling direction and the given `shape`; `refinement`
-    times as many points, each with proportionally less stiffness, may replace the race's points there.
+    In Giraudo et al. 2025 a race consists of three circles of points. The defect is on the `circle` 1 to 3; a roller's
+    defect is where this circle touches the roller. Without `extent_m`, the defect is `points` neighbouring points moved
+    by `height_m`, as in that paper. With `extent_m`, it has this length in the rolling direction and the given `shape`;
+    `refinement` times as many points, each with proportionally less stiffness, may replace the race's points there.
 
     The slices model uses the true shape. A `hole` is `extent_m` across; any other shape is `width_m` wide along the
-    roller (None: the distance of the circles) and may have ramps of `ramp_m` at both ends along the race. The defect's
+    roller (None: the distance between circles) and may have ramps of `ramp_m` at both ends along the race. The defect's
     middle is `axial_m` outwards from the roller's middle (None: on the circle). Models whose contacts are on circles
     treat a hole as a flat defect and ignore width, ramps and `axial_m`.
     """

@@ -1,4 +1,4 @@
-"""Read scenes from TOML files: the paper's scene, and bundled or users' files that change some of its values.
+"""Read scenes from TOML files: the scene of Giraudo et al. 2025 ("the paper"), and files that change some values.
 
 The bundled scene `rig` models the paper's test rig; `rig_inputs.toml` contains the ranges of its uncertain values.
 """
@@ -40,7 +40,7 @@ WITHOUT_DIMENSIONS = {"model": "impulse"}
 
 
 def paper_scene(**changes: Any) -> Scene:
-    """Build the paper's scene (Table 4, 710 rpm, 124.8 kN) with `changes`.
+    """Build the scene of Giraudo et al. 2025 (Table 4, 710 rpm, 124.8 kN) with `changes`.
 
     `changes` are top-level keys of a scene file, e.g. ``duration="2 s"``, ``defect={"kind": "outer"}``, or in short
     ``defect="outer"``. For another `bearing` all other values scale with its size, see `for_bearing`.
@@ -108,9 +108,9 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     """Scale a scene's table `base`, written for the default bearing, to the bearing `name`.
 
     Load, contact, housing, masses, defect and step scale with the pitch diameter, see `for_size`. The rollers then
-    carry the whole load, unless the scene's load `path` is ``housing``. A bearing of the same geometry needs no
-    scaling; if `path` is ``bearing``, the housing's spring and damper are removed. For a bearing without dimensions
-    only the model changes, to ``impulse``. Raises the errors of `load_bearing`.
+    carry the whole load, unless `path`, the key ``load.path`` in the user's file, is ``housing``. A bearing of the same
+    geometry needs no scaling; but if `path` is ``bearing``, the housing's spring and damper are removed. For a bearing
+    without dimensions only the model changes, to ``impulse``. Raises the errors of `load_bearing`.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]

@@ -1,6 +1,6 @@
 """Scene: all values on which a run of a model depends, in SI units, frozen.
 
-Values have no defaults here: they come from `paper.toml` (the paper's Tables 4 and 5) or from a user's file.
+Values have no defaults here: they come from `paper.toml` (Giraudo et al. 2025, Tables 4 and 5) or from a user's file.
 """
 
 import math

@@ -78,9 +78,10 @@ class SensorPath(Limited):
 
 
 def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> FloatArray:
-    """Split accelerations, [n, 3 or 2], along the sensor's axis into two parts, [n, 2]; their sum is the whole.
+    """Split the component of `acceleration` along the sensor's axis into two parts, [n, 2], whose sum it is.
 
-    The first part is due to the motion along the load, the second to the motion across it.
+    `acceleration`: in x, y and perhaps z, [n, 2 or 3]. The first part is due to the motion along the load, the second
+    to the motion across it.
     """
     angle = load_direction_rad
     axes = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])

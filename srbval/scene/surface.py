@@ -64,7 +64,7 @@ class Surface(Limited):
         return np.arange(math.ceil(round_m / self.longest_m), math.floor(round_m / self.shortest_m) + 1.0)
 
     def amplitudes(self, round_m: float, height_m: float | None) -> FloatArray:
-        """Compute amplitudes [m] by order around `round_m` from the RMS `height_m` (None: from the roughness class)."""
+        """Amplitudes [m] by order around the circumference `round_m`, from RMS `height_m` (None: roughness class)."""
         shares: FloatArray = self.orders(round_m) ** -self.exponent
         if height_m is None:
             return math.sqrt(2 * self.density_m() * round_m ** (2 * self.exponent - 1)) * shares
@@ -76,7 +76,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """Compute the constant g of the page "Surfaces" for the roughness class [m^(3 - 2 `exponent`)]; 0 without."""
+        """Constant g of the page "Surfaces" from the roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(__file__).with_name("roughness.toml"))

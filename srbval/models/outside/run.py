@@ -34,7 +34,7 @@ _ending: list[None] = []  # an entry for each active `models_ended`; models cann
 
 
 def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """Run a model from outside; arguments as in `srbval.models.hierarchy`. A failed run has one interval of NaN."""
+    """Run a model from outside; arguments as in `srbval.models.hierarchy`. A failed run yields one row of NaN."""
     scene = stats.scene
     if scene.solver.name == OWN_SOLVER:  # for bundled models that the model may call
         scene = replace(scene, solver=replace(scene.solver, name=default_solver()))
@@ -62,7 +62,7 @@ def with_own_solver(scene: Scene) -> Scene:
 
 
 def run_in_process(scene: Scene) -> OutsideResult:
-    """Run the scene's model in a process; raises errors in the user's input, returns other failures as a status."""
+    """Run the scene's model in a new process; raises errors in the user's input, returns other failures as status."""
     limit_s = _limit(TIME_VARIABLE, START_S + PER_SIMULATED_S * (scene.settle_s + scene.duration_s))
     memory = 1e9 * _limit(MEMORY_VARIABLE, USUAL_GB)
     with tempfile.TemporaryDirectory(prefix="srbval-model-", ignore_cleanup_errors=True) as folder:
@@ -92,7 +92,7 @@ def run_in_process(scene: Scene) -> OutsideResult:
 
 @contextlib.contextmanager
 def models_ended() -> Iterator[None]:
-    """Stop the running models from outside the package; callers get `CancelledError`. In the block, none can start."""
+    """Stop the processes of models from outside; callers get `CancelledError`. In the ``with`` block none can start."""
     _ending.append(None)
     try:
         while _running:
