@@ -77,7 +77,7 @@ NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """Load a registered healthy record of the same machine, speed and load; None if there is no comparable record."""
+    """Load a healthy record of the same machine, speed and load from the register of recordings; None if none fits."""
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
@@ -97,10 +97,10 @@ def _is_same_signal(one: Recording, other: Recording) -> bool:
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record with the `settings` that the user stated for the record compared with it.
 
-    Bearing state and loads in `settings` are ignored. The speed in `settings` is used if the healthy file has none,
-    unit and sensitivity if none are registered for the healthy file. `scale` is the value of the number 1 in the
-    healthy file, in the unit of this file (default: the registered scale). Raises `ConfigurationError` if the healthy
-    file is declared faulty, or if `settings` contains a scale but the healthy file has none.
+    Bearing state and loads in `settings` are ignored. Their speed is used if the healthy file has no speed, their unit
+    and sensitivity if the healthy file is registered without them. `scale` is the value of the number 1 in the healthy
+    file, in the unit of the healthy file (default: the registered scale). Raises `ConfigurationError` if the healthy
+    file is declared faulty, or if `settings` contains a scale but neither `scale` nor a registered scale is given.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)
@@ -173,7 +173,7 @@ def baseline_of(analysis: Analysis, healthy: RecordSource) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if one record's background is about 9.81 times the other's: probably one is in g."""
+    """Raise `ConfigurationError` if the noise of one record is about 9.81 times the other's: probably one is in g."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
@@ -190,9 +190,9 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
 
 
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
-    """Compare the fault lines of `analysis` with a healthy record; raises `ValueError` if their bands differ.
+    """Compare the fault lines of `analysis` with a healthy record; raises `ValueError` if the two bands differ.
 
-    No line is compared with a `Baseline` that has a `fault` or another speed or load (`conditions`).
+    No line is compared without a `baseline`, or if it has a `fault` or was recorded at another speed or load.
     """
     if baseline is None:
         return NO_HEALTHY

@@ -54,9 +54,9 @@ RECORD_CORRELATION = 0.5  # of two records of one bearing: 0.36 in 84 healthy re
 class Comb:
     """Line at `found_hz` with its harmonics; `found_hz` is None if the spectrum does not reach to this line.
 
-    `excess` is the comb's score (see `CombSpectrum`) minus the score of a typical comb of the record, `depth` the
-    modulation depth of its first line. `explained_by` names another source with a multiple at the comb's frequency: the
-    mains, the shaft, or a lower comb whose score is at least as high and whose depth is at least half as great.
+    `excess` is the comb's score (see `CombSpectrum`) minus the score of a typical comb (see `CombSpectrum.typical`),
+    `depth` the modulation depth of the comb's first line. `explained_by` names another source with a multiple at
+    `found_hz`: the mains, the shaft, or a comb of lower frequency with at least the same score and half the depth.
     """
 
     excess: float = 0.0
@@ -66,10 +66,10 @@ class Comb:
 
     @property
     def log_ratio(self) -> float:
-        """Log likelihood ratio of a fault to no fault: smooth minimum of a ratio for `excess` and one for `depth`.
+        """Log likelihood ratio of a fault to no fault: smooth minimum of one from `excess` and one from `depth`.
 
-        If all five lines of a clear comb become twice as deep, `excess` rises by 10 log 2; both ratios then rise by the
-        same amount.
+        The two are scaled alike: if all `HARMONICS` lines of a comb far above the noise become twice as deep, both rise
+        by the same amount.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET
@@ -78,7 +78,7 @@ class Comb:
 
     @property
     def is_clear(self) -> bool:
-        """True if so great an `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as likely with a fault as without."""
+        """True if this `excess` is at least 1 / `SECOND_CAUSE_SHARE` times as probable with a fault as without one."""
         return LOG_RATIO_SLOPE * self.excess - LOG_RATIO_ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
@@ -86,8 +86,9 @@ class Comb:
 class FaultScores:
     """Strongest combs of a record by cause: one for each fault, and `OTHER_CAUSE` for a comb without a known cause.
 
-    `first` are the combs of the whole spectrum, `second` the combs found after the lines of the `strongest` comb are
-    removed (empty if no comb indicates a fault). `shaft_hz` is the shaft speed.
+    `first` maps each cause to its comb in the whole spectrum; `strongest` is the cause with the strongest comb. After
+    the lines of this comb are removed, `second` maps the other causes to their combs (empty if no comb indicates a
+    fault). `shaft_hz` is the shaft speed.
     """
 
     first: Mapping[str, Comb]
@@ -103,7 +104,7 @@ class FaultScores:
 
 
 def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> FaultScores:
-    """Score the combs in a record's spectrum, averaged at equal shaft orders with `more` records of its machine."""
+    """Score the combs in a record's spectrum or, given `more` records of the machine, in their mean order spectrum."""
     speed, bearing = analysis.speed, analysis.bearing
     every = [analysis.processed]
     for one in more:
@@ -149,7 +150,7 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
-    """Name the source (mains, shaft, lower comb) of which the comb at index `at` is a multiple; empty if none."""
+    """Name the mains, shaft or comb of lower frequency of which the comb at index `at` is a multiple, else empty."""
     found_hz = float(spectrum.frequency_hz[at])
     near_hz = max(spectrum.bin_hz / 2, SLIP_SPREAD * found_hz)
     for mains_hz in MAINS_HZ:
@@ -179,7 +180,8 @@ def log_likelihood(
     has risen in comparison with a healthy record, 1 if its line is detected and neither noise nor a healthy record
     explains it, otherwise 0. `stands` is true if any line or comb of the record is unexplained (see
     `Diagnosis.standing`). If the record's lines fit a shaft speed outside the stated tolerance, `elsewhere` contains
-    the comb scores at that speed: a fault of an unknown part is more likely if its strongest comb has another cause.
+    the comb scores at that speed; a fault of an unknown part can then become more likely, if the strongest comb at
+    that speed belongs to another cause than the one that is most likely from `views` and `lines`.
     """
     found = [_comb_log_ratios(view) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))

@@ -114,7 +114,7 @@ def diagnose(
 def weigh_evidence(
     views: Sequence[tuple[str | None, FaultScores]], analysis: Analysis, comparison: BaselineComparison
 ) -> Diagnosis:
-    """Combine comb scores (`views`: channel, scores), lines and comparison with a healthy record to a diagnosis."""
+    """Make a diagnosis of comb scores (`views`: channel, scores), lines and the comparison with a healthy record."""
     standing, elsewhere = tuple(_describe_standing(analysis, comparison)), None
     lines = {
         part.value: 2 if x.name == comparison.line else int(_is_unexplained(x, comparison))  # risen, or unexplained
@@ -141,7 +141,7 @@ def weigh_evidence(
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True if a line above the noise has a large modulation depth, or a small one that no healthy record has."""
+    """True for a line above the noise, unless it is shallow and a healthy record has it at about the same depth."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -182,7 +182,7 @@ class FaultVerdict:
     """Verdict on a record: the faulty `parts` that are named, a `headline` and `reasons`.
 
     `finding` and `diagnosis` are None for a record that is not measured. `advice` explains why no part is named and
-    what would decide it; it is also the first reason, and is empty if a part is named.
+    what would settle the question; it is also the first reason, and is empty if a part is named.
     """
 
     finding: Finding | None
@@ -335,8 +335,8 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
 def smallest_detectable_depth(line: Line, comparison: BaselineComparison) -> float:
     """Least modulation depth at which a line is detected in 95 of 100 records; infinite if it cannot be detected.
 
-    A line of this depth has `DETECTABLE_SNR` times the power of the noise or, if the healthy bearing has the line too,
-    `RISEN_RATIO` times the depth of `line`.
+    At this depth the line has `DETECTABLE_SNR` times the power of the noise or, if `line` was compared with a healthy
+    record, `RISEN_RATIO` times its present depth.
     """
     if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
         return math.inf

@@ -1,8 +1,8 @@
 """Analysis of long records in parts as short as the records on which the method was calibrated (1 to 13 s).
 
 A comb, a line with its harmonics, stays within one frequency bin only while the shaft turns evenly. If the speed
-changes by 1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s
-as in parts of 20 s, and are lost in parts of 60 s.
+changes by 1 % in half an hour, or the spacing of impacts scatters by 1 %, combs are lost in parts of 60 s, and are no
+stronger in parts of 20 s than in parts of 10 s.
 
 Fault probabilities follow from the mean likelihood of all parts, but lines are read in one part only. To choose it, the
 parts are ranked by their strongest fault comb: rank 1 is the part with the strongest comb of all. Of n parts, the part
@@ -62,7 +62,7 @@ class LongAnalysis(Analysis):
 
 @one_thread()
 def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
-    """Analyse a record with `analyse` and its `options`, a long record in parts; unreadable parts are left out."""
+    """Analyse a record by `analyse` with `options`; a long record is divided, its unreadable parts are left out."""
     shaft_hz = recording.known_speed.value_hz
     count = math.floor(recording.seconds / max(PART_S, PART_TURNS / shaft_hz))
     if count < LEAST_PARTS:

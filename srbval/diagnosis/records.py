@@ -219,8 +219,8 @@ def separate_other_files(
 ) -> tuple[list[FailedFile], list[str]]:
     """Separate failed recordings from other files of a folder, such as a licence beside the recordings.
 
-    A failed file is one of the other files if it has no format of a recording, if the user did not name it (`named`),
-    and if no recording that was `read` has its suffix.
+    A failed file is one of the other files if it is in no format for recordings, if the user did not name it (`named`),
+    and if no recording that was `read` has the same file suffix.
     """
     endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
@@ -243,7 +243,7 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """Summarise an analysis in a table row: verdict, most probable fault (None if nothing is found), line, features."""
+    """Table row of an analysis: verdict, most probable fault (None if nothing is found), clearest line, features."""
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
     part = max(shares, key=lambda one: shares[one] or 0.0)
@@ -300,7 +300,7 @@ def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
 
 
 def _of_machine(together: Mapping[str, float], how: str) -> dict[str, Any]:
-    """Verdict on a machine from the log likelihood ratios of its records, `together`; `how` is the method in words."""
+    """Verdict on a machine from `together`, one log likelihood ratio per state; `how` is the method in words."""
     shares = posterior.probabilities(together)
     state = posterior.decide(shares)
     parts, best = posterior.faults_of(state), max(shares, key=shares.__getitem__)
@@ -410,7 +410,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 
 def _dependencies(request: RecordRequest, register: str) -> str:
-    """Key of a stored result: text of all its inputs and of the `register` of recordings; empty if not to be stored."""
+    """Key under which a reading is stored: all of its inputs as text; empty for a reading that cannot be stored."""
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:

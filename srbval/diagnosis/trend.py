@@ -1,7 +1,7 @@
 """Trend of the records of one machine: levels of its fault lines, RMS, velocity, and the first alarm.
 
-The level of a fault in a record is the RMS modulated by its line: the band's RMS times the root of the line's depth in
-the squared envelope. The baseline is the first b records of the history; m and s are mean and standard deviation of the
+The level of a fault in a record is the RMS in the band times the root of the fault line's modulation depth in the
+squared envelope. The baseline is the first b records of the history; m and s are mean and standard deviation of the
 logarithms of their levels. A level has risen if its logarithm x is above the prediction limit of the baseline::
 
     x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
@@ -217,8 +217,8 @@ def trend_of(
 ) -> Trend:
     """Compute the trend of the `documents` of `read_records`, by channel; `times` contains the time of each file.
 
-    Limits follow from the first `baseline` records (default: a third of all, from `LEAST_BASELINE` to `MOST_BASELINE`).
-    `zones_mm_s` are the velocities at which zones B, C and D begin (default: of the `machine_class`).
+    Limits follow from the first `baseline` records (default: a third of all, at least `LEAST_BASELINE`, at most
+    `MOST_BASELINE`). `zones_mm_s` are the velocities at which zones B, C and D begin (default: by `machine_class`).
     """
     import pandas as pd
 

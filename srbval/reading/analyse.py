@@ -193,10 +193,11 @@ def analyse(
     The default `bearing` is the one stated in the record. `stated` are fields of `RecordingSettings` such as `rpm`,
     `channel`, `fs_hz`, `unit`. `speed` and `band_hz` [Hz] override the values of the recording. With `auto_band`, or if
     no band is stated, the band is chosen from the record (`bands_of_record`), below half the sampling rate of a
-    `healthy` record so that both can be compared; with `whole_band` the whole band is used if no band is stated. A
-    nominal shaft speed is replaced by a more certain speed read from the record within the tolerance. `trials` is the
-    number of parts of a long record among which this part was chosen. Raises `ConfigurationError` for a missing speed
-    or bearing or an impossible band, `DataError` for a constant or short record, and the errors of `load_recording`.
+    `healthy` record so that both can be compared; with `whole_band` the whole band is used if no band is stated. If
+    only a nominal shaft speed is known, it is replaced by an estimate from the record within its tolerance, if the
+    record allows one. `trials` is the number of parts of a long record among which this part was chosen. Raises
+    `ConfigurationError` for a missing speed, a missing bearing or an impossible band, `DataError` for a constant or
+    short record, and the errors of `load_recording`.
     """
     recording = recording_of(source, settings_of(stated))
     bearing = bearing_of(recording, bearing)

@@ -39,7 +39,7 @@ class Family:
 
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
-    """Half width of a line's search window over its frequency: largest slip plus uncertainty of a measured speed."""
+    """Half width of a search window as a share of the line's frequency: largest slip, and error of a measured speed."""
     return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
 
@@ -74,8 +74,8 @@ def placebo_fundamentals(
 ) -> FloatArray:
     """Frequencies [Hz], [n], within an octave of a family's line, at which the bearing has no line.
 
-    The line was searched at `scale` times its kinematic frequency, in the window of `reading`, and with as many
-    harmonics. `families` are all lines of the bearing.
+    `reading` is the result of the search for the line at `scale` times its kinematic frequency; the frequencies are
+    chosen for combs with the harmonics and the relative window of this search. `families` are all lines of the bearing.
     """
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
@@ -87,10 +87,10 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each of `candidates_hz` [n] near neither a shaft harmonic nor a simple multiple (1, 3/2, ...) of a line.
+    """True for `candidates_hz` [n] near no shaft harmonic, no sideband and no simple multiple (1, 3/2, ...) of a line.
 
-    Lines are expected at `scale` times their frequencies at `speed`. A candidate is near a line if their relative
-    distance is below `APART` times `relative`, the half width of a search window over its frequency.
+    Lines are expected at `scale` times their frequencies at `speed`. Near means within `APART` times `relative` times
+    the frequency of the line; `relative` is the half width of a search window as a share of the line's frequency.
     """
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in SIMPLE_RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
@@ -113,7 +113,7 @@ def identity_probability(
 
         t: Student's density of d / s, if the peak is the line
         s: root sum of squares of `SLIP_SPREAD`, (`largest_slip` - `LARGEST_SLIP`) / 2, and the relative standard
-           uncertainties of reading and speed
+           uncertainties of the peak's frequency and of the shaft speed, `speed_ci95` / 1.96
         F: probability that the line is inside the window
         B: least Bayes factor for another source, -e p ln p for p < 1/e, otherwise 1, in which p = `other_chance` is the
            probability of so strong a peak of another source (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted

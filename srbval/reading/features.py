@@ -95,8 +95,8 @@ def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None =
 def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
     """Average the powers of short records in groups of successive records; returns one document for each group.
 
-    There are at least `groups` groups if there are as many records, and more if each group still has
-    `POOLED_REVOLUTIONS` shaft revolutions.
+    There are `groups` groups, or more if each then still has about `POOLED_REVOLUTIONS` shaft revolutions, but never
+    more groups than records.
     """
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))

@@ -55,9 +55,9 @@ class Line:
     """Line of a bearing in a record; values that `LineReading` also has are None if the line cannot be read.
 
     `deviation_pct` is the deviation from `kinematic_hz`; `deviation_ci95_pct` includes the uncertainty of the speed,
-    `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics. It is compared with combs at
-    frequencies without a bearing line (placebos): `placebo_false_alarm` and `comb_false_alarm` are its ranks among
-    them. Higher harmonics and sidebands are read one by one. `explained_by` names a stronger line at a simple ratio, or
+    `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics; higher harmonics and sidebands are
+    read one by one. `placebo_false_alarm` is the rank of the first harmonic among mixed placebos, `comb_false_alarm`
+    its rank among whole placebos (see `signal.false_alarm`). `explained_by` names a stronger line at a simple ratio, or
     another explanation of the peak. `identity_probability` is the probability that the peak is this line.
     """
 
@@ -215,7 +215,7 @@ def read_lines(
 def _readings(
     record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
 ) -> dict[Family, LineReading]:
-    """Read each family within `share` times f about f, which is `scale` times its kinematic frequency."""
+    """Read each family near `scale` times its kinematic frequency; `share` is the relative half width of the window."""
     found = {}
     for family in families:
         centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz

@@ -1,8 +1,8 @@
 """Power locked to a fault: the part of a record's power in a band that repeats at each passage over the defect.
 
-The time from one passage of a rolling element over the defect to the next is divided into short cells. The squared
-envelope is averaged in each cell over all passages. Its mean minus its level in that quarter of this time in which it
-is lowest is the power that the fault adds; background and tones are not included.
+The passage period, the time from one passage of a rolling element over the defect to the next, is divided into short
+cells. The squared envelope is averaged in each cell over all passages. The power that the fault adds is the mean of all
+cells minus the mean of that quarter of the period in which the squared envelope is lowest; noise and tones cancel.
 """
 
 import math
@@ -30,7 +30,7 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power in each band that repeats at a shaft order; bands narrower than twice its frequency are omitted."""
+    """Power in each band that repeats `found_order` times per turn; bands narrower than twice this rate are omitted."""
     speed = recording.known_speed
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}
@@ -49,7 +49,7 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """Remove tones of Giraudo's rig at high multiples of BPFO within a range [Hz], but not impacts at `found_order`."""
+    """Remove tones of Giraudo's rig at high multiples of BPFO in `within_hz`, but no impacts at order `found_order`."""
     speed = recording.known_speed
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz

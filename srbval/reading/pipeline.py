@@ -49,8 +49,8 @@ CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in
 class Tracking:
     """Order tracking: `course` is the shaft angle over time, None if the record is not tracked; `why` is the reason.
 
-    Frequencies in tracked spectra are those at the speed `mean_hz`. `drift_bins` is the number of bins by which the
-    race line of higher frequency moves within the record without order tracking, None if the record is not tracked.
+    Frequencies in tracked spectra are those at the speed `mean_hz`. `drift_bins` is the number of frequency bins by
+    which BPFI moves within the record because the speed drifts, None if the record is not tracked.
     """
 
     why: str
@@ -112,7 +112,7 @@ class Processed:
 
     @functools.cached_property
     def spectrum(self) -> Spectrum:
-        """Amplitude spectrum of `envelope`, in standard deviations of the signal; if tracked, by shaft angle."""
+        """Amplitude spectrum of `envelope`, in standard deviations of the signal, over shaft angle if it is tracked."""
         return amplitude_spectrum(self.tracking.resample(self.envelope, self.fs_hz, self.end_s), self.fs_hz)
 
     @property
@@ -216,7 +216,8 @@ def bands_of_record(
 ) -> tuple[BandChoice, ...]:
     """Bands to try, all below half the rate `within_fs_hz`: the whole band and the most impulsive narrower band.
 
-    Only the whole band if all narrower bands contain too few harmonics of the race lines, or have too long ends.
+    Only the whole band if all narrower bands hold fewer than `HARMONICS_HELD` harmonics of the race lines, or if their
+    filters distort too much of the record at its ends.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)

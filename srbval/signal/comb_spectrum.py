@@ -38,8 +38,8 @@ class CombSpectrum:
         """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`.
 
         Each record has the same number of bands. The mean of n records scatters less by the root of n, so the distances
-        of log(1 + S/N) from their median are multiplied by this root, to be comparable with those of one record. From
-        depths of several records the share of the noise is subtracted.
+        of log(1 + S/N) from their median are multiplied by this root, to be comparable with those of one record. The
+        depths from several records are reduced by the part that is due to noise.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)

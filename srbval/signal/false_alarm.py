@@ -119,7 +119,7 @@ def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
 
 
 class PlaceboRank(NamedTuple):
-    """Rank of a comb among mixed and whole placebos (see the module); `tail_false_alarm`: mixed, by `neg_log_rank`."""
+    """Ranks of a comb: among mixed placebos, the same with a fitted tail (`neg_log_rank`), among whole placebos."""
 
     false_alarm: float
     tail_false_alarm: float

@@ -40,13 +40,13 @@ class ShaftAngle:
         return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
-        """Shift [bins] of a line at shaft order `order` between the slowest and fastest of the `DRIFT_PARTS` parts."""
+        """Shift [bins] of a line of this order between the slowest and fastest of `DRIFT_PARTS` parts of a record."""
         marks = np.linspace(0, self.time_s[-1], DRIFT_PARTS + 1)
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
 
     def turns_at(self, at_s: FloatArray) -> FloatArray:
-        """Turns at rising instants [n]; outside the speed signal, the speed at its nearer end is used."""
+        """Turns of the shaft at rising times [n]; outside the speed signal, the speed at its nearer end is used."""
         return spline(*_extended(self.time_s, self.turns, at_s[0], at_s[-1]), at_s)
 
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:

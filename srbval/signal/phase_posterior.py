@@ -27,8 +27,8 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     """Compute the posterior of a line from sums [c, blocks] over blocks of `block_s`, for its harmonics `number` [c].
 
     Returns the mean shift of the line from `line_hz` and the half width of the 95 % credible interval [Hz], and the
-    probability of no slip. As a confidence interval, the credible interval is too wide without slip and too narrow with
-    little slip: see `slip.weak_factor`.
+    probability of no slip. The credible interval contains the true frequency in more than 95 % of cases without slip,
+    in fewer with little slip: see `slip.weak_factor`.
 
     Sums are in units of noise. All frequencies are equally probable beforehand, and so are all `JITTERS` (relative
     scatter of the spacing of impacts); no jitter has the prior weight `STEADY_WEIGHT`. Amplitudes are the likeliest for

@@ -26,10 +26,10 @@ def shaft_by_lines(
 ) -> tuple[float, float] | None:
     """Estimate a shaft speed within `half_hz` of a nominal speed, and its 95 % half width [Hz], from its lines.
 
-    The score of a speed sums the evidence of the sidebands of `line_hz` (0: none) and of the harmonics of the shaft in
-    an unmasked periodogram. At the highest score, line and shaft are fitted by least squares to all clear peaks; the
-    scatter about the fit (Birge's ratio) widens the interval. None if noise or another speed scores nearly as high
-    (`RIVAL_SHARE`), or if fewer than `LEAST_TERMS` peaks are clear.
+    `record` must not have masks. The score of a speed sums the evidence for harmonics of the shaft and for sidebands of
+    the fault line at `line_hz` (0: none). At the highest score, the frequencies of line and shaft are fitted by least
+    squares to all clear peaks; the scatter about the fit (Birge's ratio) widens the interval. None if noise or another
+    speed scores nearly as high (`RIVAL_SHARE`), or if fewer than `LEAST_TERMS` peaks are clear.
     """
     bin_hz = record.bin_hz
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, bin_hz / 16)

@@ -42,9 +42,9 @@ def slip_interval() -> dict[str, Any]:
     """Calibrated table of interval widths (`slip_interval.toml`).
 
     Slip gives a line's frequency r times the variance that noise gives it. The log spread s is the mean of log(1 + r)
-    over the posterior of r. The half width is ``floor`` standard errors from noise; if s is above ``start`` and this is
-    more, it is exp(s / 2) times a factor, interpolated in s between the values ``factor`` at ``log_spread``. For weak
-    lines see `weak_factor`.
+    over the posterior of r. The half width is ``floor`` times the standard error from noise or, for s above ``start``,
+    exp(s / 2) times a factor times this error, if that is more. The factor is interpolated in s between the values
+    ``factor`` at ``log_spread``. For weak lines see `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
@@ -69,7 +69,7 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor for the credible interval of a weak line.
+    """Factor by which the half width of a weak line's credible interval is multiplied to be right in 95 % of cases.
 
     `steady` is the probability of no slip, `wide` the interval's width over the width that noise alone gives it.
     """
@@ -148,7 +148,7 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Yield, for each usable number of blocks, sums over blocks divided by noise [c, blocks], power over noise [c]."""
+    """Yield for each usable number of blocks the sums over blocks, divided by noise, and power over noise [c]."""
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
@@ -201,10 +201,10 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 class Contrasts:
     """Weighted sums of n phases that separate a random walk of the phase from noise.
 
-    The `weights` [n - 2, n] are orthonormal; their sums vanish for phases on a straight line, and are uncorrelated both
-    for a random walk and for noise. The weights `slope` [n] give the slope of the phases, `slope_variance` is its
-    variance if the phases have noise of variance 1. For a random walk that gives the slope the same variance, `share`
-    [n - 2] are the variances of the contrasts, `with_slope` [n - 2] their covariances with the slope.
+    Each row of `weights` [n - 2, n] gives one sum, a contrast. The rows are orthonormal; the contrasts vanish if the
+    phases lie on a line, and are uncorrelated both for a random walk and for noise. `slope` [n] are the weights that
+    give the slope of the phases, with the variance `slope_variance` for noise of variance 1. If a random walk gives the
+    slope the same variance, the contrasts have the variances `share`, and the covariances `with_slope` with the slope.
     """
 
     weights: FloatArray

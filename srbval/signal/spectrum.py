@@ -130,8 +130,8 @@ class Kurtogram:
         """Most impulsive band [Hz]; `DataError` if the kurtogram of the record contains no band."""
         if self.kurtosis.size == 0:
             raise DataError(
-                "no kurtogram band is as wide as the fault lines and the record's length require; use a longer record "
-                "or a higher sampling rate."
+                "no band of the kurtogram is wide enough for the fault lines and so short a record; use a longer "
+                "record or a higher sampling rate."
             )
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
         return float(low), float(high)
@@ -185,9 +185,9 @@ def morlet_scalogram(
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], with at most `rows` and `columns`; Giraudo et al. 2025, Figure 14.
 
-    The rows are at frequencies whose wavelet has samples symmetric about its middle. At these the amplitudes of
-    ``pywt.cwt`` are too low by the factor sin(x)/x, x = pi f / fs, and are divided by it. Raises `ConfigurationError`
-    if the record is too short or too coarsely sampled for `range_hz`.
+    Frequencies f of the rows are chosen so that the samples of each wavelet lie symmetrically about its middle. The
+    amplitudes from ``pywt.cwt`` are then too low by the factor sin(x)/x, x = pi f / fs; this is corrected. Raises
+    `ConfigurationError` if the record is too short or too coarsely sampled for `range_hz`.
     """
     import pywt
 
