@@ -114,7 +114,7 @@ def diagnose(
 def weigh_evidence(
     views: Sequence[tuple[str | None, FaultScores]], analysis: Analysis, comparison: BaselineComparison
 ) -> Diagnosis:
-    """Make a diagnosis of comb scores (`views`: channel, scores), lines and the comparison with a healthy record."""
+    """Make a diagnosis of comb scores (`views`: pairs of channel and scores), lines and the `comparison`."""
     standing, elsewhere = tuple(_describe_standing(analysis, comparison)), None
     lines = {
         part.value: 2 if x.name == comparison.line else int(_is_unexplained(x, comparison))  # risen, or unexplained

@@ -284,7 +284,7 @@ def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
     own = [one.processed.seconds * one.speed.value_hz for one in found]
     if (few := min(own)) < MIN_POOLED_TURNS:
         name = found[own.index(few)].recording.name
-        raise DataError(f"{name}: {few:.2g} turns of the shaft; each record to combine needs {MIN_POOLED_TURNS:g}.")
+        raise DataError(f"{name}: {few:.2g} shaft turns; --one-machine needs {MIN_POOLED_TURNS:g} in each record.")
     if len({one.bearing.name for one in found}) > 1 or len({one.processed.fs_hz for one in found}) > 1:
         raise ConfigurationError(
             "--one-machine: the records differ in bearing or sampling rate; give records that agree in both."

@@ -74,8 +74,8 @@ def read_comb(
     H is `harmonics`. The fit starts at the highest sum of `neg_log_p` of all harmonics and at the spacing s =
     `sideband_hz` (zero: no sidebands). f and s maximise the likelihood for lines of unknown amplitude and phase (Rife &
     Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`), unless
-    `period_s`, the period of the modulation by the shaft, is None. Lines in masked zones or above ``record.limit_hz``
-    are ignored. Returns None if f would be above this limit, or its window is masked or has no peak.
+    `period_s`, the period of the modulation by the shaft (0: none), is None. Masked lines and lines above
+    ``record.limit_hz`` are ignored. Returns None if f may be above this limit, or its window is masked or has no peak.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:

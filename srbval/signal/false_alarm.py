@@ -55,11 +55,12 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def false_alarm(
     total_neg_log_p: float, total_ratio: float, share: FloatArray, half_window_hz: float, seconds: float
 ) -> float:
-    """Probability that within the window noise alone gives a comb a sum of -ln p of `total_neg_log_p` or more.
+    """Probability that noise alone gives a comb a summed `neg_log_p` of `total_neg_log_p` or more in its window.
 
-    `total_ratio` is the sum of `true_noise_ratio` over the comb's lines. `share` [h + 1] contains the share of the
-    window in which 0, 1, ... h of the comb's lines are not masked. With N peaks on average (`upcrossings`) the
-    probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without the term for a window's start).
+    The window is +-`half_window_hz` in a record of `seconds`. `total_ratio` is the sum of `true_noise_ratio` over the
+    comb's lines. `share` [h + 1] contains the share of the window in which 0, 1, ... h of these lines are not masked.
+    With N peaks on average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without
+    the term for a window's start).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:
