@@ -36,7 +36,11 @@ if TYPE_CHECKING:
 
 
 def load_recording(path: str | Path, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
-    """Load one measured file, simulated run or synthetic record; settings stored in the register do not apply."""
+    """Load a measured, simulated or synthetic record from a file; settings stored by `srbval data add` do not apply.
+
+    `stated` are fields of `RecordingSettings`, which take precedence over `settings`. Raises `DataError` for a file
+    that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
+    """
     file = Path(path)
     reading = apply_settings(file, read_file(file), settings_of(stated).over(settings or RecordingSettings()))
     named = {"name": printable(file.stem), "file": str(file), "sha256": file_sha256(file)}
@@ -88,7 +92,7 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
 def questions_error(
     kind: type[SrbvalError], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
 ) -> SrbvalError:
-    """Create an error of class `kind`: `subject`, a file or record, leaves `questions` open; `remedy` ends the text."""
+    """Create an error of class `kind` that lists open `questions` about `subject` (a file or record), and `remedy`."""
     error = kind(f"{subject} lacks information: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)
     return error
@@ -100,7 +104,7 @@ def subject_of(path: Path) -> str:
 
 
 def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
-    """Channels from which the user must choose one to analyse; empty if file and `settings` define the channel."""
+    """Channels from which the user must choose one to analyse; empty if the file or `settings` determine it."""
     reading = apply_settings(path, read_file(path), settings)
     is_open = reading.channel is None and reading.axes is None
     return tuple(reading.vibrations or reading.channels) if is_open else ()
@@ -139,7 +143,7 @@ def read_file(path: Path) -> Reading:
 
 
 def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recording:
-    """Create the recording from an interpreted file or arrays; `named` contains the recording's name, file and hash."""
+    """Create a recording from `reading`; `named` contains its name, file and hash, `subject` is for error messages."""
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
         remedy = " State them here, or store them with the file once, by `srbval data add`."
@@ -230,7 +234,7 @@ def _recording_of_row(
 
 
 def _bearing_of_set(facts: Mapping[str, Any], dataset: str) -> Bearing | None:
-    """Bearing with the fault orders that a metadata row (`facts`) states, else with its designation, else None."""
+    """Bearing by the fault orders in a metadata row (`facts`), else by the bearing's designation in it, else None."""
     model, orders = facts.get("bearing_model"), [str(facts.get(key)) for key in ("bpfo", "bpfi", "bsf", "ftf")]
     if "None" in orders:
         return load_bearing(model) if model else None

@@ -91,7 +91,7 @@ EntriesByFile = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
-    """Keep only the first of recordings with the same SHA-256 and settings; keep all recordings without SHA-256."""
+    """Keep only the first of all recordings with the same SHA-256 and settings; keep all recordings without SHA-256."""
     found: dict[object, RegisteredRecording] = {}
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
@@ -181,7 +181,7 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
 
 
 def _own_output(path: Path) -> str | None:
-    """Description of the report or campaign of srbval of which the file is a part; None for any other file."""
+    """Description of the report or campaign (set of simulations) by srbval that contains the file, or None."""
     for folder in path.parents[:2]:
         for what, shown_by, mark, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():

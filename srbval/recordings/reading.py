@@ -57,7 +57,7 @@ class Channel:
 
     @functools.cached_property
     def vibrates(self) -> bool:
-        """True if the samples may be a vibration: they rise and fall, and their unit is not, say, of a temperature."""
+        """True if the samples may be a vibration: they rise and fall, and their unit denotes no other quantity."""
         first, last = self.samples[:-1], self.samples[1:]
         is_other = self.rotates or self.unit in OTHER_QUANTITIES
         return not is_other and bool((last > first).any()) and bool((last < first).any())
@@ -80,8 +80,8 @@ class Channel:
 class Reading(SourceFacts):
     """Interpreted contents of a file; `channel` and `fs_hz` are None if the file does not determine them.
 
-    `rate_problem` is the reason why the sampling rate is not determined. `times` maps the number of samples of a signal
-    to the times of these samples. `speed_problem` is the reason not to trust the speed in the file; only a speed stated
+    `rate_problem` is the reason why the sampling rate is not determined. ``times[n]`` are the times of
+    all channels with n samples. `speed_problem` is the reason not to trust the speed in the file; only a speed stated
     by the user resolves it.
     """
 
@@ -95,7 +95,7 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of channels that may be analysed: vibrations without a `problem`, or else all but rotations."""
+        """Names of channels that may be analysed: vibrations without a `problem`; if none, all but rotations."""
         sound = tuple(name for name, channel in self.channels.items() if channel.vibrates and not channel.problem)
         return sound or tuple(name for name, channel in self.channels.items() if not channel.rotates)
 

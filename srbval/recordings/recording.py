@@ -148,7 +148,7 @@ class Recording(SourceFacts, NotebookObject):
         return self.speed
 
     def part(self, first: int, end: int) -> Recording:
-        """Copy samples `first` to `end` as float64; the mean speed is recomputed if the record has a speed signal."""
+        """Copy samples [`first`, `end`) as float64; the mean speed is recomputed if the record has a speed signal."""
         channels = {name: np.array(samples[first:end], dtype=np.float64) for name, samples in self.channels.items()}
         course, speed = self.speed_signal, self.speed
         if course is not None and speed is not None:

@@ -75,14 +75,14 @@ def add(
     settings: RecordingSettings | None = None,
     table: str | Path | None = None,
 ) -> RegisterListing:
-    """Register the file or all files below the folder `folder`, or only the files below it that a CSV `table` lists.
+    """Register all files in and below `folder` (or a single file); with a CSV `table`, only the files in its rows.
 
     No file is copied. A file whose SHA-256 differs from its first registration is reported as changed. `settings` are
     stored with each file; settings in the file's row of the table (see `label_table`) take precedence. A setting that
     is not given keeps its stored value, even if the file has moved. `repin` replaces the stored hash and all stored
-    settings. Files that are not recordings are in `left_out` of the listing. Raises `DataError` if a folder contains no
-    recordings, a named file is not a recording, or the manifest cannot be written; `ConfigurationError` for an unknown
-    bearing or an unusable table.
+    settings. Files that are not recordings are in `left_out` of the listing. Raises `DataError` if no file is a
+    recording, a file in the table is not a recording, or the register cannot be written; `ConfigurationError` for an
+    unknown bearing or an unusable table.
     """
     if table is None:
         stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
@@ -196,7 +196,7 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 def files_under(folder: Path) -> list[Path]:
     """Files below `folder`, sorted, without hidden files and linked folders; `DataError` if there are none.
 
-    Of a campaign's folder only the result files are listed.
+    In the folder of a campaign (a set of simulations) only the result files are listed.
     """
     whole = Path(os.path.abspath(folder))
     results = whole / RESULTS_FOLDER
@@ -237,7 +237,7 @@ def _inspect_and_store(
 def _inspect(
     files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
-    """Entries of files given with settings; `known` entries of unchanged files without settings stay unless `again`."""
+    """Entries of `files`; without `again`, a `known` entry stays if the file is unchanged and has no new settings."""
 
     def inspect(file: str) -> RegisteredRecording:
         old, stated = known.get(file), files[file]
@@ -274,7 +274,7 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 
 
 def is_unopened(entry: RegisteredRecording) -> bool:
-    """True for a Torino record if its content and operating point were unknown when the model was developed."""
+    """True for a usable Torino record if neither file nor operating point was known when the model was developed."""
     excerpts = dataset(RIG_DATASETS[-1])
     opened = {file["sha256"] for file in excerpts.files if "used_for" in file}
     known = entry.sha256 in opened or entry.operating_point in excerpts.operating_points

@@ -35,7 +35,7 @@ def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
 
 
 def _block_cautions(samples: FloatArray, begin: int, total: int) -> tuple[str, ...]:
-    """Cautions about one block of a signal of `total` samples; `begin` is the index of the first sample."""
+    """Cautions about one block of a signal of `total` samples; `begin` is the index of the block's first sample."""
     if samples.size < 2 or samples.min() == samples.max():
         return ()
     starts = np.concatenate(([0], np.flatnonzero(samples[1:] != samples[:-1]) + 1))
@@ -66,7 +66,7 @@ def _share(count: int, samples: FloatArray) -> str:
 
 
 def _shortest_unlikely_run(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
-    """Least length of a run of equal samples that is no coincidence; `lengths` and `values` describe all runs."""
+    """Least number of successive equal samples that is no coincidence, from `lengths` and `values` of all sequences."""
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf

@@ -118,7 +118,7 @@ class RecordingSettings:
 
 
 def settings_of(stated: Mapping[str, Any]) -> RecordingSettings:
-    """Create settings from keyword arguments; states and origins may be texts, None means not stated."""
+    """Create settings from keyword arguments; a state or an origin may be a text, None means not stated."""
     given = {key: to_json(value) for key, value in stated.items() if value is not None}
     return build(RecordingSettings, given, "keywords")
 
@@ -145,7 +145,7 @@ OPTION = re.compile(
 
 
 def with_keywords(text: str) -> str:
-    """Replace options in an error message by keyword arguments (``--rpm R`` by ``rpm=R``), but not within commands."""
+    """Replace options in an error message by keyword arguments (``--rpm R`` by ``rpm=R``), not in quoted commands."""
 
     def keyword(found: re.Match[str]) -> str:
         if found["command"] or found["folder"]:
@@ -219,7 +219,7 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
     time, fs_hz = reading.time, reading.fs_hz
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
-            raise DataError(f"{path}: {time.problem}, but --fs reads them as even. Give --resample without --fs.")
+            raise DataError(f"{path}: {time.problem}, but --fs assumes even times. Give --resample without --fs.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))

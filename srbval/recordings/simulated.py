@@ -147,7 +147,7 @@ def resample(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int
 def _average_groups(
     separate: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean time and mean sample of each group; `separate` [n - 1] is true if a value and the next are in two groups."""
+    """Mean time and mean sample of each group; `separate` [n - 1] is true if a group ends between two samples."""
     group = np.concatenate(([0], np.cumsum(separate)))
     count = np.bincount(group)
     return np.bincount(group, times_s) / count, np.bincount(group, samples) / count

@@ -230,7 +230,7 @@ def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
 
 
 def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
-    """Step to which times are rounded: a decimal place below `coarsest`, or the resolution of float32, or 0 if none."""
+    """Step to which times are rounded: a power of ten below `coarsest`, or the float32 resolution; 0 if not rounded."""
     values = np.asarray(times, np.float64)
     sizes, largest = np.abs(values), float(np.abs(values).max())
     places = np.floor(np.log10(sizes, where=sizes > 0, out=np.zeros(sizes.shape)))

@@ -64,7 +64,7 @@ def test_uneven_times_become_even(tmp_path):
     path = table(tmp_path / "a.csv", {"time": times, "acc [m/s2]": tones(times)})
     with pytest.raises(DataError, match=r"no even times \(the times of time are uneven.*\): --resample HZ"):
         load(path)
-    with pytest.raises(DataError, match=r"uneven.*--fs reads them as even. Give --resample without --fs"):
+    with pytest.raises(DataError, match=r"uneven.*--fs assumes even times. Give --resample without --fs"):
         load(path, fs_hz=20_000.0, resample_hz=FS_HZ)
     found = load(path, resample_hz=FS_HZ, band_hz=BAND_HZ)
     assert (found.fs_hz, found.cautions) == (FS_HZ, ())

@@ -1,4 +1,4 @@
-"""Interpretation of a file's variables as a `Reading` (channels and facts); `READERS` read known data sets."""
+"""Interpretation of the variables of a file as a `Reading`: channels, sampling rate, speed, load and bearing."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -14,7 +14,7 @@ from srbval.recordings.recording import Origin
 from srbval.recordings.sample_cautions import sample_cautions
 from srbval.recordings.times import time_column
 
-READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
+READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {  # by `reader` of a description
     "variables": read_variables,
     "signal-structs": read_signal_structs,
 }

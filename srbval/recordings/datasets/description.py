@@ -17,14 +17,14 @@ from srbval.storage.tables import build, read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class MatchRule:
-    """Rule by which a file of a data set is recognised, and by which its name states facts.
+    """Rule that recognises the files of a data set and reads operating conditions from the names of these files.
 
-    The regular expression `file` is searched in the file's name; with `file_required`, a file without a match is not of
-    the data set. The named groups of `file` are facts: ``label`` (of the fault), ``rpm``, ``radial_kn``, ``axial_kn``,
-    ``rate_khz``, ``end`` (motor end with the faulty bearing), ``record`` (number), ``hp`` (motor load). Each regular
-    expression of `variables` must match the name of a variable. `columns` are possible numbers of columns of a text
-    table; `vectors` is the number of arrays. The values of the variables `label_variable` and `nominal_rpm_variable`,
-    if the file has them, replace the label and the speed in its name.
+    The regular expression `file` is searched in a file's name; if `file_required` is true, a file whose name does not
+    match is not part of the data set. The named groups of `file` are ``label`` (of the fault), ``rpm`` (nominal speed),
+    ``radial_kn``, ``axial_kn``, ``rate_khz`` (sampling rate), ``end`` (motor end with the faulty bearing), ``record``
+    (record number) and ``hp`` (motor load). Each regular expression in `variables` must match the name of a variable.
+    `columns` lists the permitted numbers of columns of a text table, `vectors` is the required number of arrays. The
+    variables `label_variable` and `nominal_rpm_variable`, if a file has them, replace ``label`` and ``rpm``.
     """
 
     file: str | None = None
@@ -36,7 +36,7 @@ class MatchRule:
     nominal_rpm_variable: str | None = None
 
     def groups(self, raw: RawFile) -> dict[str, str] | None:
-        """Facts from a file's name and variables, by name of the fact; None if a condition is not met."""
+        """Values of the named groups, such as ``label``, for a file; None if the file does not fit this rule."""
         found = re.search(self.file, raw.path.name, re.IGNORECASE) if self.file else None
         if found is None and self.file_required:
             return None
@@ -55,7 +55,7 @@ class MatchRule:
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelRule:
-    """Channel of a data set: the variable whose name matches `variable`; `analyse` marks the default channel."""
+    """Channel of a data set: the variable whose name matches `variable`; if `analyse` is true, the default channel."""
 
     name: str
     variable: str
@@ -88,19 +88,19 @@ class DatasetDescription:
     """Description of a data set: how its files are recognised and interpreted.
 
     * `reader`: ``variables`` for files of named arrays, ``signal-structs`` for files with one struct per signal.
-    * Sampling rate: the value of the variable `rate_variable`, or else `rate_hz`.
+    * Sampling rate, if neither the file's name nor `records` states it: the variable `rate_variable`, else `rate_hz`.
     * Measured shaft speed: a signal in the variable `tachometer_rpm`, or a mean in the variable `stated_rpm`, in whose
       name ``{record}`` stands for the number of the record.
     * Set point of the speed, if none was measured: the variable `nominal_hz_variable`, `nominal_rpm_by_load` (by motor
       load), ``rpm`` in the file's name, or `nominal_rpm`. The true speed is within `nominal_ci95_pct` per cent of the
       set point in 95 % of the records.
-    * `labels`: state of the bearing for each pattern of a fault label.
+    * `labels`: regular expressions for fault labels, each with the bearing state that the label denotes.
     * `bands`: demodulation bands with their `reason`; a band with `fs_hz` is valid only for this sampling rate.
-    * `records`: facts about the records number `first` to `last`; `end` is the motor end with the faulty bearing.
+    * `records`: label, sampling rate etc. of records number `first` to `last`; `end` is the motor end with the fault.
     * `files`: a file with `url` and `sha256` can be downloaded; `used_for` is ``fit`` if a parameter of the model was
       fitted to the file, ``withheld`` if the file was seen but not used for a fit.
-    * `grid`: operating points, which are all `states` at every pair of loads and every nominal speed.
-    * `one_rig_a_folder`: true if each folder of the data set contains the records of another machine.
+    * `grid`: operating points: each bearing state at each pair of radial and axial load and each nominal speed.
+    * `one_rig_a_folder`: true if each folder of the data set contains the records of a different machine.
     """
 
     name: str

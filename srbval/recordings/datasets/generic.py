@@ -27,7 +27,7 @@ _SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with 
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Create a channel from each vector or matrix column of `MIN_SAMPLES` or more; facts not stated remain None."""
+    """Create a channel from each vector or matrix column with at least `MIN_SAMPLES` samples; find rate and speed."""
     channels: dict[str, Channel] = {}
     for name, channel in _find_channels(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
@@ -148,7 +148,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """Text that states a variable's unit in the file or in the variable's name, preferably a known unit."""
+    """Unit of a variable as written in the file or in the variable's name; a known unit is preferred to others."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
@@ -171,7 +171,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Shaft speed [rpm] and False (its unit counts as not stated) if `name` means a shaft speed; otherwise None."""
+    """Shaft speed [rpm] and False (`_named_number` checks its range) if `name` means a shaft speed; otherwise None."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
@@ -187,10 +187,10 @@ def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
 def _named_number(
     raw: RawFile, interpret: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
 ) -> tuple[float | None, str | None]:
-    """Find a number by the name of its variable or attribute; return it, or None, and the problem if there is one.
+    """Find a number by the name of its variable or attribute; return it and None, or None and the problem.
 
-    `interpret` converts name and value to the number and True if its unit is stated; None means another quantity.
-    Numbers that differ, or are outside the range `likely` without a stated unit, are a problem.
+    `interpret` returns the number and True if its unit is stated, or None if the name means another quantity. Numbers
+    that contradict each other, and a number outside the range `likely` without a stated unit, are problems.
     """
     found: dict[str, tuple[float, bool]] = {}
     for name in (*raw.variables, *raw.attributes):

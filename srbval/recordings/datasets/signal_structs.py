@@ -116,7 +116,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
 def _sensors(
     raw: RawFile, signals: dict[str, StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
-    """Samples by channel, and the channel to analyse: the sensor at the tested bearing, a single channel, or None."""
+    """Samples by channel; channel to analyse: the sensor at the tested bearing or the only channel, None if unknown."""
     rates = {rate_hz for _, rate_hz in signals.values()}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")

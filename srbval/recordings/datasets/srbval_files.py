@@ -138,7 +138,7 @@ def _own_bearing(raw: RawFile) -> Bearing | None:
 
 
 def status_note(status: str, reason: str) -> tuple[str, ...]:
-    """Note with the status and its reason for a usable run whose status is not ``ok``; no note for ``ok``."""
+    """Note with the status of a simulation and the reason for it; no note if the status is ``ok``."""
     return () if status == "ok" else (f"the run ended {status}: {printable(reason, LONGEST_NOTE)}",)
 
 

@@ -1,7 +1,8 @@
 """Interpretation of files with named variables by the rules of a `DatasetDescription`.
 
-In a data set with numbered records, variable names contain the number (``X105_DE_time``). The description's list
-`records` gives fault label, motor end with the fault and sampling rate by number, unless the file's name states them.
+In a data set with numbered records, variable names contain the number (``X105_DE_time``). For each record number,
+the description's list `records` states fault label, sampling rate and the motor end with the faulty bearing; a label
+or an end in the file's name is preferred, a different sampling rate in the name is an error.
 """
 
 import re
@@ -77,7 +78,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
 
 
 def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
-    """Number of the record to read (empty if no variable's name contains one), numbers of other records in the file."""
+    """Return the record number to read (empty if no variable name contains a number), and other record numbers."""
     rules = description.channels if description.records else ()
     found = (re.fullmatch(rule.variable, name) for rule in rules for name in raw.variables)
     numbers = sorted({match["record"] for match in found if match})
@@ -107,7 +108,7 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
 
 
 def _rate_hz(raw: RawFile, description: DatasetDescription, facts: dict[str, Any]) -> float | None:
-    """Sampling rate [Hz] from the file's name or the list of records (`facts`), a variable or the `description`."""
+    """Sampling rate [Hz] from `facts` (file's name or list of records), else a variable, else the `description`."""
     named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), facts.get("fs_hz")
     if named_hz and listed_hz and named_hz != listed_hz:
         raise DataError(
@@ -119,7 +120,7 @@ def _rate_hz(raw: RawFile, description: DatasetDescription, facts: dict[str, Any
 
 
 def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
-    """Nominal speed [rpm] from a variable, else from the motor load, else from the file's name or the description."""
+    """Nominal speed [rpm], as `description` states: from a variable, the motor load, the file's name or a constant."""
     if description.nominal_hz_variable is not None:
         return scaled(raw.number(description.nominal_hz_variable), RPM_PER_HZ)
     by_load = description.nominal_rpm_by_load
@@ -132,7 +133,7 @@ def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str,
 def _speed(
     raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Shaft speed (by tachometer, else stated, else nominal) and tachometer signal of a record of `seconds` [s]."""
+    """Shaft speed (from a tachometer, else stated, else nominal) and tachometer signal; `seconds` is the duration."""
     tachometer, stated = description.tachometer_rpm, description.stated_rpm
     if tachometer and raw.array(tachometer) is not None:
         values_hz, signal = raw.signal(tachometer) / RPM_PER_HZ, None

@@ -65,7 +65,7 @@ def load_table(path: Path) -> RawFile:
         names = [f.name for f in schema if any(fit(f.type) for fit in fits) or is_time(f.name)]
         if len(names) > MAX_TABLE_COLUMNS or len(set(names)) < len(names):
             raise DataError(
-                f"{path}: {len(names)} columns; at most {MAX_TABLE_COLUMNS} are read, and each needs another name."
+                f"{path}: {len(names)} columns; at most {MAX_TABLE_COLUMNS} are read, and each needs its own name."
             )
         return names
 
@@ -90,7 +90,7 @@ def load_table(path: Path) -> RawFile:
 
 
 def load_json(path: Path) -> RawFile:
-    """Read a JSON document, or one per line: lists of samples, or objects with samples and the time of the first."""
+    """Read JSON or JSON Lines: lists of samples, or objects with samples and the time of the first sample."""
     import pandas as pd
 
     text = path.read_text("utf-8-sig", "replace")

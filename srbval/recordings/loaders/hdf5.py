@@ -34,7 +34,7 @@ def load_hdf5(path: Path) -> RawFile:
     with h5py.File(path, "r") as file:
         reader = _Hdf5Reader(path, file)
     if CHECKSUM in reader.found["attributes"] and not checked:
-        raise DataError(f"{path}: damaged, or changed by another program: it has no checksum. Copy or make it again.")
+        raise DataError(f"{path}: no checksum at its end: cut off, or changed by another program. Copy it again.")
     notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
     return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else "", notes=notes, **reader.found)
 
@@ -87,7 +87,7 @@ class _Hdf5Reader:
             self._dataset(name, item, depth)
 
     def _dataset(self, name: str, dataset: Any, depth: int) -> None:
-        """Add a dataset of numbers, references or one text to `found`; `depth` is the number of nested levels."""
+        """Add a dataset of numbers, references or one text to `found`; `depth` counts the levels above it."""
         import h5py
 
         dtype, size = dataset.dtype, math.prod(dataset.shape)

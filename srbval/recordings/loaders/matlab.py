@@ -1,4 +1,4 @@
-"""Loaders for MATLAB files of version 5, also with MATLAB objects, and for Modelica results, in files of version 4."""
+"""Loaders for MATLAB v5 files, including MATLAB objects, and for Modelica result files (MATLAB v4 files)."""
 
 import contextlib
 import math
@@ -45,8 +45,8 @@ def collect(path: Path, variables: dict[str, ArrayOrText], name: str, value: Any
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
-        most = f"{MAX_STRUCT_DEPTH} nested levels and {MAX_VARIABLES} variables"
-        raise DataError(f"{path}: {name[:99]!r} is beyond the limits of {most}; not a recording.")
+        most = f"{MAX_STRUCT_DEPTH} nested levels or {MAX_VARIABLES} variables"
+        raise DataError(f"{path}: {name[:99]!r} exceeds the limit of {most}; not a recording.")
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
     value = getattr(value, "properties", value)  # of an object
@@ -92,7 +92,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each MATLAB `timeseries` by its samples and times (stored, or of a constant step)."""
+    """Replace the properties of each MATLAB `timeseries` by its samples and times, stored or evenly spaced."""
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"

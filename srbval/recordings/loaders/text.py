@@ -1,4 +1,4 @@
-"""Loader for text tables, with or without lines above the table, column names, units, times and columns of text."""
+"""Loader for tables in text files; lines above the table, column names, units, times and texts are optional."""
 
 import codecs
 import contextlib
@@ -93,9 +93,9 @@ def load_text(path: Path) -> RawFile:
 
 
 def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes] | None = None) -> RawFile:
-    """Read a table from the `content` of a file, from which the lines in `middle` were cut, after `cut` lines.
+    """Read a table from `content`; the lines in `middle`, if given, belong after the first `cut` lines of `content`.
 
-    Raises `ValueError` if `middle` is not rows of finite numbers of the same layout.
+    Raises `ValueError` if a line in `middle` is not a row of finite numbers of the same layout.
     """
     lines, notes = _read_lines(path, content)
     table = _find_table(path, lines)
@@ -170,10 +170,10 @@ def _read_blocks(path: Path, begin: int, end: int) -> Iterator[bytes]:
 
 
 def _read_regular(block: bytes, table: TableLayout, *, comma: bool) -> NDArray[np.float64]:
-    """Convert lines without examining each of them; `ValueError` unless all are rows of finite numbers as in `table`.
+    """Convert lines to an array [rows, columns]; `ValueError` unless all are rows of finite numbers as in `table`.
 
-    Returns an array [rows, columns]. Only characters of numbers, and separators, may occur: nothing that needs more
-    attention, such as comments, quotes, times, missing values or thousands separators, is overlooked.
+    The lines are not examined one by one. Only separators and the characters of plain numbers are permitted, so that
+    no comment, quote, time, missing value or thousands separator is overlooked.
     """
     allowed = b"0123456789+-eE\r\n " + (b"," if comma else b".") + (table.separator or " \t").encode()
     if set(table.kinds) != {"n"} or block.translate(None, allowed):
@@ -183,7 +183,7 @@ def _read_regular(block: bytes, table: TableLayout, *, comma: bool) -> NDArray[n
     text = io.BytesIO(block.replace(b",", b".") if comma else block)
     numbers = np.loadtxt(text, np.float64, comments=None, delimiter=table.separator, ndmin=2)
     if numbers.shape != (block.count(b"\n"), len(table.kinds)) or not np.isfinite(numbers).all():
-        raise ValueError("not a finite number in each field")
+        raise ValueError("a field is missing or not a finite number")
     return numbers
 
 
@@ -213,7 +213,7 @@ def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
 
 
 def _find_table(path: Path, lines: list[str]) -> TableLayout:
-    """Find the table: lines whose fields are of the same kinds (number, text etc.) as those of the middle line."""
+    """Find the table: lines with fields of the same kinds (number, text etc.) as the fields of a typical line."""
     filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     stated = re.fullmatch(r'"?sep=(.)"?;*', lines[filled[0]]) if filled else None
     if stated:
@@ -286,7 +286,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Add or drop empty fields at row ends; `DataError` for blank lines, unequal rows, numbers above or in comments."""
+    """Equalise empty row ends; `DataError` for blank lines, unequal rows, numbers in comments or above the table."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
@@ -374,7 +374,7 @@ def _check_names(where: str, names: list[str], table: TableLayout) -> None:
             f"and does not begin like a number{_hint(table.separator)}. Correct the line, or put a # before it."
         )
     if twice := sorted({name for name in needed if names.count(name) > 1}):
-        raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each column another name.")
+        raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each column its own name.")
 
 
 def _read_statements(path: Path, above: list[str]) -> dict[str, float | str]:
