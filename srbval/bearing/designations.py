@@ -39,7 +39,7 @@ class Designation(NamedTuple):
 
     @property
     def built_alike(self) -> bool:
-        """True for series 60 to 64, UC, N, NJ, NU, NUP, whose dimensions hardly differ between makers (some 0.1 %)."""
+        """True for series 60 to 64, UC, N, NJ, NU, NUP, whose dimensions differ by some 0.1 % between makers."""
         ball = not self.kind and re.fullmatch("6[0-4]..|608", self.number) and not self.mark
         return bool(ball) or self.kind in ("uc", *CYLINDRICAL)
 

@@ -146,7 +146,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Get the effects of uncertain inputs by defect and quantity from `stored`, the result of the study ``inputs``."""
+    """Get effects of inputs on quantities, by (defect, quantity), from the result of the study ``inputs``, `stored`."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 

@@ -142,9 +142,9 @@ def analyse_run(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
-    """Analyse a run, by default in the paper's envelope band; the line of a roller's fault is sought at its order.
+    """Analyse a run, by default in the paper's envelope band, and read the compared `quantities`.
 
-    This order is computed from the run (see `compute_line_order`).
+    The line of a roller fault is searched for at the order computed from the run (see `compute_line_order`).
     """
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:

@@ -37,7 +37,7 @@ class OpenInput:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Cumulative probabilities of the values that a study tries if this input alone varies."""
+        """Cumulative probabilities of the values that a study simulates when it varies this input alone."""
         ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
         return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
 

@@ -94,7 +94,7 @@ def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comp
 def _build_line_row(
     fault: Fault, model: QuantityValue, rig: QuantityValue, run: Run, parts: Mapping[str, float]
 ) -> Row:
-    """Build the row that compares a fault line of model and rig [Hz], with the line that the cage of `run` implies.
+    """Build the row that compares a fault line of model and rig [Hz]; contains the line at the cage speed of `run`.
 
     `parts` are the parts of the uncertainty of the error [%].
     """

@@ -189,7 +189,7 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of bands, and the power in each that repeats with the fault, minus that of a `healthy` record if given."""
+    """Edges of joined third octaves, and the power in each that repeats with the fault, minus a `healthy` record's."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit (and --scale).")

@@ -113,7 +113,7 @@ def make_plan(
 def _choose_model(
     candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]
 ) -> str:
-    """Name of the cheapest model that is accurate enough, else the reference, else the most detailed usable model."""
+    """Name of the cheapest model that is accurate enough, else the reference, else the most detailed that can run."""
     if enough := [one for one in candidates if one.ok]:
         return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
     able = [candidate.model for candidate in candidates if candidate.model not in refused]

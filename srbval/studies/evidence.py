@@ -30,7 +30,7 @@ def result_states(now: Fingerprint) -> list[State]:
 
 
 def _describe(name: str, result: StoredResult | None, now: Fingerprint) -> State:
-    """State of a `result`, or of a study without one: kind, `fresh` or `why` not, date, machine, duration."""
+    """State of the study `name` and its `result` (None if missing): kind, `fresh` or `why` not, date, machine, time."""
     kind = load_study(name).kind if result is None else result.kind
     why = "it was never computed" if result is None else result.why_stale(now)
     origin: Mapping[str, Any] = {} if result is None else result.origin

@@ -244,7 +244,7 @@ def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s
 
 
 def _scene(case: Case, seconds: float) -> Scene:
-    """Scene of a run that lasts `seconds`, after a quarter of this time to settle."""
+    """Scene of a run; `seconds` are recorded, after a quarter of this time to settle."""
     about = {"step_s": 1 / case["steps_per_s"], "seconds": seconds, "settle_s": seconds / 4, "rpm": case.get("rpm")}
     usual = bench_scene(case["scene"], solver=DEFAULT_SERIES[1], **about)
     solver = replace(usual.solver, name=str(case["solver"]))

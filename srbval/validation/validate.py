@@ -34,9 +34,9 @@ MAX_SUM_SPEED_DIFFERENCE = 0.01  # relative difference of speeds up to which two
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairReading:
-    """Pair of the case with its analysed sides and a row for each quantity.
+    """Pair of a case, with its analysed sides and a row for each compared quantity.
 
-    `problem` is the reason of a failed simulation, because of which the simulated side is missing.
+    `problem` is the reason for the failure of a simulation, in which case the simulated side is missing.
     """
 
     number: int

@@ -102,7 +102,7 @@ def read_run(case: Case, tried: Attempt) -> Measures:
 
 
 def runs(name: str, of: Sequence[Row], asked: Sequence[Shares], turns: float, **options: Any) -> pd.DataFrame:
-    """Run the scene `name` for every record in `of`, with every set of inputs in `asked`, for `turns` of the shaft.
+    """Run scene `name` for every record in `of`, with every set of inputs in `asked`, for `turns` shaft revolutions.
 
     A set contains the cumulative probability of each input; the first set is also run at a finer step.
     """

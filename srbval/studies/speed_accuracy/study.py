@@ -31,9 +31,9 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """Steps and simulated seconds of the timed runs (each repeated `repeats` times) and of runs compared for errors.
+    """Steps per second, simulated seconds and `repeats` of the runs: `timed_s` for CPU time, `compared_s` for errors.
 
-    `steps_per_s`: steps per second of these runs, `converged`: of the reference runs; multiples of the output rate.
+    Solvers run with `steps_per_s`, reference runs with `converged` steps per second, multiples of the output rate.
     """
 
     steps_per_s: tuple[int, ...] = (40960, 61440, 122880)
