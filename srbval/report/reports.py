@@ -111,7 +111,7 @@ def report_sources(
     """Write a report on recordings of one bearing into `folder`; return the report, and its files by format.
 
     For a folder or many files, a table lists all recordings, and only the most serious ones get a section. If no band
-    is requested, one is chosen for each record. Unreadable recordings are listed with the reason. For `model` and the
+    is requested, one is chosen for each record. Files that fail are listed with the reason. For `model` and the
     errors raised, see `gather_user_records` and `make_report`.
     """
     check_formats(formats)

@@ -159,7 +159,7 @@ def picture_rows(state: Fault, views: Sequence[RecordView], levels: Iterable[Row
 
 
 def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
-    """Judge if model and rig differ by less than a limit: some dB if `unit` is dB, else a share of the rig's value."""
+    """Judge if model and rig differ by at most a limit: some dB if `unit` is dB, else a share of the rig's value."""
     limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
@@ -249,7 +249,7 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
 
 
 def trend_row(means: CageMeans, judged: Iterable[Row]) -> Row:
-    """Compute the cage ratio's change [%] from fastest to slowest speed, for rig (`means`) and model (`judged`)."""
+    """Compute the cage ratio's change [%] from fastest to slowest speed, of rig and model (scene `rig`, `judged`)."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in judged if (one["scene"], one["endpoint"]) == ("rig", name)), None)

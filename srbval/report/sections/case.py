@@ -98,7 +98,7 @@ def _with_deviations(row: Mapping[str, Any]) -> Row:
 
 
 def _speed(result: Validation) -> Section | None:
-    """Make the section on the sums BPFO + BPFI, free of slip; None if neither the model nor the rig has both lines."""
+    """Make the section on BPFO + BPFI, which slip does not change; None if neither model nor rig has both lines."""
     if not result.sums:
         return None
     rollers = result.case.known_bearing.rolling_elements

@@ -172,7 +172,7 @@ def headline_of_all(summaries: Sequence[ReportRow]) -> str:
 
 
 def points_of_all(summaries: Sequence[ReportRow], failed: int) -> Iterator[str]:
-    """List the recordings with a named fault, the undecided recordings, and the number of unreadable files."""
+    """List the recordings with a named fault, the undecided recordings, and the number of files that failed."""
     for title, alarm in (("Named", "yes"), ("Undecided", "check")):
         rows = [row for row in summaries if row["alarm"] == alarm]
         shown = [literal(row["name"]) + (f" ({row['state']})" if alarm == "yes" else "") for row in rows[:MAX_NAMES]]
