@@ -20,7 +20,7 @@ class Estimate:
 
     `of`: name of the result, such as "drive power"; `kind`: its kind, which has a tolerance in `ERROR_TOLERANCE`;
     `blocks`: effective number of blocks (equal parts of the run) from whose differences `scatter` is computed. It is
-    below `BLOCKS` if a few blocks contain most of the quantity.
+    less than the number of blocks, `BLOCKS`, if a few of them contain most of the quantity.
     """
 
     kind: str
@@ -109,7 +109,7 @@ class StepError:
     def averaged_with(self, coarser: "StepError") -> "StepError":
         """Average each error with the error extrapolated from `coarser` steps, weighted by inverse variances.
 
-        As the order of convergence is uncertain, an extrapolated error has half its size as additional scatter.
+        The order of convergence is uncertain, so half of an extrapolated error is added to its `scatter` (as variances).
         """
         expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))

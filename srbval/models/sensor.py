@@ -37,8 +37,8 @@ def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) ->
 def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     """Squares of band-passed `samples`, [n], by a zero-phase Butterworth filter, which runs forward and backward.
 
-    Both runs begin in the filter's steady state, with samples that continue the signal as its reflection about the end.
-    This reduces the transients at both ends.
+    The signal is first extended at both ends by its point reflection (odd extension), and the filter starts each time in
+    its steady state. This reduces the transients at both ends.
     """
     start, end = 2 * samples[0] - samples[EDGE:0:-1], 2 * samples[-1] - samples[-2 : -EDGE - 2 : -1]
     passed = np.concatenate((start, samples, end))
@@ -70,7 +70,7 @@ def band_pass(
 
 @lru_cache(maxsize=16)
 def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[ComplexArray, ...]:
-    """Constants of `band_pass` for `count` samples: pole powers, free responses of states, response spectrum."""
+    """Constants of `band_pass` for `count` samples: powers of poles, free responses, spectrum of response."""
     poles, weights, gain = _one_pole_filters(fs_hz, band_hz)
     powers = poles[:, None] ** np.arange(count + 1)
     impulse = (weights @ powers[:, :count]).real

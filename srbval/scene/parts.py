@@ -36,10 +36,10 @@ class Housing(Limited):
 class Bodies(Limited):
     """Masses: density of rollers and outer ring, mass of the cage, or of both cages together.
 
-    `cages`: 1, as in the paper, or 2, one for each row; two cages turn independently but tilt together. `row_stagger`:
-    angle of row 2 ahead of row 1, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest random distance of
-    a roller from the middle of its cage pocket along the pitch circle (uniform distribution). Only the models full,
-    line and slices use cages, stagger and offset. `free_rollers` (slices only): rollers tilt and slide axially.
+    `cages`: 1, or 2, one for each row; two cages turn independently but tilt together. `row_stagger`: angle of row 2
+    ahead of row 1, in roller pitches; 1 is the same as 0. `pocket_offset_m`: largest random distance of a roller from
+    the middle of its cage pocket along the pitch circle (uniform distribution). Only the models full, line and slices
+    use cages, stagger and offset. `free_rollers` (slices only): rollers tilt and slide axially.
     """
 
     density_kg_m3: float = quantity("density", above=0)

@@ -57,7 +57,7 @@ def _spelled_out(changes: Mapping[str, Any]) -> Mapping[str, Any]:
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene: `path` is a name in `BUNDLED`, or a file with a suffix or a folder, e.g. ``mine.toml``, ``./mine``.
 
-    Missing keys keep the paper's value; `changes` override the file. Raises `DataError` for a missing file,
+    Missing keys keep the values of `paper_scene`; `changes` override the file. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
     """
     given = scene_table(path)

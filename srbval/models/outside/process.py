@@ -38,7 +38,7 @@ REASON = "the signals are finite and not constant; nothing else is checked for a
 
 
 class OutsideResult(NamedTuple):
-    """Result of a model from outside: status, columns of `outputs` if the run succeeded, and computing times [s]."""
+    """Result of a model from outside: status, array `Outputs.out` if the run succeeded, and computing times [s]."""
 
     status: RunStatus
     reason: str

@@ -75,7 +75,7 @@ def signals_of(returned: Any) -> SimulatedSignals:
 
 
 def recorded_columns(signals: SimulatedSignals, scene: Scene) -> FloatArray:
-    """Convert signals to `outputs` at the scene's output rate, [samples, COLUMN_COUNT], NaN for signals not given.
+    """Convert signals to the array `Outputs.out`, [samples, COLUMN_COUNT], at the output rate; NaN: not given.
 
     Raises `UnusableSignalsError` if signals are not finite, uneven, too short, of a wrong shape or rate, or constant
     although the bearing has a defect.
