@@ -109,7 +109,7 @@ class StepError:
     def averaged_with(self, coarser: "StepError") -> "StepError":
         """Average each error with the error extrapolated from `coarser` steps, weighted by inverse variances.
 
-        The order of convergence is uncertain, so half of an extrapolated error is added to its `scatter` (as variances).
+        The order of convergence is uncertain: half of an extrapolated error is added to its `scatter` (as variances).
         """
         expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
         return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))

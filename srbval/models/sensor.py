@@ -37,7 +37,7 @@ def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) ->
 def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     """Squares of band-passed `samples`, [n], by a zero-phase Butterworth filter, which runs forward and backward.
 
-    The signal is first extended at both ends by its point reflection (odd extension), and the filter starts each time in
+    The signal is extended at both ends by its point reflection (odd extension), and the filter starts each time in
     its steady state. This reduces the transients at both ends.
     """
     start, end = 2 * samples[0] - samples[EDGE:0:-1], 2 * samples[-1] - samples[-2 : -EDGE - 2 : -1]
