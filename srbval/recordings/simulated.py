@@ -80,7 +80,7 @@ def resample_channels(
 
     The error is the RMS difference between cubic and quintic splines divided by the signal's RMS in the demodulation
     band. For velocities and displacements it is the error of the acceleration (`derivatives` maps units to orders of
-    derivative). Raises `DataError` if the steps are too long for the band, or the rate does not fit the record.
+    derivative). Raises `DataError` if a time step is too long, or if `fs_hz` is too low or too high.
     """
     main, band_hz = reading.main, reading.main.band_hz
     cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
@@ -99,7 +99,7 @@ def resample_channels(
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
-    """Raise `DataError` if `fs_hz` or a step is too coarse for the band; without a band, caution if steps are long."""
+    """Raise `DataError` if `fs_hz` is too low or high or a time step too long; return a caution about long steps."""
     seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
     low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
     if band_hz is not None:

@@ -1,4 +1,4 @@
-"""Interpretation of files of no known data set: each vector is a channel; rate and speed are found by their names."""
+"""Interpretation of files of no known data set: each vector is a channel; rate and speed are found by name."""
 
 import re
 from collections.abc import Callable, Iterator

@@ -33,8 +33,8 @@ class FileFormat:
     """File format: pattern `mark` of a file's first bytes (``.`` is any byte), and the loader `read`.
 
     Unless `trusted`, `read` may raise anything, hang or crash: it runs in a process with limits. `library` contains the
-    module to import before the limits apply, and the name of its package. The contents may need `expansion` times the
-    size of the file in memory.
+    module to import before the limits apply, and the name of the package to install. The contents may need
+    `expansion` times the size of the file in memory.
     """
 
     name: str

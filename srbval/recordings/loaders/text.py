@@ -162,7 +162,7 @@ def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64
 
 
 def _read_blocks(path: Path, begin: int, end: int) -> Iterator[bytes]:
-    """Read the bytes from `begin` to `end`, whole lines of a text, in blocks of whole lines."""
+    """Yield the lines of a file between the bytes `begin` and `end`, in blocks of whole lines."""
     with path.open("rb") as stream:
         stream.seek(begin)
         while (left := end - stream.tell()) > 0:
@@ -346,7 +346,7 @@ def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str]
 
 
 def _names_of(line: str, separator: str | None, columns: int) -> list[str] | None:
-    """Split a line into names, one for each of the `columns`, by any usual separator; None if the number differs."""
+    """Split a line into names, one for each of the `columns`, by any usual separator; None if this fails."""
     tried = [_fields(line, separator)]
     if separator is not None and line.endswith(separator):
         tried.append([*tried[0], ""])
