@@ -123,7 +123,7 @@ TOTALS = 24
 # of the cage and per relative rate [N m s].
 RELATIVE_BORDER, RELATIVE_FOLLOWED, RELATIVE_OWN, SHAFT_ROW = 6, 7, 8, 9
 FACTOR_ROWS = 10
-RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
+RING_FORCE = slice(0, 3)
 
 
 def aligned_zeros(size: int) -> NDArray[np.float64]:
