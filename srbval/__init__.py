@@ -16,7 +16,7 @@ _HOMES: dict[str, tuple[str, str]] = {}
 
 
 def _homes() -> dict[str, tuple[str, str]]:
-    """Map each public name of srbval to its module and its name in the module; read once from ``__init__.pyi``."""
+    """Map each public name of `srbval` to the module that defines it and its name there, as in ``__init__.pyi``."""
     if not _HOMES:
         import ast
         from pathlib import Path
@@ -44,7 +44,7 @@ def __getattr__(name: str) -> object:
 
 
 class _Package(type(sys)):  # type: ignore[misc]  # class of modules
-    """Class of the module `srbval`: an import of the sub-package `plan` or `report` must not replace the function."""
+    """Class of the module `srbval`; keeps its functions `plan` and `report` when sub-packages so named are imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name not in ("plan", "report"):

@@ -16,7 +16,7 @@ from srbval.storage.installation import import_library
 
 @functools.cache
 def with_keyword_errors(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a public function so that its error messages name Python keywords instead of command-line options."""
+    """Wrap `function`, whose public name is `name`: its errors then name Python keywords, not command-line options."""
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:

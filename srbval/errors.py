@@ -47,7 +47,7 @@ class ConfigurationError(SrbvalError):
 
 
 class UnknownNameError(ConfigurationError):
-    """Error for an unknown word; `known` contains all accepted words if the message suggests only the closest one."""
+    """Error for an unknown word; `known` contains all accepted words, or nothing if the message lists them."""
 
     known: Collection[str] = ()
 

@@ -63,7 +63,7 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
 
 
 def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Count the cases; sum expected time [s on one core] and disk space of the valid ones, each result file once."""
+    """Count the cases; sum expected time [s on one core] and disk space of valid cases, of equal cases only once."""
     good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),
@@ -102,7 +102,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
 
 
 def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Planned and expected wall time [s]; without stored timings of the model, a rough guess and None."""
+    """Planned and expected wall time [s] of a scene; without stored timings of its model, a rough guess and None."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     with contextlib.suppress(DataError):  # no measured times are stored

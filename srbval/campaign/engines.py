@@ -42,8 +42,8 @@ def run_tasks(
     """Submit the `tasks`, at most `MAX_SUBMITTED_CASES` at a time, and yield each result when its case has ended.
 
     `submit` returns a future of `concurrent.futures` or Dask. If no case ends for `WORKER_CHECK_S` [s], `check` is
-    called; for Dask it raises an error if the cluster has no worker. A case whose future raises one of the exceptions
-    `lost`, as for a lost worker, gets the status ``crashed``.
+    called; for Dask it raises an error if the cluster has no worker. The exceptions `lost` mean that the worker was
+    lost: if a future raises one of them, its case gets the status ``crashed``.
     """
     waiting, running, ended = iter(tasks), dict[Any, CaseTask](), SimpleQueue[Any]()
     while True:
@@ -73,7 +73,7 @@ def run_tasks(
 
 @dataclass(frozen=True)
 class Engine:
-    """Engine of a campaign: ``run(tasks)`` yields the result of each case; closing this generator ends these cases."""
+    """Engine of a campaign: ``run(tasks)`` returns a generator of results; closing it ends the cases that still run."""
 
     name: str
     run: Callable[[Iterable[CaseTask]], Generator[CaseResult]]

@@ -42,7 +42,7 @@ class Output(enum.StrEnum):
 
 
 def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
-    """Compute the numbers of a run that `outputs` request: value and unit by name, without NaN and missing numbers."""
+    """Compute the numbers that `outputs` request from a run: value and unit by name; omit NaN and missing numbers."""
     found: dict[str, tuple[float | None, str]] = {}
     if Output.SUMMARY in outputs:
         found |= {name: (getattr(run, name), unit) for name, unit in SUMMARY.items()}
@@ -96,7 +96,7 @@ class CaseTask:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """Result of a case; its status is that of its run or, if none ended, ``refused``, ``crashed`` or ``timed-out``."""
+    """Result of a case; `status` is its run's or, if no run returned one, ``refused``, ``crashed`` or ``timed-out``."""
 
     key: str
     status: str

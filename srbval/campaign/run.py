@@ -62,10 +62,9 @@ class CampaignTable:
     def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
         """Data set along ``case``: changed inputs and models as coordinates, status, reason and numbers as variables.
 
-        With `signals` it also contains signals along ``time_s`` and, by case, the bearing's state (healthy or the part
-        with the defect), speed, loads and defect size. For cases that were refused, failed or are inaccurate, these
-        signals and numbers are NaN and the state is empty. Raises `DataError` if sampling rates differ or no case has
-        signals.
+        With `signals` it also contains signals along ``time_s`` and, for each case, the bearing's state (healthy or the
+        part with the defect), speed, loads and defect size. For a case that was refused, failed or is inaccurate, all
+        of these are NaN and the state is empty. Raises `DataError` if sampling rates differ or no case has signals.
         """
         results = read_results(self)
         rows = result_rows(self, results)
@@ -99,7 +98,7 @@ def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
 
 
 def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
-    """Load signals along ``case`` and ``time_s``, state, speed, loads and defect; `accepted`: keys of cases to load."""
+    """Load the signals, state, speed, loads and defect size of the cases whose keys are in `accepted`."""
     engine, found, rates, labels = require_xarray(), {}, set[float](), dict[str, Any]()
     for case in table.cases:
         if case.key not in accepted:
@@ -173,7 +172,7 @@ def read_campaign_table(folder: Path) -> CampaignTable:
 
 
 def case_numbers(sources: Sequence[Any]) -> dict[str, float]:
-    """Index of each case by the path of its result file; empty unless the only source is the folder of a campaign."""
+    """Number of each case, by the path of its result file; empty unless `sources` contains only a campaign's folder."""
     folder = Path(sources[0]) if len(sources) == 1 and isinstance(sources[0], str | Path) else None
     if folder is None or not (folder / CAMPAIGN_JSON).is_file():
         return {}

@@ -1,6 +1,6 @@
-"""Campaign file: base scene, the inputs that vary (axes), seeds, repeats and outputs; and the points of its cases.
+"""Campaign file: base scene, axes (the inputs that vary), seeds, repeats and outputs.
 
-A point is the set of changes that a case makes to the base scene, by dotted key of a scene file.
+A point is the set of changes that a case makes to the base scene: values by dotted key, such as ``defect.kind``.
 """
 
 import enum

@@ -24,7 +24,7 @@ LIBRARY_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS",
 
 
 class Interrupted(KeyboardInterrupt):
-    """Exception that a signal such as Ctrl-C raises; a plain `KeyboardInterrupt` may lead to another exit code."""
+    """Exception for a signal such as Ctrl-C; after a plain `KeyboardInterrupt` Python may replace the exit code."""
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
@@ -127,7 +127,7 @@ def _signals_as_exceptions() -> Iterator[None]:
         raise raised[0]
 
     def again(lost: Any) -> None:
-        """Send the signal again if Python discarded (`lost`) the exception that it raised, as in a destructor."""
+        """Send the signal again if Python discarded its exception (described by `lost`), as it does in a destructor."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             return before(lost)
         handle(end)

@@ -51,7 +51,7 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def add_command(self, commands: Any, name: str, table: CommandTable, groups: CommandTable) -> None:
-        """Add a command; its `table` in ``commands.toml`` lists options, groups of shared options, and sub-commands."""
+        """Add the command `name` to `commands`; `table` lists its options and sub-commands, `groups` shared options."""
         example = f"example: {table['example']}" if "example" in table else None
         about = {"help": table["help"], "description": table["help"], "epilog": example}
         added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))

@@ -31,14 +31,14 @@ BELONGS_TO = {  # option on the command line that discards the machine's value
 
 
 def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
-    """Declare a key that sets the command-line option `name` [`unit`]; `dimension` and `limits` as in `quantity`."""
+    """Field that sets the option `name` (in `unit`); `dimension` as in `quantity`, `limits` as in `limited`."""
     of_quantity = {"dimension": dimension} if dimension else {}
     return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SetPoint(Limited):
-    """Shaft speed [rad/s] and loads [N] of the machine; a speed without a tolerance counts as measured."""
+    """Shaft speed [rad/s] and loads [N] of the machine; the speed counts as measured if no tolerance is given."""
 
     speed_rad_s: float | None = _option("rpm", "rpm", "speed", above=0)
     speed_tolerance_pct: float | None = _option("rpm_tolerance", above=0, most=10)
@@ -67,7 +67,7 @@ class Sensor(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineRecords(Limited):
-    """Healthy record for comparison and its scale factor; for a trend, number of first `records` that are normal."""
+    """Healthy record for comparison, its scale factor, and how many first `records` of a trend count as normal."""
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)

@@ -31,7 +31,7 @@ def print_result(
 ) -> int:
     """Print the result of a command and return the exit code `code`.
 
-    With ``--json`` the `document` (mapping or dataclass) is printed with the field `status` (default: see `STATUS`).
+    With ``--json`` the `document` (mapping or dataclass) is printed with the field `status` (default: `STATUS[code]`).
     Without it the text `show` is printed, or the function `show` prints the result. With ``--export`` the `tables`
     (lists of rows by name, by default all lists of mappings in the document) are written to a file.
     """

@@ -21,9 +21,9 @@ PAIR_COLUMNS = ("pair", "quantity", "unit", "kinematic", "simulated", "measured"
 
 
 def run_report_command(options: argparse.Namespace) -> int:
-    """Write a report on recordings or, without files, on the model compared with paper and test rig; print file names.
+    """Write a report on recordings or, without files, on the comparison of the model with the paper and the test rig.
 
-    Exit code 1 if a tolerance is missed, 3 if some recordings could not be read or analysed.
+    Prints the file names. Exit code 1 if a tolerance is missed, 3 if some recordings could not be read or analysed.
     """
     first, more = [Path(file).stem[:MAX_NAME_LENGTH] for file in options.files[:1]], len(options.files) - 1
     usual = "-".join([MAIN_FOLDER, *first, *([f"and-{more}-more"] if more > 0 else ())])

@@ -150,10 +150,10 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
 
 
 def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
-    """Return the scene to run, and whether to choose its time step (`AUTO`) or only estimate its error (`CHECKED`).
+    """Return the scene, and whether its run selects the time step (`AUTO`) or only estimates the error (`CHECKED`).
 
-    A step that the options or a scene file state is kept. Otherwise the step is chosen, but an explicit solver uses the
-    scene's default step or, if it is shorter, the default step of the scene `paper`.
+    A step stated by an option or a scene file is kept. Otherwise the run selects the step, except for an explicit
+    solver, which uses the default step of the scene or of the scene `paper`, whichever is shorter.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED

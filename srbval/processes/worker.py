@@ -197,10 +197,10 @@ def _describe_death(process: subprocess.Popen[bytes]) -> str:
 
 
 def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:
-    """Answer requests in the worker process until its input is closed or idle for `idle_s` [s].
+    """Answer requests in the worker process until its input is closed or no request arrives for `idle_s` [s].
 
-    `load` imports what is needed and returns the function that answers; requests may arrive meanwhile. Ctrl-C is
-    ignored. An exception ends the process with a line on standard error.
+    `load` is called first: it imports what is needed and returns the function that answers; requests that arrive
+    meanwhile wait. Ctrl-C is ignored. An exception ends the process with a line on standard error.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -37,7 +37,7 @@ _read_utc: list[str] = []  # dates of the results that this process has read, IS
 
 @contextlib.contextmanager
 def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
-    """Context in which stored results are not read if `fresh` is true; yields the list of dates of those that are."""
+    """Context; yields a list that receives the date of each stored result that is read. With `fresh` none is read."""
     before, _read_utc[:] = os.environ.get(FRESH, ""), []
     os.environ[FRESH] = "1" if fresh else before
     try:

@@ -60,7 +60,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
-    """Remove unfinished files of killed processes from `folder` if `belongs` accepts the name of the final file."""
+    """Remove temporary files of killed processes from `folder`, if `belongs` accepts the name of the intended file."""
     for path in folder.glob(f".*{PART_SUFFIX}"):
         match = UNFINISHED.fullmatch(path.name)
         if match is not None and belongs(match[1]) and path.is_file() and not path.is_symlink():

@@ -39,7 +39,7 @@ def pip_command(*libraries: str) -> str:
 
 
 def import_library(module: str, feature: str, *libraries: str) -> Any:
-    """Import the `module` that a `feature` needs; `ConfigurationError` with an install command if it is missing."""
+    """Import the `module` that a `feature` needs; if it is missing, an error states how to install `libraries`."""
     try:
         return importlib.import_module(module)
     except ImportError:

@@ -58,7 +58,7 @@ def json_text(value: Any, *, ascii_only: bool = False) -> str:
 
 
 def rows_text(content: Mapping[str, Any]) -> str:
-    """JSON document with one line per element of a list: half the size of `json_text`, and still easy to compare."""
+    """JSON text of `content`; a list in it has one line per element: half the size of `json_text`, easy to compare."""
 
     def text(value: Any) -> str:
         return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
@@ -102,8 +102,8 @@ def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
 def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
     """Move all files of folder `stage` to `folder`, and write the file `listing`: `content` and each file's SHA-256.
 
-    Before, `folder` may contain a listing of an earlier call. The files in it are removed, except files that the user
-    has changed since. If `content` is None, no listing is written.
+    Files that an earlier call wrote and listed in `folder`, but that are not written now, are removed, unless the user
+    has changed them. If `content` is None, no listing is written.
     """
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     if content is not None:

@@ -44,7 +44,7 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
     """Hash of the statements in the modules and TOML files of a `folder`, 64 hexadecimal digits.
 
     These do not count: docstrings, comments, formatting, the order of statements, names that begin with an underscore,
-    the location of imported names, files named ``page`` or ``figure``, which only show the result, and the keys
+    modules from which names are imported, files named ``page`` or ``figure``, which only show the result, and the keys
     ``question`` and ``minutes`` of TOML files.
     """
     statements = [
@@ -59,8 +59,8 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
 def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True) -> set[Path]:
     """Find the source files of `modules` and of everything they import within `package`, directly or not.
 
-    Data files beside a module count if the module names them in quotes. If `lazy` is true, a module that is imported at
-    the first use of a function counts, too; a text ``"module:function"`` names it. The ``__init__`` of the package
+    Data files beside a module count if the module names them in quotes. If `lazy` is true, modules named in texts
+    ``"module:function"`` count, too; they are imported when the function is first used. The package's ``__init__``
     itself does not count, because it only exports names. Raises `ModuleNotFoundError` for a module that does not exist.
     """
     known = _modules(package)

@@ -66,7 +66,7 @@ class CheckedQuantity:
 
 
 def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
-    """Compare one program part's fingerprint `now` with the reference `known`; a number that one lacks fails."""
+    """Compare a program part's fingerprint `now` with the reference `known`; a number missing in one of them fails."""
     found, both = [], [name for name in now if name in known]
     for name in dict.fromkeys([*both, *now, *known]):
         value, middle, words = now.get(name, math.nan), known.get(name, math.nan), None
@@ -80,7 +80,7 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
 
 
 def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
-    """Read a fingerprint (values by part of the program) from JSON, null as NaN; `ValueError` if it is none."""
+    """Read a fingerprint (values by part of the program) from JSON, null as NaN; else `ValueError`."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
         raise ValueError("not a fingerprint: not a table of tables")
     return {

@@ -87,7 +87,7 @@ def _example(units: dict[str, float]) -> str:
 def limited(
     *, above: float | None = None, least: float | None = None, most: float | None = None, **options: Any
 ) -> Any:
-    """Declare a field of a `Limited` class: its number (or each, in a tuple) is > `above`, >= `least`, <= `most`."""
+    """Declare a field of a `Limited` class: each number > `above`, >= `least`, <= `most`; `options` as in `field`."""
     metadata = options.pop("metadata", {}) | {"limits": (above, least, most)}
     return dataclasses.field(metadata=metadata, **options)
 
@@ -267,9 +267,9 @@ LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three l
 def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
 
-    `hints` contains what the fields' types do not state. Its key (class, field name) gives another type for a field
-    whose value the program converts before it calls `build`, or None to omit the field. Its key enum class gives words
-    that a file may contain besides the members of the enum. No key of a file is required.
+    `hints` contains what the fields' types do not state. For a pair (class, field name) it contains the type in the
+    file, if the program converts the value before it calls `build`, or None to omit the field. For an enum class it
+    contains words that are accepted besides the enum's members. All keys of a file are optional.
     """
     definitions: dict[str, Any] = {}
 
