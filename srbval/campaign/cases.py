@@ -47,7 +47,7 @@ class CampaignCase:
 
 
 def plan_cases(campaign: Campaign) -> list[CampaignCase]:
-    """List all cases; a case whose changed inputs give no valid scene contains the reason in `refused`."""
+    """List all cases; if the inputs of a case give no valid scene, its `refused` contains the reason."""
     return [_plan_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 

@@ -157,11 +157,11 @@ def _dask_client(cluster: Any, cluster_name: str) -> Iterator[Any]:
 def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
     """Start a Dask cluster of class `kind` with `workers` workers, and end it on exit.
 
-    If the class submits batch jobs, each worker is a job with one core, which runs one case at a time; with the option
-    `cores`, it has this number of cores and runs as many cases at a time. Queue, account and time limit come from the
-    options or from Dask's configuration, ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With `adapt`,
-    Dask starts and ends workers as needed, at most `workers`. Dask's web dashboard is off unless the options or the
-    configuration contain its address.
+    If `kind` submits batch jobs, each worker is a job with one core, which runs one case at a time. The option `cores`
+    sets another number of cores, which is also the number of cases at a time. Queue, account and time limit come from
+    the options or from Dask's configuration, ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With
+    `adapt`, Dask starts and ends workers as needed, at most `workers`. Dask's web dashboard is off unless the options
+    or the configuration contain its address.
     """
     import dask
     from dask.utils import parse_bytes

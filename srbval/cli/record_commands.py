@@ -192,7 +192,7 @@ def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
 
 
 def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) -> None:
-    """Print verdict, detected fault lines and cautions; if `whole`, all fault lines whose name begins with `wanted`."""
+    """Print verdict and cautions, with detected fault lines or, if `whole`, all whose name begins with `wanted`."""
     result, verdict = reading.analysis, reading.verdict
     recording, speed = result.recording, result.speed
     file = printable(recording.file or recording.name, LONGEST_LINE)

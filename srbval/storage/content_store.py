@@ -122,7 +122,7 @@ class ContentStore:
 
 
 def make_room(folder: Path, limit_bytes: float = LIMIT_BYTES) -> None:
-    """Remove unfinished files older than `ABANDONED_S`, and the least recently used files beyond `limit_bytes`."""
+    """Remove unfinished files older than `ABANDONED_S` [s] and, above `limit_bytes`, the least recently used files."""
     found = {}
     for entry in os.scandir(folder):
         with contextlib.suppress(FileNotFoundError):  # another process removed it
