@@ -50,7 +50,7 @@ def prepare(scene: Scene) -> str:
 
 
 def run_case(task: CaseTask) -> CaseResult:
-    """Run a case and write its result, unless its file contains a final result; an error becomes the result's status."""
+    """Run a case and write its result, unless its file contains a final one; an error becomes the result's status."""
     if (found := read_intact_result(task.path)) and found.final:
         return found
     run = None

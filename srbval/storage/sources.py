@@ -120,7 +120,7 @@ def _imported(text: str) -> Iterator[str]:
 
 @cache
 def _statements(source: Path, package: Path) -> list[bytes]:
-    """Hash of each top-level statement of a module, except imports and ``__all__``; for a data file, one hash of all."""
+    """Hash of each top-level statement of a module, except imports and ``__all__``; one hash of a whole data file."""
     if source.suffix != ".py":
         content = source.read_bytes()
         if source.suffix == ".toml":

@@ -234,7 +234,7 @@ def _read_value(raw: object, hint: Any, where: str, number: NumberReader) -> Any
 
 
 def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberReader) -> Any:
-    """Read `raw` as one of the types `hints`: as its own type if `hints` contains it, else as the first that accepts it."""
+    """Read `raw` as its own type if this is one of the types `hints`, else as the first of them that accepts it."""
     if raw is None and types.NoneType in hints:
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
