@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import load_bearing
-from srbval.diagnosis.trend import zone_boundaries
+from srbval.diagnosis.trend import LEAST_BASELINE, zone_boundaries
 from srbval.errors import ConfigurationError
 from srbval.recordings import Origin, RecordingSettings
 from srbval.storage.tables import UNIT_FACTORS, Limited, build, limited, read_toml, without_unit
@@ -71,7 +71,7 @@ class BaselineRecords(Limited):
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)
-    records: int | None = _option("baseline", least=1)
+    records: int | None = _option("baseline", least=LEAST_BASELINE)
 
 
 @dataclass(frozen=True, kw_only=True)
