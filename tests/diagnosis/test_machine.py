@@ -47,7 +47,7 @@ REFUSED = {
     '[set_point]\nspeed = "-3 rpm"': "must be positive",
     "[set_point]\nspeed_tolerance_pct = 20": "at most 10",
     '[limits]\nband = ["5 kHz", "2 kHz"]': "the values must increase",
-    "[baseline]\nrecords = 4": "at least 5",
+    "[baseline]\nrecords = 4": "must be 5 or more",
 }
 
 
