@@ -1,8 +1,8 @@
 """Kernel: contact forces and torques between the points of a race and barrel rollers.
 
 All vectors are in the slot axes of a roller: x along its slot in the cage (outwards), y along the race, z along the
-roller, origin at the roller's centre. `columns` describes the array `space`, and its columns: column j is contact j,
-the contact of one roller with one race.
+roller, origin at the roller's centre. The array `space` is described in `columns`; its column j is contact j, the
+contact of one roller with one race.
 """
 
 import math
@@ -157,10 +157,10 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
     `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share`: fraction of the law's stiffness
     and damping that the point has, below 1 where a defect has finer points; `damping`: None in explicit methods. In
     these, spring force and damper rise over the depth ``law.smoothing``, as in Giraudo's law. A point crosses that
-    depth in nanoseconds, so that the damper's force, some 600 N, sets in at once and depends on when a step finds the
-    contact. In implicit methods, spring and damper of an approaching point are therefore averaged over its travel in
-    the time ``law.onset_s``, at most `LONGEST_ONSET_M`. A retreating point loses contact when the damper's pull equals
-    the spring's push, without a jump. The elastic force is the spring's without averaging.
+    depth in nanoseconds, so that the damper's force, some 600 N, jumps in the first step that finds the point in
+    contact. In implicit methods, spring and damper of an approaching point are therefore averaged over a distance: the
+    travel of the point in the time ``law.onset_s``, at most `LONGEST_ONSET_M`. A retreating point loses contact when
+    the damper's pull equals the spring's push, without a jump. The elastic force is the spring force without averaging.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -206,7 +206,7 @@ def point_friction(law, normal, q_x, q_y, q_z):
 
 @inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Compute the friction of a patch of the line model under the load `normal` [N]; result as of `point_friction`.
+    """Compute the friction of a patch of the line model under the load `normal` [N]; result: see `point_friction`.
 
     The patch has three parts of equal load; other arguments as in `part_friction`.
     """
@@ -227,9 +227,9 @@ def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, n
 
     At the distance x from the patch's middle, X is (x / half length of the patch)^2. In this part, X ranges from `mean`
     - `half` to `mean` + `half`. The slip velocity is q + X e [m/s]: q in the middle of the patch, q + e at its ends;
-    `reach` is the square of e. A race that turns about the contact's normal adds a slip at right angles to it, whose
-    square is X times `pivot`. Giraudo's eq. (19) is averaged over the part approximately: its critical velocity is
-    raised to at least half the range of slips.
+    `reach` is the square of e. If the race turns about the contact's normal, a slip at right angles to q + X e is
+    added; the square of this added slip is X times `pivot`. Giraudo's eq. (19) is averaged over the part approximately:
+    its critical velocity is raised to at least half the range of slips.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean

@@ -9,7 +9,7 @@ N by the damper, and of mu with the slip, are left out. At a point p of the roll
 velocity V at the roller's centre and its angular velocity W, both relative to the roller. The sums over a contact's
 points are a symmetric matrix, which gives the force and the torque about y and z from V, W_y and W_z. Its entries are
 the rows `D_XX` to `D_SS` of the workspace: X, Y, Z stand for the components of force and V, P for torque and W about y,
-S for torque and W about z. W_x is left out: its lever arms are only as long as the contact. Outer race, slot axes: V =
+S for torque and W about z. W_x is left out: lever arms about x are as short as the contact. Outer race, slot axes: V =
 (v_x - r, v_y - L w_z, v_z + L w_y), W_y = -w_y, W_z = -s, with slide rate r, spin s, angular velocity w of the cage,
 ring velocity v and distance L of the roller from the bearing's centre; inner race: v is 0, the shaft's motion is given.
 

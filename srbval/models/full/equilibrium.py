@@ -2,9 +2,9 @@
 
 The unknowns are the three displacements of the ring and the slide of each roller along its slot. Without friction the
 contact forces have a potential that is convex for small displacements, and a roller's slide affects only its own
-balance and the ring's balance. For a given ring position, a bracketed Newton iteration finds all slides at once;
-around it, a Newton iteration finds the ring position. The ring's stiffness is the Schur complement of the slides; the
-line search uses only the gradient. Forces come from `right_hand_side`, the equations of motion.
+balance and the ring's balance. For a given ring position, a bracketed Newton iteration finds all slides at once; around
+it, a Newton iteration finds the ring position. The slides are eliminated from the ring's stiffness (Schur complement);
+the line search uses only forces. Forces come from `right_hand_side`, the equations of motion.
 
 A run that starts from here has a steady ring and cage from the first sample on
 (`test_a_run_is_settled_from_its_first_sample`). During the first roller passage, the time 1 / BPFO, the RMS
@@ -75,7 +75,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     if left_n > allowed:
         raise ConfigurationError(
             f"no static balance: the rollers do not carry {left_n:.4g} N of the load; the limit is {allowed:.4g} N. "
-            "The play is too large (reduce it), or the contacts are too far from the rollers' middle (reduce the load)."
+            "Reduce the play if it is too large, or the load if it moves the contacts too far from the rollers' middle."
         )
     y = statics.y.copy()
     y[statics.layout.slide], y[statics.layout.ring] = slide, ring
@@ -145,10 +145,10 @@ def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: Fl
 def _line_search(
     statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shorten the ring's `step` until the force at its end, if reversed, is at most `OVERSHOOT` times `ring_n`.
+    """Shorten the ring's `step` until the force at its end no longer pushes the ring back strongly.
 
-    `ring_n`: force on the ring at the start of the step. Returns ring position and balanced slides [m], and the force
-    on the ring [N].
+    The push against the step may be `OVERSHOOT` times the push along it at its start, where the force on the ring is
+    `ring_n`. Returns ring position, balanced slides [m] and the force on the ring [N] at the end.
     """
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
@@ -176,9 +176,10 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
 def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
     """Find the cage speed and roller spins at which friction on cage and rollers balances; returns `state` with them.
 
-    A roller touches a race on three circles of points with different rolling radii. Not all can roll, so friction
-    decides the speeds: bisection finds the cage speed, and an inner bisection the spins. A roller without traction gets
-    the others' median spin; a cage without traction keeps the speed of pure rolling. All other velocities are zero.
+    A roller touches a race on three circles of points with different rolling radii. The circles cannot all roll, so
+    friction decides the speeds: bisection finds the cage speed, and an inner bisection the spins. A roller without
+    traction gets the others' median spin; a cage without traction keeps the speed of pure rolling. Other velocities are
+    zero.
     """
     rolling, _ = rolling_speeds(model)
 

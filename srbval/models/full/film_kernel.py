@@ -4,10 +4,10 @@ The drag, force over slip, is Eyring's law at the slice's mean pressure p plus t
 
     drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
 
-with slip u, normal force N, the asperities' share s of the load, their friction coefficient mu_b and the slip u_b at
-which half of it is reached, Eyring's stress tau_0, film thickness h and viscosity eta. The drag is averaged over the
-slice's two Gauss points, because the slip differs between its ends. Logarithm and exponential are written out: library
-calls would prevent vector instructions.
+with slip u, normal force N, the asperities' share s of the load, their friction coefficient mu_b at high slip, the slip
+u_b at which half of mu_b is reached, Eyring's stress tau_0, film thickness h and viscosity eta. The drag is averaged
+over the slice's two Gauss points, because the slip differs between its ends. Logarithm and exponential are written out:
+library calls would prevent vector instructions.
 """
 
 import math
@@ -62,8 +62,8 @@ def law_in_film(law, film, rolling):
     """Adapt the contact law to an oil `film` at the speed `rolling` [m/s] of the contacts, for `film_drag`.
 
     Three fields of the law returned have other meanings: the critical velocity is Eyring's slip speed in the reference
-    film without pressure, the static coefficient is the film's share of the load, the dynamic coefficient is the share
-    of the asperities times their friction. The law is unchanged if `film` is None.
+    film without pressure, the static coefficient is the film's share of the load, the dynamic coefficient is the
+    asperities' share of the load times their friction coefficient. The law is unchanged if `film` is None.
     """
     if film is None:
         return law

@@ -27,8 +27,8 @@ def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_ci
 
     In the slices model, which has no race points, the thirds of a contact along the roller take the place of circles.
     `groups`: number of groups of contacts that are computed together; `single`: number of contacts computed alone (near
-    a defect, or of a damaged roller), see `plan_contacts`. The surface of a damaged roller raises race points,
-    depending on the roller's `rotation` in its slot [rad]. `damping`: see `contact_columns`. `first_time` is
+    a defect, or of a damaged roller), see `plan_contacts`. The height of a damaged roller's surface is added to race
+    points, depending on the roller's `rotation` in its slot [rad]. `damping`: see `contact_columns`. `first_time` is
     `FIRST_TIME` in the first call for a state, otherwise None; the first call also finds the raised points, or the
     defects under slices, and adds the forces of the flanks of rollers' defects.
     """
@@ -55,8 +55,8 @@ def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, e
 def evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time):
     """Add the forces of contacts with race points; no effect if `points` is None.
 
-    `patch`: constants of the line model, in which a circle of a race touches a roller in one patch (points only in
-    contacts computed alone), or an array of length 0; other arguments as in `evaluate_contacts`.
+    `patch`: constants of the line model, in which a circle of a race touches a roller in one patch, or an empty array.
+    Contacts computed alone always use points. Other arguments as in `evaluate_contacts`.
     """
     if points is None:
         return
@@ -126,7 +126,7 @@ def raised_points(model, roller, rotation, candidates, spare, space, column):
 
 @kernel_part
 def lift_at(model, roller, rotation, x, y, z):
-    """Compute height [m] and slope [m/rad] of a damaged roller's surface at a point; flat defects have no slope."""
+    """Compute height [m] and slope [m/rad] of a damaged roller's surface at the point `x`, `y`, `z` in slot axes."""
     radius, defects = model.law.roller_radius, model.roller_defects
     lift, rise = 0.0, 0.0
     for d in range(defects.shape[0]):
@@ -146,10 +146,10 @@ def lift_at(model, roller, rotation, x, y, z):
 
 @kernel_part
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
-    """Add the forces with which the flanks of a roller's defects push along the race to the sums of contact `column`.
+    """Add to the sums of contact `column` the forces with which the flanks of a roller's defects push along the race.
 
-    `spare`: list (window) of points from `raised_points`. The force of a point is computed in the next column, which no
-    contact uses. Only the spring pushes; the damper's part and its power are left out.
+    `spare`: list (window) of points from `raised_points`. The force of a point is computed in the column after
+    `column`, which no contact uses. Only the spring pushes; the damper's part and its power are left out.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)

@@ -1,6 +1,6 @@
 """Kernel: slot axes of every roller, position and motion of both races relative to it, number of race points in reach.
 
-Slot axes, at a roller's place in the cage: x along the slot, in which the roller slides, outwards, y along the race, z
+Slot axes, at a roller's place in the cage: x outwards along the slot in which the roller slides, y along the race, z
 along the roller; see `srbval.models.full`.
 """
 
@@ -86,7 +86,7 @@ class SurfaceHeights(NamedTuple):
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy rollers' slides, slide rates and spins from the state `y` to `space`; set sums of defect heights to zero."""
+    """Copy slide, slide rate and spin of the `half` rollers of each row from state `y` to `space`; clear `DAMAGE`."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -203,10 +203,11 @@ def count_candidates(race, onwards, depth, offset, lead, most_lead, aside, angle
 
     `race`: `parameters.RaceSearch` of this race; `onwards`: 1 if rollers move towards higher point numbers, else -1;
     `depth`: penetration in the middle of the race's profile; `offset`: distance along the roller's axis from its middle
-    to the centre of the race's profile arc; `lead`: distance by which the roller approaches the race in the time in
-    which a point acts before it touches; `most_lead`: largest distance at which a point acts; `aside`: largest
-    displacement of race points in the rolling direction, all [m]; `angle` from the race's first point to the roller
-    [rad]; `here`: True if the slot has a roller; `patch`: see `Parameters`; `column` of the workspace.
+    to the centre of the race's profile arc; `lead`: distance by which the roller approaches the race in the time by
+    which a point's averaged force begins before it touches, see `contact_kernel.point_spring_and_damper`; `most_lead`:
+    largest gap over which a point has a force; `aside`: largest displacement of race points in the rolling direction,
+    all [m]; `angle` from the race's first point to the roller [rad]; `here`: True if the slot has a roller; `patch`:
+    see `Parameters`; `column` of the workspace.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * race.per_radian
@@ -233,11 +234,11 @@ def count_candidates(race, onwards, depth, offset, lead, most_lead, aside, angle
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: upper bound of the penetration, as a multiple of the gap that a roller which just touches one point has to
-    the next point; `depth_ahead`: the same for points that the roller reaches next, which act before they touch.
-    `aside`, see `count_candidates`, and the roller's `position` in its direction of motion are in point spacings.
-    Returns 0 or 1 in the line model, where a circle of the race touches the roller in one `patch`, and in the slices
-    model.
+    `depth`: upper bound of the penetration, divided by the gap between the roller and a point of the circle if the
+    roller just touches the neighbouring point; `depth_ahead`: the same for points that the roller reaches next, whose
+    forces begin before they touch. `aside`, see `count_candidates`, and the roller's `position` in its direction of
+    motion are in point spacings. Returns 0 or 1 in the line model, where a circle of the race touches the roller in one
+    `patch`, and in the slices model.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -260,7 +261,8 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 def candidate_code(candidates):
     """Convert the number of points that a contact needs to a code.
 
-    The digits, to the base 64, of the sum of several contacts' codes are how many of them need at least 1, 2, 3 points.
+    If the codes of several contacts are added, the digits of the sum, to the base 64, are the numbers of contacts that
+    need at least 1, at least 2 and at least 3 points.
     """
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
@@ -275,8 +277,8 @@ def add_heights(surface, rotation, count, space):
 
     `surface`: `SurfaceHeights`; `rotation` of the rollers relative to their slots [rad]; `count`: points on a circle. A
     race is moved along the slot; along the contact's normal the movement is up to 0.6 % smaller at the contact's ends.
-    The slope of a wave does not tilt the normal, and the rate of the height does not act on the damper (2 % less force
-    at 3 kHz and a damper's time constant of 10 us).
+    The slope of a wave does not tilt the normal, and the rate of the height does not act on the damper: at 3 kHz the
+    force is 2 % too small if the damper's time constant is 10 us.
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:

@@ -58,7 +58,7 @@ class CirclePoints(NamedTuple):
 
 
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
-    """Place `count` points evenly on a circle (eq. 16), displaced by `defects`, whose angles begin at `zone_rad`."""
+    """Place `count` points evenly on a circle (eq. 16), displaced by `defects`, whose angles count from `zone_rad`."""
     cell = np.arange(count)
     points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
@@ -75,7 +75,7 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
 
 
 def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
-    """Compute a defect's height over its full height; `across`: distance from its middle over its extent; 0 outside."""
+    """Compute a defect's relative height, 0 to 1, at distances `across` from its middle, in multiples of its extent."""
     inside = np.abs(across) <= 0.5
     return np.where(inside, 0.5 + 0.5 * np.cos(2 * np.pi * across) if shape is DefectShape.COSINE else 1.0, 0.0)
 
@@ -118,9 +118,9 @@ def candidate_windows(
     needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
     if needed > MAX_CANDIDATE_BYTES or 2 * half >= count:
         raise ConfigurationError(
-            f"{count} points per circle: a roller reaches {2 * half + 1} of them (limit: {count}), and the lists of "
-            f"points, {finest:.4g} times as long in defects, need {needed / 1e6:.4g} MB of memory (limit: "
-            f"{MAX_CANDIDATE_BYTES / 1e6:g} MB). Use fewer points, smaller defects or a larger bearing."
+            f"{count} points per circle: a roller may touch {2 * half + 1} of them (limit: {count}); the tables of "
+            f"points, with refinement {finest:.4g} in defects, need {needed / 1e6:.4g} MB of memory (limit: "
+            f"{MAX_CANDIDATE_BYTES / 1e6:g} MB). Use fewer points, smaller or less refined defects or a larger bearing."
         )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
     wide = np.arange(-half, half + 1)

@@ -21,9 +21,10 @@ from srbval.models.jit import kernel_part
 
 @kernel_part
 def shaft_row(model, factors):
-    """Compute the torque of contact damping on the shaft per unit of each slide rate, spin and cage rate: -d above.
+    """Compute the torque of contact damping on the shaft per unit of each slide rate, spin and cage rate.
 
-    The values for slides and spins are stored in the workspace, those for the cages in row `SHAFT_ROW` of `factors`.
+    It is -d in the module's formulas. Entries for slides and spins are stored in the workspace, entries for the cages
+    in row `SHAFT_ROW` of `factors`.
     """
     space, second = model.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0

@@ -111,7 +111,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Enter contacts of the lane group at `begin` that have a list of their own; return the new number `single`."""
+    """Enter in `plan` contacts of the lane group at `begin` that have their own list; return the new `single`."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -241,9 +241,9 @@ def copy_column(original, copy, space, damping):
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
     """Copy the contacts that `plan_contacts` planned to copy, and turn the axes of the race by `angle_to_window`.
 
-    `compacted`: number of contacts that are copied to groups of several, whose race points have the `spacing` of
-    `spacing_of_windows`; `single`: number of contacts that are copied to a group each, where a circle has `count` race
-    points, or the contact is cut into `slices`.
+    `compacted`: number of contacts that are copied to groups of several; `single`: number of contacts that are copied
+    to a group each; `spacing` of the race points, from `spacing_of_windows`; `count`: points of a circle; `slices`:
+    None if contacts have points.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):

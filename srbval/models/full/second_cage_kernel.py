@@ -105,7 +105,7 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
     """Eliminate a second cage's relative acceleration from the cages' equations of motion.
 
     `torque` on the second cage about its axis, `on_cages` on both cages; `inertia` of both: xx, yy, zz, xy, xz, yz.
-    Returns the last two, so that inertia times the angular acceleration of row 1's cage is the torque.
+    Returns both corrected, such that inertia times angular acceleration of row 1's cage is `on_cages`.
     """
     if second is None:
         return on_cages, inertia
@@ -179,7 +179,7 @@ def relative_border(weight, model, totals, factors):
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
     """Complete the right-hand sides of the equations of `damping_kernel.solve` for a second cage.
 
-    `g0` to `g2`: right-hand sides for the first cage, returned corrected; then that for the relative acceleration.
+    `g0` to `g2`: right-hand sides for the first cage. Returns them corrected, and the one for the relative rate.
     """
     if second is None:
         return g0, g1, g2, 0.0

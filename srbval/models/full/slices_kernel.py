@@ -90,7 +90,7 @@ def ninth_root(x, inverse):
 
 @inlined
 def slice_spring(stiffness, depth, spread, bend, least):
-    """Compute a slice's force [N], stiffness [N/m], twice its energy [J], touching part of its width, and load offset.
+    """Compute a slice's force [N], stiffness [N/m], energy times two [J], touching fraction of the width, load offset.
 
     `stiffness`: force over penetration^(10/9); `depth`: mean penetration; `spread`: difference of the penetration
     between the slice's ends; `bend`: curvature of the gap along the roller times the width squared; `least`: smallest
@@ -191,9 +191,9 @@ def roller_in(slot, rollers):
 def find_defects(slices, single, plan, space, rotation, model):
     """Find the defect at each of the `single` contacts that are computed alone, and its distance from the contact.
 
-    `rotation` of all rollers in their slots [rad]. A defect of the roller takes precedence over a defect of the race;
-    `plan` marks it by `ON_ROLLER`. The distance along the race from the defect's middle to the roller is stored in row
-    `POSITION` of the contact's copy: as an angle [rad] for a defect of the race, as a length [m] for one of the roller.
+    `rotation` of all rollers in their slots [rad]. A defect of the roller takes precedence over a defect of the race
+    and is marked by `ON_ROLLER` in `plan`. The distance along the race from the defect's middle to the roller is stored
+    in row `POSITION` of the contact's copy: [rad] for a defect of the race, [m] for a defect of the roller.
     """
     defects, spare_of, rollers = model.roller_defects, model.spare_of, rotation.shape[0]
     per_point, roller_radius = 2.0 * math.pi / model.races.window_of.shape[2], model.law.roller_radius
@@ -225,9 +225,9 @@ def find_defects(slices, single, plan, space, rotation, model):
 def face_roller(space, start, stop):
     """Turn the axes of the race from the slot's meridian to the race's meridian through the roller's centre.
 
-    There the roller is nearest to the race, also if the ring is displaced, so that rolling alone keeps the depth.
-    `start` to `stop` - 1: columns of the contacts in `space`; the angle [rad] is stored in row `SHIFT`, which slices do
-    not use otherwise.
+    In this plane the roller is nearest to the race, also if the ring is displaced: motion along the race does not
+    change the penetration. `start` to `stop` - 1: columns of the contacts in `space`; the angle [rad] is stored in row
+    `SHIFT`, which slices do not use otherwise.
     """
     for j in range(np.uint64(start), np.uint64(stop)):
         a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]

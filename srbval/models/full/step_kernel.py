@@ -98,8 +98,8 @@ def rosenbrock_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a Rosenbrock method; add forces and powers to `work.mean`.
 
     A stage evaluates forces and powers at its speeds v and solves linear equations for a change x of these speeds. Its
-    powers are then corrected to the speeds v + x, see `add_implicit_powers`, and averaged over the stages with equal
-    weights: these are the speeds at which the mean force of the step acts.
+    powers are then corrected to the speeds v + x, at which the mean force of the step acts, see `add_implicit_powers`,
+    and averaged over the stages with equal weights.
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors

@@ -52,7 +52,7 @@ UNDER_ROLLER = np.zeros(())  # distance of a defect's middle from a roller [m]
 
 
 class DefectOnCircle(NamedTuple):
-    """Defect on a contact circle (0 to 2) of a race (0 outer, 1 inner): `piece` of the race, raised or sunk.
+    """Defect on a contact circle (0 to 2) of a race (0 outer, 1 inner); `piece`: raised or sunken part of the race.
 
     `reach_m`: largest distance between roller and defect, along the race, at which they touch; `race_radius_m`: radius
     of the circle; `middle_m`: distances from the roller to the middle of the defect, an array of any shape.
@@ -129,7 +129,7 @@ class Slot:
 
 
 def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], limit: float) -> FloatArray:
-    """Find the values between -`limit` and `limit` above which the function `too_far` returns True, in its shape."""
+    """Find for each entry of the result of `too_far` the value, within +-`limit`, above which the entry is True."""
     low, high = np.array(-limit), np.array(limit)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -177,7 +177,7 @@ class Race:
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
     def added_n(self, depth_m: FloatArray, defect: DefectStrips) -> FloatArray:
-        """Compute the force [N] that a defect adds, negative for a pit; arrays of depth and position are broadcast."""
+        """Compute the force [N] that a defect adds, negative for a pit; broadcasts `depth_m` and `defect.middle_m`."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, defect.middle_m.shape))
         for x, half in zip(defect.across_m, defect.half_m, strict=True):
             level = depth_m - self.fall_1_m * x**2 / 2
@@ -253,7 +253,7 @@ class ElementSlot:
         return float(approach)
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectStrips:
-        """Divide a defect of a race, where the ball or roller touches it at approaches up to `deepest_m`, into strips.
+        """Divide a defect of a race into strips, together at most as wide as the contact at the approach `deepest_m`.
 
         Raises `ConfigurationError` for a cosine shape or a defect without `extent_m`.
         """

@@ -20,7 +20,7 @@ ON_OUTER, ON_INNER, ROLLER_ON_OUTER, ROLLER_ON_INNER = range(4)
 
 
 class Ring(NamedTuple):
-    """Parameters of the planar ring model in SI units; the roller of a field may also be a ball.
+    """Parameters of the planar ring model in SI units; balls are called rollers here.
 
     `plain`, [3, approaches]: force, damping and penetration of an undamaged roller, for approaches of the rings from
     `plain_start` in steps of `plain_step`. `defects`, [D, BUMP_COLUMNS]: a row for each defect and each race that it
