@@ -126,7 +126,7 @@ def test_own_recordings_are_refused_when_a_bit_has_flipped(tmp_path):
     whole, before = path.read_bytes(), load_recording(path)
     assert "checksum" not in " ".join(before.notes)
     damaged = whole[:5000] + bytes([whole[5000] ^ 4]) + whole[5001:]
-    for content, said in ((damaged, "damaged"), (whole[:-1], "it has no checksum")):
+    for content, said in ((damaged, "damaged"), (whole[:-1], "no checksum at its end")):
         path.write_bytes(content)
         with pytest.raises(DataError, match=said):
             load_recording(path)
