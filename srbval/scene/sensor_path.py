@@ -47,7 +47,7 @@ class SensorPath(Limited):
         if np.any(np.abs(10 * steps - 1) > MAX_BAND_GAP):
             raise ConfigurationError(
                 "sensor_path frequency_hz must be the middles of adjoining third octaves, each 10^0.1 = 1.2589 times "
-                f"the one before: {', '.join(f'{one:g}' for one in self.frequency_hz)} Hz."
+                f"the one before; these are not: {', '.join(f'{one:g}' for one in self.frequency_hz)} Hz."
             )
 
     @property

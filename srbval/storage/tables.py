@@ -251,7 +251,8 @@ def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: st
     dimension = field.metadata.get("dimension")
     if dimension and key == field.name and isinstance(raw, str):
         raise ConfigurationError(
-            f"{where}: a number in SI is expected. Write {quote_value(raw)} under the key {without_unit(field)!r}."
+            f"{where}: this key takes a plain number in SI units. A value with a unit ({quote_value(raw)}) belongs "
+            f"under the key {without_unit(field)!r}."
         )
     if dimension and key != field.name and not isinstance(raw, str):
         raise ConfigurationError(
