@@ -70,7 +70,7 @@ def band_pass(
 
 @lru_cache(maxsize=16)
 def _responses(fs_hz: float, band_hz: tuple[float, float], count: int) -> tuple[ComplexArray, ...]:
-    """Constants of `band_pass` for `count` samples: powers of poles, free responses, spectrum of response."""
+    """For `band_pass` on `count` samples: powers of poles, decay of earlier input, spectrum of impulse response."""
     poles, weights, gain = _one_pole_filters(fs_hz, band_hz)
     powers = poles[:, None] ** np.arange(count + 1)
     impulse = (weights @ powers[:, :count]).real

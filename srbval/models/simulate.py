@@ -83,7 +83,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 
 def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
-    """Compile the kernels that the scenes need, reported to `progress`; returns the time it took [s]."""
+    """Compile the functions that simulations of `scenes` need; returns the time it took [s]."""
     own = [scene for scene in scenes if not level_of(scene.model).outside]
     if not missing_kernels(*own):
         return 0.0
@@ -92,7 +92,7 @@ def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = si
 
 
 def scenes_of_all_kernels() -> list[Scene]:
-    """Scenes that together use every kernel: all models and solvers, oil, free rollers, one cage and two."""
+    """Scenes (inputs of simulations) that together run every function compiled by numba, for example every solver."""
     rig: tuple[dict[str, Any], ...] = {}, {"model": "full"}, {"bodies": {"free_rollers": True, "cages": 1}}
     own = [paper_scene(solver={"name": name}) for name in METHODS]
     own += [paper_scene(model=model) for model in ("slices", "line", "planar")]
@@ -163,10 +163,10 @@ def _recorded_chunks(stats: RunStatistics, progress: Progress) -> Iterator[Outpu
 
 
 def run_content(scene: Scene, step: Step = Step.UNCHECKED) -> str:
-    """Text that identifies a run: sources, treatment of the step, default solver, machine, scene and bearing.
+    """Text that identifies a run: hash of source code, `step`, default solver, processor, libraries, scene, bearing.
 
-    Results differ in their last digits between processors and versions of numba or NumPy, and rattling rollers amplify
-    these differences.
+    The last digits of results depend on the processor and on the versions of numba and NumPy, and rattling rollers
+    amplify these differences.
     """
     version = content_version(*level_of(scene.model).modules, lazy=False)
     return f"{version} {step} {default_solver()} {machine()} {scene.bearing} {scene_content(scene)}"

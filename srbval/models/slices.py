@@ -1,14 +1,14 @@
 """Slices model: the full model with contacts cut into slices along the roller, after ISO/TS 16281.
 
 Only the contact differs from the full model, see "Contact cut into slices" on the page "Contact" of the theory. A
-defect has its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a roller. At a
-hole the slices are narrower.
+defect has its true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a roller. Slices
+are narrower in a drilled hole.
 
 Neglected: variation of slip within a slice, both along the race and, by pivoting about the normal, across its width;
 crowned ends of rollers; support of slices by their neighbours.
 
-The model answers all questions of `srbval plan`. It does not contain the vibration that the points of a race
-excite in the full model, and it cannot simulate two defects that one roller touches at the same time.
+Races are smooth, whereas in the full model they consist of points, over which rolling excites vibration. Two defects
+that one roller touches at the same time cannot be simulated.
 """
 
 from __future__ import annotations
@@ -179,10 +179,10 @@ class SlicedContact:
         return ContactShape(float(self.gap_curvature_1_m(np.zeros(1))[0]), across, self.geometry.roller_width_m)
 
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Points on a race: radius about the shaft, distance from mid-plane [m]; normal's radial and axial component.
+        """Points on the race: radius about the shaft, distance from the plane midway between both rows of rollers [m].
 
-        `axial_m`: distances from the roller's middle along the roller, away from the mid-plane. The profiles are arcs
-        (eq. (17) of Giraudo et al. 2025). An inner race's point at `axial_m` 0 does not depend on its profile radius.
+        Also returns the radial and axial component of the race's normal. `axial_m`: distances from the roller's middle
+        along the roller, away from that plane. The races' profiles are arcs (eq. (17) of Giraudo et al. 2025).
         """
         geometry, tilt = self.geometry, self.geometry.tilt_rad
         angle = tilt + axial_m / self.profile_m
@@ -230,7 +230,7 @@ class SlicedContact:
         return found, middles, table_at
 
     def _slice_edges(self, defect: Defect | None) -> FloatArray:
-        """Edges of the slices along the roller [m], closer in the middle and in a hole; also at a defect's ends."""
+        """Edges [m] of a contact's slices along the roller, also at the ends of a `defect`; more in a drilled hole."""
         half = self.geometry.roller_width_m / 2
         even = np.linspace(-1, 1, self.scene.line_contact.slices + 1)
         edges = half * np.sign(even) * np.abs(even) ** GRADING

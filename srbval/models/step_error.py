@@ -124,9 +124,9 @@ def _steady(scene: Scene) -> Scene:
 class _Piece:
     """Short piece of a run, simulated with different steps to estimate their errors, each time from the same state.
 
-    This state is that of `run` after the scene's settling time. The piece lasts `longer` times as long as usual. The
-    output rate is raised if there are too few outputs for `BLOCKS` blocks. RMS is compared in frequency bands below
-    half the scene's output rate, and only if the piece is `MIN_BAND_PIECE_S` or longer.
+    This is the state of `run` after the scene's settling time. The piece lasts `longer` times as long as usual. Results
+    are averaged over each of `BLOCKS` equal blocks of the piece; the output rate is raised if a block would contain
+    fewer than two. RMS is compared in frequency bands below half the scene's output rate, if the piece is long enough.
     """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun, *, longer: float = 1.0) -> None:

@@ -130,9 +130,9 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
 
 
 def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
-    """Matrix by which a step of an implicit method multiplies the coordinates q and speeds v of a system.
+    """Matrix by which one step of an implicit method multiplies the vector of coordinates q and speeds v of a system.
 
-    In imex1 and imex2 it also multiplies the change of v that imex2 predicts, see `Coefficients.ahead`.
+    For the methods imex1 and imex2 the vector also contains a predicted change of v in the next step, zero for imex1.
     """
     coefficients = method.coefficients
     damping = np.eye(len(system.damping)) - coefficients.implicit_coefficient * step_s * system.damping
@@ -142,7 +142,7 @@ def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
 
 
 def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix of `step_map` for a step `h` of imex1 or imex2; `damp`: see `_rosenbrock`."""
+    """Matrix of `step_map` for a step `h` of imex1 or imex2, with the same `damp` as in `_rosenbrock`."""
     coordinates, speeds = system.motion.shape
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping
@@ -174,11 +174,11 @@ def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: Floa
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
-    """Longest step [s] with which a roller that bounces between the races comes to rest; None if with any step.
+    """Longest step [s] with which a roller that bounces between the races comes to rest; None if there is no limit.
 
     The model is linearised about the static balance `state`, with all bodies at rest and without friction. Only the
-    roller with the stiffest contacts moves, towards the outer race and back; larger penetrations at a defect are not
-    included. `linearise` includes the whole model.
+    roller with the stiffest contacts moves, towards the outer race and back. Impacts at a defect, in which contacts are
+    stiffer, are not included.
     """
     at_rest, layout = state.copy(), layout_of(state)
     at_rest[layout.half :] = 0.0

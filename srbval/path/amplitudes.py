@@ -163,11 +163,11 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 
 
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
-    """Standard deviation of the level between mountings of a bearing [dB]: posterior mean and 95 % interval.
+    """Standard deviation [dB] of a record's level over repeated mountings of a bearing: posterior mean, 95 % interval.
 
-    `pairs` are (faulty, healthy) records, each of another mounting. A fault adds power, so only third octaves in which
-    the faulty record is quieter are used: there the mounting must have changed the level. The prior of the standard
-    deviation is half-normal with scale `prior_db`. Theory: "Level and pattern of a record".
+    Each of `pairs` is a record of a faulty bearing and a record of a healthy bearing in another mounting. A fault adds
+    power, so only third octaves in which the faulty record is quieter are used: there the mounting must have changed
+    the level. The prior is half-normal with scale `prior_db`. Theory: "Level and pattern of a record".
     """
     off, u = [], []
     for faulty, healthy in pairs:

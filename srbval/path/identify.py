@@ -69,7 +69,7 @@ class Identified:
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """Measured record of a faulty bearing, and a simulated run at its speed, load and fault, without a sensor path."""
+    """Record of a faulty bearing, and a run simulated at its speed, load and fault, its sensor on the outer ring."""
 
     record: Recording
     run: Run
@@ -177,7 +177,7 @@ def record_behind_path(run: Run, path: SensorPath | None) -> Recording:
 
 
 def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join third octaves, from the highest down, to bands at least `least_hz` wide; a narrower remainder is dropped."""
+    """Join neighbouring third octaves, from the highest down, to bands at least `least_hz` wide; drop any remainder."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -189,7 +189,10 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of joined third octaves, and the power in each that repeats with the fault, minus a `healthy` record's."""
+    """Edges of bands, and the power in each that repeats with the fault, minus the power of a `healthy` record.
+
+    A band joins one or more neighbouring third octaves; its key is their lowest centre frequency [Hz].
+    """
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit (and --scale).")
@@ -210,7 +213,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Levels [dB re 1 m/s2] of the powers that `locked_powers` returns for a run at shaft order `order`, by band."""
+    """Level [dB re 1 m/s2] in each band of the power that repeats `order` times per turn in a simulated record."""
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene is too low for third octaves up to {max(bands):.0f} Hz; "
@@ -265,7 +268,7 @@ def _fit_cross_ratio(
 
 
 def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silent) -> Run:
-    """Simulate a scene without a path, at the record's speed, load, fault and length; `NumericsError` if it fails."""
+    """Simulate a scene, its sensor on the outer ring, with the speed, load, fault and length of a record."""
     (state, shaft_hz), load = _fault_and_speed(record), scene.load
     if record.radial_n is not None:
         load = replace(load, radial_n=record.radial_n, axial_n=record.axial_n or 0.0)

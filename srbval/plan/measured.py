@@ -49,10 +49,10 @@ class Bound:
 
     @property
     def coverage(self) -> float:
-        """Least probability that the error on another scene from the same ranges is within the bound.
+        """Least probability that the error on one more random scene, drawn like the `scenes`, is within the bound.
 
-        Each of n + 1 exchangeable errors is the largest with the same probability (split conformal prediction; Vovk,
-        Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094).
+        Each of the `scenes` + 1 errors is equally likely to be the largest (split conformal prediction; Vovk, Gammerman
+        & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094).
         """
         return self.scenes / (self.scenes + 1)
 

@@ -19,7 +19,7 @@ MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record with a noise floor
 
 @dataclass(frozen=True, kw_only=True)
 class RunMeasures:
-    """Cage over shaft speed, `noise_floor` (None for runs under 0.3 s), RMS acceleration at the sensor, 500-1500 Hz."""
+    """Cage over shaft speed, noise floor of the envelope spectrum (None for runs under 0.3 s), RMS in 500-1500 Hz."""
 
     cage_ratio: float
     noise_floor: float | None

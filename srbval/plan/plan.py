@@ -35,7 +35,10 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Model chosen for a question; `met`: a model is accurate enough; `outside`: why measured errors do not apply."""
+    """Model `chosen` to answer a `question` about a scene, for example on its line frequencies.
+
+    `met`: some model is known to be accurate enough. `outside`: why measured errors do not apply to the scene.
+    """
 
     JSON_PROPERTIES: ClassVar = ("error_of",)
 

@@ -94,9 +94,9 @@ def answer_questions(
 ) -> dict[Question, AnswerValues | None]:
     """Compute the answers of a successful run to all questions; None if the run is too short or has no answer.
 
-    The level increase by the defect needs `healthy`, a record of the same model without the defect. The line frequency
-    is computed from the mean cage speed, because a line read from a short record is uncertain by some tenths of a per
-    cent, more than the errors of the models. For a healthy bearing it is BPFO; for a roller defect there is no answer.
+    The level increase by the defect needs `healthy`, a record of the same model without the defect. The frequency of
+    the fault line (BPFO for a healthy bearing, None for a roller defect) is computed from the mean cage speed, because
+    a line read from a short record is uncertain by some tenths of a per cent, more than the errors of the models.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, AnswerValues | None] = dict.fromkeys(Question)

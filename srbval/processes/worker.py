@@ -81,12 +81,12 @@ class OverLimitError(DiedError):
 
 
 class WorkerProcess:
-    """Process that runs ``python -m module``, which calls `serve_calls`; if it died, the next `call` starts it again.
+    """Worker process that runs ``python -m module``; if it died, the next `call` starts it again.
 
-    `environment` is added to the environment of this process. With `own_group`, `kill` also ends the worker's
-    child processes. With `may_fork`, the worker is a forked copy of this process, which need not repeat imports; if
-    other threads make a fork unsafe, it is started as usual. The copy calls `serve_calls` with the function
-    `prepare_worker` of `module`. Requests and answers are pickled, so the worker must run trusted code.
+    It gets the environment variables of the calling process and those in `environment`. With `own_group`, `kill` also
+    ends its child processes. `module` calls `serve_calls`. With `may_fork`, the worker is instead a copy of the calling
+    process that calls `prepare_worker` of `module` and need not repeat imports, unless other threads of the caller make
+    a fork unsafe. Requests and answers are pickled, so the worker must run trusted code.
     """
 
     def __init__(

@@ -1,1 +1,1 @@
-"""From a recording to its lines: band, envelope, spectrum, shaft speed, fault lines with intervals."""
+"""Reads the fault lines of a recording: band, envelope spectrum, shaft speed, frequencies with 95 % intervals."""

@@ -96,7 +96,7 @@ class Analysis(SpeedSearch, NotebookObject):
         return [{n: getattr(x, n) for n in names} | {"state": x.not_detected or "detected"} for x in first]
 
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
-        """Summary and table of the first harmonics for a notebook."""
+        """Summary in words, and a table with the first harmonic of each bearing line, for a notebook."""
         names = ("name", "kinematic_hz", "found_hz", "ci95_hz", "snr", "detected")
         firsts = (line.stated() for line in self.lines if line.is_first)
         return self.summary, [{name: getattr(line, name) for name in names} for line in firsts]

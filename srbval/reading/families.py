@@ -1,4 +1,4 @@
-"""Lines of a bearing with their harmonics and sidebands (families), and frequencies without a bearing line."""
+"""Lines of a bearing with their harmonics and sidebands (families), and frequencies at which it has no line."""
 
 import math
 from dataclasses import dataclass
@@ -72,10 +72,10 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Frequencies [Hz], [n], within an octave of a family's line, at which the bearing has no line.
+    """Frequencies [Hz], [n], within an octave of a bearing line (`family`), at which the bearing has no line.
 
-    `reading` is the result of the search for the line at `scale` times its kinematic frequency; the frequencies are
-    chosen for combs with the harmonics and the relative window of this search. `families` are all lines of the bearing.
+    `reading` is the result of the search for the line at `scale` times its kinematic frequency. The frequencies are low
+    enough for as many harmonics as were found there to be in the `record`. `families` are all lines of the bearing.
     """
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre

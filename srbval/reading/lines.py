@@ -56,9 +56,9 @@ class Line:
 
     `deviation_pct` is the deviation from `kinematic_hz`; `deviation_ci95_pct` includes the uncertainty of the speed,
     `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics; higher harmonics and sidebands are
-    read one by one. `placebo_false_alarm` is the rank of the first harmonic among mixed placebos, `comb_false_alarm`
-    its rank among whole placebos (see `signal.false_alarm`). `explained_by` names a stronger line at a simple ratio, or
-    another explanation of the peak. `identity_probability` is the probability that the peak is this line.
+    read one by one. The line and its harmonics are ranked among harmonics of frequencies at which the bearing has no
+    line: `comb_false_alarm` uses one such frequency at a time, `placebo_false_alarm` mixes two. `explained_by` is why
+    the peak is not this line. `identity_probability` is the probability that the peak is this line, not another source.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -133,7 +133,7 @@ def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
 
 
 def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
-    """Describe the detected race and roller lines in a sentence: frequency, power over noise, modulation, deviation."""
+    """Describe the detected race and roller lines in words: frequency, S/N, modulation, deviation from kinematic."""
     said = [
         f"{line.name} ({fault.label}) line detected: "
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
@@ -157,10 +157,10 @@ def read_lines(
 ) -> tuple[Line, ...]:
     """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, at a shaft speed.
 
-    All lines are searched near `scale` times their kinematic frequencies. The cage line is read without regard to
-    stronger lines, since its harmonics coincide with other lines. First harmonics are ranked among `combs` placebos
-    (combs at frequencies without a bearing line). With `brief` only first harmonics are read, and only those that noise
-    does not explain are ranked; the detected lines are the same.
+    All lines are searched near `scale` times their kinematic frequencies. The strongest line is read first, and its
+    harmonics and sidebands are masked (ignored) for the next, but not for the cage line, whose harmonics coincide with
+    other lines. Each line with its harmonics is ranked among `combs` combs (lines with harmonics) at frequencies at
+    which the bearing has no line. With `brief` only first harmonics are returned; the detected lines are the same.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -229,9 +229,9 @@ def _readings(
 def _explained(
     line: Line, scale: float, share: float, shaft_masked: Periodogram, all_masked: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain an undetected line by a shaft harmonic, a line in `stronger`, or a peak beside its search window.
+    """Add to an undetected line what hides it: a shaft harmonic, a `stronger` line or a peak beside the search window.
 
-    Shaft harmonics are masked in `shaft_masked`, the harmonics and sidebands of `stronger` lines also in `all_masked`.
+    `shaft_masked` is the record without shaft harmonics, `all_masked` also without `stronger` lines and sidebands.
     """
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > all_masked.limit_hz):

@@ -49,7 +49,7 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """Remove tones of Giraudo's rig at high multiples of BPFO in `within_hz`, but no impacts at order `found_order`."""
+    """Remove steady tones, known from Giraudo's rig, at multiples of BPFO; impacts, `found_order` a turn, are kept."""
     speed = recording.known_speed
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz

@@ -93,7 +93,7 @@ class Processed:
 
     @property
     def samples(self) -> FloatArray:
-        """Normalised signal without its ends, [n]."""
+        """Signal with mean zero and standard deviation one, without the ends that the filter distorts, [n]."""
         return drop_ends(self.whole, self.fs_hz, self.end_s)
 
     @functools.cached_property
@@ -124,11 +124,11 @@ class Processed:
 def process(
     recording: Recording, *, band_hz: tuple[float, float], tracking: Tracking = NOT_TRACKED, ends_s: float | None = None
 ) -> Processed:
-    """Rotate (two axes only), normalise and band-pass a recording, compute its squared envelope, and drop the ends.
+    """Normalise and band-pass the signal of a recording, compute its squared envelope, and drop the ends.
 
-    The result equals the chain of Giraudo et al. 2025, sect. 5 (two-way Butterworth filter, Hilbert transform, modulus)
-    within 1e-5 of the largest value. `ends_s` replaces the time dropped at each end. Raises `ConfigurationError` for an
-    unknown channel or impossible band, `DataError` for an unusable signal.
+    Signals of two axes are first combined. The result equals the chain of Giraudo et al. 2025, sect. 5 (two-way
+    Butterworth filter, Hilbert transform, modulus) within 1e-5 of the largest value. `ends_s`: time dropped at each
+    end. Raises `ConfigurationError` for an unknown channel or impossible band, `DataError` for an unusable signal.
     """
     signal = one_signal(recording)
     whole = normalise(signal)
@@ -216,8 +216,8 @@ def bands_of_record(
 ) -> tuple[BandChoice, ...]:
     """Bands to try, all below half the rate `within_fs_hz`: the whole band and the most impulsive narrower band.
 
-    Only the whole band if all narrower bands hold fewer than `HARMONICS_HELD` harmonics of the race lines, or if their
-    filters distort too much of the record at its ends.
+    Only the whole band if no narrower band is `HARMONICS_HELD` times as wide as BPFI, or if the filters of narrower
+    bands distort too much of the record at its ends.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
@@ -236,7 +236,7 @@ def bands_of_record(
 def band_kurtogram(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> Kurtogram:
-    """Kurtogram of the bands below half of the rate `within_fs_hz` that contain enough harmonics of the race lines."""
+    """Kurtogram of bands below half the sampling rate `within_fs_hz` and at least `HARMONICS_HELD` times BPFI wide."""
     lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
     for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
     ends_hz = 2 * END_PERIODS / for_ends_s if for_ends_s > 0 else math.inf

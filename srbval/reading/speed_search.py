@@ -32,7 +32,7 @@ DRIFT_STEPS = 64  # of the course of a drifting shaft in each part of a record
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """Comb (line with harmonics) outside all search windows, which is line `name` if the shaft turns at `shaft_hz`."""
+    """Comb (line with harmonics) far from all expected lines; it is line `name` if the shaft turns at `shaft_hz`."""
 
     name: str
     found_hz: float
@@ -117,7 +117,7 @@ class SpeedSearch:
 def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
     """Read all lines at a measured speed, or at the speed found in the record within the tolerance of a nominal speed.
 
-    A line outside all windows is used only if its sidebands give a speed within the tolerance that explains it.
+    A line far from all expected frequencies is used only if its sidebands confirm another speed within the tolerance.
     """
 
     def read_at(speed: ShaftSpeed) -> SpeedSearch:
@@ -195,7 +195,7 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """If no fault line is found: the strongest comb outside all windows, and the lines read at the speed it implies."""
+    """If no fault line is found: strongest comb (line, harmonics) that fits another speed, and lines at that speed."""
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
     record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
@@ -223,7 +223,7 @@ def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tupl
 
 
 def trial_scales(nominal: ShaftSpeed, interval: float) -> tuple[float, ...]:
-    """Ratios of trial speeds to the nominal speed, in steps of `interval`, whose search windows cover its tolerance."""
+    """Trial speeds within the tolerance of the `nominal` speed, as ratios to it and spaced by `interval`."""
     steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / interval - 1e-9))
     return (1.0, *(1 + side * step * interval for step in steps for side in (-1, 1)))
 
@@ -231,9 +231,9 @@ def trial_scales(nominal: ShaftSpeed, interval: float) -> tuple[float, ...]:
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
     """Follow the speed of a drifting shaft by a fault's comb (line with harmonics), read in each part of a record.
 
-    The comb is the highest within `SEARCH_SHARE` of a fault line's kinematic frequency. Returns None if the parts have
-    too few revolutions, if so high a comb is likelier in a sound bearing than in a faulty one (`LOG_RATIO_ONSET`), or
-    if the comb's frequency varies by less than the width of a search window.
+    The strongest comb within `SEARCH_SHARE` of a fault line's kinematic frequency is followed. Returns None if parts
+    have too few revolutions, if a comb of this strength is likelier in a sound bearing than in a faulty one, or if its
+    frequency varies by less than the width of a search window.
     """
     size = processed.squared.size // DRIFT_PARTS
     part_s = size / processed.squared_fs_hz

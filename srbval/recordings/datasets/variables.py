@@ -108,7 +108,7 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
 
 
 def _rate_hz(raw: RawFile, description: DatasetDescription, facts: dict[str, Any]) -> float | None:
-    """Sampling rate [Hz] from `facts` (file's name or list of records), else a variable, else the `description`."""
+    """Sampling rate [Hz]: stated in `facts` about the file, otherwise in its variables, otherwise in `description`."""
     named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), facts.get("fs_hz")
     if named_hz and listed_hz and named_hz != listed_hz:
         raise DataError(

@@ -92,7 +92,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
 
 
 def _name_series(variables: dict[str, ArrayOrText]) -> None:
-    """Replace the properties of each MATLAB `timeseries` by its samples and times, stored or evenly spaced."""
+    """Replace each MATLAB `timeseries` by its samples and times; times not stored follow from start and increment."""
     for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
         owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"

@@ -112,7 +112,7 @@ def _plain_properties(properties: Mapping[str, Any]) -> dict[str, float | str]:
 
 
 def load_uff(path: Path) -> RawFile:
-    """Read the time signals of a universal file (data sets of type 58); a unique identification line is the name."""
+    """Read the time signals of a universal file (type 58), named by identification lines, or by nodes if not unique."""
     import pyuff
 
     file, blocks = pyuff.UFF(str(path)), list(_uff_blocks(path))

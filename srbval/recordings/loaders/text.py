@@ -286,7 +286,7 @@ def _classify_field(field: str) -> str:
 
 
 def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
-    """Equalise empty row ends; `DataError` for blank lines, unequal rows, numbers in comments or above the table."""
+    """Add or drop empty fields at ends of rows; `DataError` for unequal lengths and lines that may be lost rows."""
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
     if columns > MAX_TEXT_COLUMNS:
         raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
