@@ -53,7 +53,7 @@ class UnknownNameError(ConfigurationError):
 
     @classmethod
     def of(cls, text: str, name: str, known: Collection[str]) -> "UnknownNameError":
-        """Create the error; the message is `text` and the known word closest to `name`, or else all known words."""
+        """Create the error; its message is `text` with the known word similar to `name`, or all if none is similar."""
         close = closest_word(name, known)
         error = cls(f"{text}{did_you_mean(name, known)}{'' if close else '.'}")
         error.known = known if close else ()
@@ -84,6 +84,6 @@ def closest_word(word: str, known: Collection[str]) -> str | None:
 
 
 def did_you_mean(word: str, known: Collection[str]) -> str:
-    """Suggestion for the end of an error message: the known word closest to `word`, otherwise all known words."""
+    """Suggestion for the end of an error message: the known word similar to `word`, or all if none is similar."""
     close = closest_word(word, known)
     return f"; did you mean {close!r}?" if close else f"; known: {', '.join(sorted(known))}"

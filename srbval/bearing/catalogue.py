@@ -194,7 +194,7 @@ def _read_bearing_file(path: Path, content: bytes) -> Bearing:
 
 @cache
 def _find_bearing(text: str) -> Bearing:
-    """Find a bearing by name, designation or text of numbers; cached, because campaigns often repeat a search."""
+    """Find the bearing with the name or designation `text`; `text` may instead contain dimensions or fault orders."""
     if text.partition(" ")[0] in INLINE:
         return bearing_from_table(_parse_inline(text), text)
     if text in known_tables():
@@ -221,7 +221,7 @@ def _printed_names() -> tuple[tuple[str, Designation], ...]:
 
 
 def _match_designation(text: str) -> list[str]:
-    """List names of known bearings with the designation `text`, or else the most similar one; its maker's first."""
+    """List the names of known bearings with the designation `text`; if there are none, with a similar designation."""
     printed = read_designation(text)
     for alike in printed.alike if printed else ():
         found = [(one.maker, name) for name, one in _printed_names() if one[1:] == alike]

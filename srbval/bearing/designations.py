@@ -25,7 +25,7 @@ CONTACT_ANGLE_MARK = re.compile(r"ac|a5|[abc]|")  # of an angular contact ball b
 
 
 class Designation(NamedTuple):
-    """Printed designation: `maker` (may be empty), type letters, `number`, and `mark`, a suffix that changes orders."""
+    """Printed designation: `maker`, type letters `kind`, `number`; `mark`: suffix that changes fault frequencies."""
 
     maker: str
     kind: str
@@ -45,9 +45,9 @@ class Designation(NamedTuple):
 
     @property
     def alike(self) -> tuple[tuple[str, str, str], ...]:
-        """Designations that may be looked up instead of this one, as (type, number, mark), the most similar first.
+        """Designations to look up for this bearing, the most similar first: type letters, number and suffix of each.
 
-        Cylindrical roller bearings N, NJ, NU and NUP of one size have the same rollers; design E is the last choice.
+        Cylindrical roller bearings N, NJ, NU and NUP of one size have the same rollers; suffix E is the last choice.
         """
         if self.kind not in CYLINDRICAL:
             return (self[1:],)

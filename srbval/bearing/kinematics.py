@@ -167,7 +167,7 @@ class Fault(enum.StrEnum):
         return {Fault.OUTER: orders.bpfo, Fault.INNER: orders.bpfi, Fault.ROLLER: 2 * orders.bsf}[self]
 
     def sideband_order(self, orders: FaultOrders) -> float:
-        """Return the spacing of the sidebands of the fault's line over the shaft frequency; 0 if it has none."""
+        """Return the sideband spacing around the fault's line, divided by the shaft frequency; 0 without sidebands."""
         return {Fault.INNER: 1.0, Fault.ROLLER: orders.ftf}.get(self, 0.0)
 
     def passing_order(self, rolling_elements: int, cage_ratio: float) -> float | None:

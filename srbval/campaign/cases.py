@@ -102,7 +102,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
 
 
 def cost_of(scene: Scene) -> tuple[float, float | None]:
-    """Planned and expected wall time [s] of a scene; without stored timings of its model, a rough guess and None."""
+    """Planned and expected wall time [s] of a simulation: equal, or a rough guess and None if no timings are stored."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     with contextlib.suppress(DataError):  # no measured times are stored

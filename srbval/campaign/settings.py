@@ -51,8 +51,8 @@ class Axes(Limited):
     """Inputs of a scene that the method `kind` varies from case to case.
 
     An input is named as in a scene file, by a dotted key such as ``defect.kind`` or by nested tables. `values` contains
-    a list of choices for each input, `cases` complete sets of inputs, `ranges` the lowest and highest value of each
-    input in the same unit, from which `samples` sets are drawn.
+    a list of choices for each input, `cases` complete sets of inputs, `ranges` the lowest and the highest value of
+    each input, both with the same unit. From these ranges, `samples` sets of inputs are drawn.
     """
 
     kind: Sampling

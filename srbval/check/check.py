@@ -61,7 +61,7 @@ SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
-    """Compute the numbers of the fingerprint of `parts` (default: all), by program part and name; takes about 20 s."""
+    """Run the program's `parts` (default: all) on examples; returns numbers by part and name. Takes about 20 s."""
     names, found = parts or tuple(PROBES), dict[str, ProbeOutputs]()
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
         for name, values in zip(names, pool.map(lambda name: PROBES[name](), names), strict=True):
@@ -136,7 +136,7 @@ def _analyse_shipped() -> tuple[Analysis, ...]:
 
 
 def _probe_reading() -> ProbeOutputs:
-    """Compute for the regression check which lines are detected in the shipped recordings, and their frequencies."""
+    """Compute values for the regression check: lines detected in the shipped recordings, and their frequencies."""
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         record = analysis.recording.name
@@ -161,7 +161,7 @@ def _probe_diagnosis() -> ProbeOutputs:
 
 
 def _probe_path() -> ProbeOutputs:
-    """Compute for the regression check vibration levels of shipped recordings and gains of the path to the sensor."""
+    """Compute values for the regression check: levels of shipped recordings, and gains of the path to the sensor."""
     bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
     for analysis in _analyse_shipped():
         record, state = analysis.recording, analysis.recording.state
@@ -179,7 +179,7 @@ def _probe_path() -> ProbeOutputs:
 
 
 def _probe_comparison() -> ProbeOutputs:
-    """Compute for the regression check cage ratios of recordings, and checksums of two files on model uncertainty."""
+    """Compute values for the regression check: cage / shaft speed in recordings, and checksums of two input files."""
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
@@ -236,7 +236,7 @@ class CheckResult:
 
 
 def run_check(*, progress: Progress = silent) -> CheckResult:
-    """Compare the numbers of all program parts with the reference fingerprint, and check all stored results.
+    """Run every part of the program, compare the results with reference values, and list outdated stored results.
 
     Raises the errors of running a bundled scene and of reading a shipped recording.
     """
@@ -258,12 +258,12 @@ def shipped_results() -> Sequence[StoredResult]:
 
 
 def reference_path() -> Path:
-    """Path of the reference fingerprint, in the repository or in the installed package."""
+    """Path of the regression check's reference values, in the repository or in the installed package."""
     return shipped_folder(stored_result.REPORTS) / stored_result.REFERENCE_FILE
 
 
 def write_reference(now: Fingerprint) -> None:
-    """Replace the reference fingerprint by `now`; raises `ConfigurationError` if a cage ratio in it is not finite."""
+    """Store `now` as the regression check's reference; raises `ConfigurationError` if a cage ratio is not finite."""
     for part, values in now.items():
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):

@@ -163,7 +163,7 @@ def _tolerance(text: str) -> float:
 
 
 def _record(name: str) -> str:
-    """Return the path of the shipped recording `name`, otherwise `name` itself."""
+    """Path of the shipped recording called `name`; `name` itself if there is none, or if a file `name` exists."""
     from srbval.recordings.registry import find_shipped  # imports slow modules
 
     return str(find_shipped(name))

@@ -34,12 +34,13 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 
 @dataclass(frozen=True, kw_only=True)
 class CageReading:
-    """Cage ratio of one record, with standard uncertainties due to reading (`reading_u`) and shaft speed (`speed_u`).
+    """Cage ratio c of one record: cage speed divided by shaft speed.
 
-    The cage ratio varies with time; `reading_u` is the uncertainty of its long-term mean. `per_speed` is the derivative
-    of the ratio c with respect to the relative error of the shaft speed: -c if c was read from BPFO, 1 - c if from
-    BPFI. `read_from` names the lines and the signal that were read, `band_hz` their frequency band. `check` is the
-    reading of the other set of lines (see module), if it was detected.
+    c varies with time; `reading_u` is the standard uncertainty of reading its long-term mean, `speed_u` the standard
+    uncertainty due to the shaft speed. `per_speed` is the derivative of c with respect to the relative error of the
+    shaft speed: -c if c was read from BPFO, 1 - c if from BPFI. `read_from` names the lines and the signal that were
+    read, `band_hz` is their frequency band. c can be read from the lines of a race fault in the envelope, and from
+    multiples of BPFO in the vibration itself; if both were possible, `check` is the reading that was not chosen.
     """
 
     record: str

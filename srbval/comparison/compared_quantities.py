@@ -146,7 +146,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.val
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
-    """Get effects of inputs on quantities, by (defect, quantity), from the result of the study ``inputs``, `stored`."""
+    """Map (defect, quantity) to the effects of model inputs on this quantity, read from a study's result, `stored`."""
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 

@@ -82,13 +82,14 @@ def comparison_row(
     margin: float | None = None,
     **names: str,
 ) -> Row:
-    """Build the row of one compared quantity, with the keys of `comparisons` in ``report.json``.
+    """Build the table row of one quantity compared between model and rig, as in `comparisons` of ``report.json``.
 
-    `parts` are the parts of the uncertainty as 95 % half widths; they, `error` and `margin` are in `error_unit`. The
-    uncertainty is None unless a part of it, other than the reading of the simulated signal, is due to the simulation.
-    A value hidden in the noise of model or rig gets the verdict ``insufficient data``. In `names`, `kind` groups
-    quantities that share a bias, `scene` is the simulated bundled scene, `used_for` the record's use: ``fit`` (model
-    fitted to it), ``withheld`` (known, but not fitted) or ``blind`` (predicted before the record was known).
+    `parts` are the parts of the error's uncertainty as 95 % half widths, in the unit of `error` and `margin`. Model and
+    rig agree if error plus uncertainty is below `margin`. If all `parts` are due to the rig or to reading the simulated
+    signal, the uncertainty is unknown (None). A value hidden in the noise of model or rig gets the verdict
+    ``insufficient data``. In `names`, `kind` groups quantities that share a bias, `scene` is the simulation's input,
+    `used_for` the record's use: ``fit`` (model fitted to it), ``withheld`` (known, but not fitted) or ``blind``
+    (predicted before the record was known).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None

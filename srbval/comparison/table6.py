@@ -94,9 +94,9 @@ def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comp
 def _build_line_row(
     fault: Fault, model: QuantityValue, rig: QuantityValue, run: Run, parts: Mapping[str, float]
 ) -> Row:
-    """Build the row that compares a fault line of model and rig [Hz]; contains the line at the cage speed of `run`.
+    """Build the table row that compares the frequency of a fault line in model and rig [Hz].
 
-    `parts` are the parts of the uncertainty of the error [%].
+    `parts` are parts of the error's uncertainty [%]. The row also contains the frequency from the cage speed of `run`.
     """
     assert rig.kinematic is not None, "Table 6 states it, and so does every analysis"
     error_pct = deviation_pct(model.value, rig.value)
@@ -184,7 +184,7 @@ def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis
 
 
 def read_first_harmonic(analysis: Analysis, fault: Fault) -> QuantityValue:
-    """Read a fault line's frequency [Hz]; `kinematic`: in pure rolling. `DataError` if the record is too short."""
+    """Read a fault line's frequency [Hz], and its value in pure rolling; `DataError` if the record is too short."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")

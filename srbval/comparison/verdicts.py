@@ -1,4 +1,4 @@
-"""Verdict on the model's cage ratio against its tolerance; theory: "Verdicts on the cage ratio".
+"""Verdict on the model's cage ratio (cage / shaft speed) against a tolerance; theory: "Verdicts on the cage ratio".
 
 Three values of model and rig are compared: the mean ratio at the fastest speed, the trend (slowest minus fastest speed)
 and outer-race minus inner-race faults. The rig's value has the distribution from `cage_means`, the model's value the
@@ -6,8 +6,9 @@ distribution of runs with randomly drawn inputs; all records are simulated with 
 the model is applied with either sign: the change of its value with half the step and more contact points or slices.
 
 `p_beyond` is the probability that the error exceeds the tolerance. The verdict is met if `p_beyond` is at most the
-accepted risk, missed if it is at least 1 - risk, otherwise not resolved. It is also not resolved if one fixed value of
-an input gives met and another missed. The study `inputs` counts the verdicts on simulated rigs with a known error.
+accepted risk, missed if it is at least 1 - risk, otherwise not resolved. It is also not resolved if the verdicts with
+one input fixed at each of its values in turn contain met and missed. The study `inputs` counts the verdicts on
+simulated rigs with a known error.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -38,7 +39,7 @@ class ComparedValue(NamedTuple):
 
 
 def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[ComparedValue]:
-    """Yield up to three compared values: ratio at the fastest speed, slowest minus fastest, outer minus inner race."""
+    """Yield the cage ratio at the fastest speed, its rise to the slowest, and the difference outer - inner fault."""
     speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
     slowest, fastest = means.rpm[0], means.rpm[-1]
     mean = np.linalg.pinv(speeds).round(12)
@@ -53,7 +54,7 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Com
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
-    """Judge each compared value of the cage ratio for each scene in `stored`, the result of the study ``inputs``."""
+    """Judge whether simulated cage ratios, `stored`, agree with the rig's `readings`, for each simulated scene."""
     if not readings or not stored:
         return []
     means = cage_means(readings)
@@ -131,7 +132,7 @@ def share_beyond_limit(model: FloatArray, rig: FloatArray) -> float:
 def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
     """Interpolate a result that depends on one input to the input's cumulative probabilities `at`.
 
-    `curve` is the result at the probabilities `shares`. If there are only two, the result at one of them is taken.
+    `curve` is the result at `shares`. With only two `shares`, it jumps at the second of them, or at 0.5 if this is 1.
     """
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])

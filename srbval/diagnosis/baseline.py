@@ -190,9 +190,9 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
 
 
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
-    """Compare the fault lines of `analysis` with a healthy record; raises `ValueError` if the two bands differ.
+    """Compare the fault lines of `analysis` with a healthy record; `ValueError` if their envelope bands differ.
 
-    No line is compared without a `baseline`, or if it has a `fault` or was recorded at another speed or load.
+    No line is compared without a `baseline`, or if the healthy record has a fault, another speed or another load.
     """
     if baseline is None:
         return NO_HEALTHY

@@ -66,10 +66,10 @@ class Comb:
 
     @property
     def log_ratio(self) -> float:
-        """Log likelihood ratio of a fault to no fault: smooth minimum of one from `excess` and one from `depth`.
+        """Log likelihood ratio of a fault to no fault: smooth minimum of values from `excess` and from `depth`.
 
-        The two are scaled alike: if all `HARMONICS` lines of a comb far above the noise become twice as deep, both rise
-        by the same amount.
+        `excess` is the score of the comb, a line with harmonics, above a typical comb's; `depth` is the modulation
+        depth of the first line. If all lines of a strong comb double in depth, both values rise by the same amount.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET

@@ -141,7 +141,7 @@ def weigh_evidence(
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True for a line above the noise, unless it is shallow and a healthy record has it at about the same depth."""
+    """True for a strong line above the noise, and for a weaker fault line that a healthy record does not explain."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -149,7 +149,7 @@ def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
 
 
 def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
-    """Describe each line and comb that neither noise nor a healthy record explains, the risen line first."""
+    """Describe each line, and each comb (line with harmonics), that neither noise nor a healthy record explains."""
     if comparison.line is not None:
         ratio, _ = comparison.ratios[comparison.line]
         yield f"{comparison.line} {comparison.times(ratio)} as in the healthy record"
@@ -181,8 +181,8 @@ class Finding(enum.StrEnum):
 class FaultVerdict:
     """Verdict on a record: the faulty `parts` that are named, a `headline` and `reasons`.
 
-    `finding` and `diagnosis` are None for a record that is not measured. `advice` explains why no part is named and
-    what would settle the question; it is also the first reason, and is empty if a part is named.
+    `finding` and `diagnosis` are None if the record is not a measurement (but a simulation, say) or is too short.
+    `advice` explains why a strong line does not name a part; it is also the first reason, and may be empty.
     """
 
     finding: Finding | None

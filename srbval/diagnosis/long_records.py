@@ -55,7 +55,7 @@ class LongAnalysis(Analysis):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Values for JSON: the analysis of the part, with the entry ``long_record`` on the division into parts."""
+        """Values for JSON: analysis of one part of a long record; ``long_record`` describes the choice of this part."""
         keys = ("parts", "as_clear", "first_s", "read_in")
         return super().to_dict() | {"long_record": {key: getattr(self, key) for key in keys}}
 

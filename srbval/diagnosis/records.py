@@ -264,7 +264,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Compute one verdict from a bearing's records; leave out records that fit a speed outside the stated tolerance."""
+    """Compute one verdict from all records of a bearing; leave out records whose lines contradict the stated speed."""
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
             f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give records of one "

@@ -95,7 +95,7 @@ class StepError:
 
     @property
     def is_useless(self) -> bool:
-        """True if an error is 100 % or more: the initial state of the simulation that estimates it is wrong too."""
+        """True if an error is 100 % or more, so that a state computed with this step is useless as an initial state."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def extrapolated_to(self, finer: float) -> "StepError":

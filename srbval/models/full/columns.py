@@ -4,12 +4,13 @@ Kernels import this module as ``col``; the compiler replaces each name by its va
 
 **Workspace** (the flat array `space`): each quantity has a row of `STRIDE` entries; the name of the quantity is the
 index of the row's first entry. A *slot* is the place of one roller, a *column* is the contact of one roller with one
-race: the roller in slot p meets the outer race in column p and the inner race in column ``RACE + p``. The processor
-computes `LANES` neighbouring columns, a *lane group*, at a time, all with the same list of race points. Rollers are
-sorted by slot angle, with the bearing's two rows alternating, and padded to whole lane groups: loaded rollers are then
-neighbours, and lane groups without contact are skipped. A column that needs more points than the list of its lane group
-has is copied to another group, from column `COMPACTED` on. A column with a list of its own (near a defect, or of a
-damaged roller) is copied to a group of its own, from column `SINGLE` on.
+race: the roller in slot p meets the outer race in column p and the inner race in column ``RACE + p``. Contact forces
+act at *race points*, points on a race's surface; a list contains the points that a roller may touch. The processor
+computes `LANES` neighbouring columns, a *lane group*, at a time, all with the same list. Rollers are sorted by slot
+angle, with the bearing's two rows alternating, and padded to whole lane groups: loaded rollers are then neighbours, and
+lane groups without contact are skipped. A column that needs more points than the list of its lane group has is copied
+to another group, from column `COMPACTED` on. A column with a list of its own (near a defect, or of a damaged roller) is
+copied to a group of its own, from column `SINGLE` on.
 
 Bearing row 2 mirrors row 1: it uses the race points of row 1, with the direction of the shaft's axis (rows `Z_X`, `Z_Y`
 and `Z_Z`) reversed.

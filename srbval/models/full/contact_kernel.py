@@ -51,13 +51,13 @@ class Candidates(NamedTuple):
 
 @kernel_part
 def contact_columns(law, candidates, space, start, stop, damping, patch):
-    """Add the contact forces of race points (`candidates`) to the columns `start` to `stop` - 1 of `space`.
+    """Add the contact forces of points on a race's surface, `candidates`, to columns `start` to `stop` - 1 of `space`.
 
-    The inner loop runs over columns. For each point: penetration into the barrel in closed form, normal force by
-    Giraudo's eq. (18), never a pull, friction by eq. (19). `damping`: `motion_kernel.WITH_DAMPING` if the damping
-    matrices of the contacts are summed too, for an implicit step; otherwise None. `patch`: None, or the constants of
-    the line model (see `columns`), in which a point stands for the whole patch where a roller touches a circle of the
-    race.
+    A column is the contact of one roller with the race; the inner loop runs over columns. For each point: depth in the
+    barrel roller in closed form, normal force by Giraudo's (2025) eq. (18), never a pull, friction by eq. (19).
+    `damping`: `motion_kernel.WITH_DAMPING` if the damping matrices of the contacts are summed too, for an implicit
+    step; otherwise None. `patch`: None, or constants of the line model (see `columns`). In this model a roller touches
+    a race in three patches, side by side along the roller, and each point represents a whole patch.
     """
     points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
@@ -99,7 +99,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
 
 @inlined
 def place_of_point(radial, tangential, axial, space, j):
-    """Convert a race point's position [m] from the axes of the race at contact `j` to slot axes of the roller."""
+    """Return a race point's position [m] relative to the roller in contact `j`: outwards, along race, along roller."""
     return (
         space[col.O_X + j] + radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
         space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
@@ -152,15 +152,16 @@ def penetration(law, p_x, p_y, p_z):
 
 @inlined
 def point_spring_and_damper(law, depth, u_n, share, damping):
-    """Compute a race point's spring force [N] and damping coefficient [N s/m], eq. (18), and its elastic force [N].
+    """Compute spring force [N], damping coefficient [N s/m] and elastic force [N] of a point on a race's surface.
 
     `depth` of the point in the roller [m]; `u_n`: speed of separation [m/s]; `share`: fraction of the law's stiffness
-    and damping that the point has, below 1 where a defect has finer points; `damping`: None in explicit methods. In
-    these, spring force and damper rise over the depth ``law.smoothing``, as in Giraudo's law. A point crosses that
-    depth in nanoseconds, so that the damper's force, some 600 N, jumps in the first step that finds the point in
-    contact. In implicit methods, spring and damper of an approaching point are therefore averaged over a distance: the
-    travel of the point in the time ``law.onset_s``, at most `LONGEST_ONSET_M`. A retreating point loses contact when
-    the damper's pull equals the spring's push, without a jump. The elastic force is the spring force without averaging.
+    and damping that the point has, below 1 where a defect has finer points; `damping`: None for explicit time steps,
+    any other value for implicit steps. In explicit steps, spring force and damper rise over the depth
+    ``law.smoothing``, as in eq. (18) of Giraudo (2025). A point crosses that depth in nanoseconds, so that the damper's
+    force, some 600 N, jumps in the first step that finds the point in contact. In implicit steps, spring and damper of
+    an approaching point are therefore averaged over a distance: the travel of the point in the time ``law.onset_s``, at
+    most `LONGEST_ONSET_M`. A retreating point loses contact when the damper's pull equals the spring's push, without a
+    jump. The elastic force is the spring force without averaging.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -190,7 +191,7 @@ def normal_force(spring, viscous, u_n):
 
 @inlined
 def point_friction(law, normal, q_x, q_y, q_z):
-    """Compute friction at the slip q, Giraudo's eq. (19): force over slip [N s/m], force x, y, z [N], lost power."""
+    """Compute friction at slip q, Giraudo's eq. (19): force divided by slip [N s/m], force x, y, z [N], lost power."""
     static, dynamic, critical = law.static_friction, law.dynamic_friction, law.critical_velocity
     at_rest = static / critical  # coefficient of friction over slip
     fall = (static - dynamic) / (0.5 * critical)
@@ -223,13 +224,13 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
 
 @kernel_part
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
-    """Compute friction force over slip [N s/m] of one part of a patch, which carries the load `normal` [N].
+    """Compute friction force divided by slip speed [N s/m] for one part of a contact patch with load `normal` [N].
 
     At the distance x from the patch's middle, X is (x / half length of the patch)^2. In this part, X ranges from `mean`
     - `half` to `mean` + `half`. The slip velocity is q + X e [m/s]: q in the middle of the patch, q + e at its ends;
     `reach` is the square of e. If the race turns about the contact's normal, a slip at right angles to q + X e is
     added; the square of this added slip is X times `pivot`. Giraudo's eq. (19) is averaged over the part approximately:
-    its critical velocity is raised to at least half the range of slips.
+    its critical velocity is raised to at least `half` times the length of e.
     """
     s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
     across = pivot * mean

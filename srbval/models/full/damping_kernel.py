@@ -1,6 +1,6 @@
 """Kernels: solve the linear equations of a step that treats friction and contact damping implicitly.
 
-The secant damping matrix of a contact, force on its roller over the velocity u of the race relative to the roller, is
+The secant damping matrix of a contact, force on its roller divided by the race's velocity u relative to the roller, is
 
     C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|
 
@@ -9,9 +9,10 @@ N by the damper, and of mu with the slip, are left out. At a point p of the roll
 velocity V at the roller's centre and its angular velocity W, both relative to the roller. The sums over a contact's
 points are a symmetric matrix, which gives the force and the torque about y and z from V, W_y and W_z. Its entries are
 the rows `D_XX` to `D_SS` of the workspace: X, Y, Z stand for the components of force and V, P for torque and W about y,
-S for torque and W about z. W_x is left out: lever arms about x are as short as the contact. Outer race, slot axes: V =
-(v_x - r, v_y - L w_z, v_z + L w_y), W_y = -w_y, W_z = -s, with slide rate r, spin s, angular velocity w of the cage,
-ring velocity v and distance L of the roller from the bearing's centre; inner race: v is 0, the shaft's motion is given.
+S for torque and W about z. W_x is left out: lever arms about x are as short as the contact. Axes: x outwards along the
+slot of the cage in which the roller slides, y along the race, z along the roller. Outer race: V = (v_x - r, v_y - L
+w_z, v_z + L w_y), W_y = -w_y, W_z = -s; sliding speed r along x, spin s about z, angular velocity w of the cage,
+velocity v of the ring, distance L of the roller from the bearing's centre. Inner race: v = 0; the shaft turns as given.
 
 With the mass matrix M, the step h and the damping matrix D of all bodies, M / h + D is an arrow matrix: a 2 x 2 block
 for each roller, bordered by the 6 x 6 block of cage and ring. The rollers' blocks are eliminated; the rest is factored
@@ -139,7 +140,7 @@ def factor(weight, model, totals, factors):
 
 @kernel_part
 def factor_relative(second, weight, model, totals, factors):
-    """Eliminate the acceleration of a second cage relative to the first; fills rows of `factors`, see `columns`."""
+    """Extend the factored equations of cage and ring, `factors`, by a second cage's rotation relative to the first."""
     if second is None:
         return
     own = relative_border(weight, model, totals, factors)

@@ -1,8 +1,8 @@
 """Start of a run: ring and rollers in static balance with the load, cage and rollers rolling.
 
-The unknowns are the three displacements of the ring and the slide of each roller along its slot. Without friction the
-contact forces have a potential that is convex for small displacements, and a roller's slide affects only its own
-balance and the ring's balance. For a given ring position, a bracketed Newton iteration finds all slides at once; around
+The unknowns are the three displacements of the ring and the slide of each roller, outwards along its slot in the cage.
+Without friction the contact forces have a potential, convex for small displacements; a roller's slide affects only its
+own balance and the ring's. For a given ring position, a bracketed Newton iteration finds all slides at once; around
 it, a Newton iteration finds the ring position. The slides are eliminated from the ring's stiffness (Schur complement);
 the line search uses only forces. Forces come from `right_hand_side`, the equations of motion.
 
@@ -96,7 +96,7 @@ class Statics:
         self.y[self.layout.cage] = 0.0, 0.0, cage_angle_rad
 
     def forces(self, slide: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-        """Compute each roller's force along its slot, the force on the ring [N], and the largest penetration [m]."""
+        """Compute outward forces on rollers displaced by `slide`, force on the ring [N], largest penetration [m]."""
         model, layout = self.rest, self.layout
         self.y[layout.slide], self.y[layout.ring] = slide, ring
         found = rates(model, 0.0, self.y)
@@ -105,12 +105,12 @@ class Statics:
         return slide_n, model.ring_mass * found.rate[layout.ring_rate], float(found.totals[col.DEEPEST])
 
     def slide_stiffness(self, slide: FloatArray, ring: FloatArray, slide_n: FloatArray) -> FloatArray:
-        """Compute each roller's stiffness along its slot [N/m]; `slide_n`: forces at `slide`, from `forces`."""
+        """Compute each roller's stiffness to outward displacement [N/m]; `slide_n`: outward forces at `slide` [N]."""
         return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
 
 
 def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Find each roller's balanced place along its slot at a ring position; also returns the force on the ring [N]."""
+    """Find outward displacements that balance the rollers, for a `ring` position, and the force on the ring [N]."""
     model = statics.rest
     clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
     far = clearance + float(np.linalg.norm(ring)) + SLIDE_RANGE_M
@@ -147,8 +147,8 @@ def _line_search(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shorten the ring's `step` until the force at its end no longer pushes the ring back strongly.
 
-    The push against the step may be `OVERSHOOT` times the push along it at its start, where the force on the ring is
-    `ring_n`. Returns ring position, balanced slides [m] and the force on the ring [N] at the end.
+    A force against the step at its end may be `OVERSHOOT` times the force along it at its start, from `ring_n`. Returns
+    the ring's position, the rollers' balanced outward displacements [m] and the force on the ring [N] at the end.
     """
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
