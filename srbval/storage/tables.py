@@ -2,8 +2,8 @@
 
 The name of a field declared with `quantity(dimension)` ends with its SI unit (``radial_n``). Its table may contain
 ``radial_n = 124800.0`` (a number in SI) or ``radial = "124.8 kN"`` (text with a unit). A number without unit under the
-key ``radial`` is refused, so that no file is read in the wrong unit. Fields with limits belong to a class `Limited`,
-which checks every new object, also from `dataclasses.replace`.
+key ``radial`` is refused, so that no file is read in the wrong unit. A dataclass whose fields have limits
+inherits from `Limited`, which checks each new instance, including the result of `dataclasses.replace`.
 """
 
 import dataclasses
@@ -247,7 +247,7 @@ def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberR
 
 
 def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:
-    """Read a number: in SI if `key` is the full name of the field, otherwise (name without unit) text with a unit."""
+    """Read a number: in SI for a `key` like ``radial_n``, as text with a unit for one like ``radial``."""
     dimension = field.metadata.get("dimension")
     if dimension and key == field.name and isinstance(raw, str):
         raise ConfigurationError(
@@ -308,7 +308,7 @@ def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
 
 
 def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
-    """JSON Schema of a number: in SI if `key` is the full name of the field, otherwise text with a unit."""
+    """JSON Schema of a number: in SI for a `key` like ``radial_n``, as text with a unit for one like ``radial``."""
     dimension, limits = field.metadata.get("dimension"), field.metadata.get("limits", ())
     stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
     if dimension and key == field.name:

@@ -68,7 +68,7 @@ COST_COLUMNS |= {"largest process [MB]": "memory_mb", "written [MB]": "written_m
 
 
 def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
-    """Run the commands of `COST_SERIES` at each size (`quick`: the first only); `NumericsError` if a command fails."""
+    """Measure the cost of commands for growing inputs and more processes; if `quick`, for the smallest only."""
     if not hasattr(os, "wait4"):
         raise ConfigurationError("bench --scale runs on Linux and macOS only: other systems do not report memory.")
     wanted = [(name, command, n) for name, (command, own) in COST_SERIES.items() for n in own[: 1 if quick else None]]
@@ -96,7 +96,7 @@ def _text(content: Row) -> str:
 
 
 def _write_inputs(folder: Path, name: str, size: float) -> None:
-    """Write a command's input, as `name` states: a record of `size` minutes, or a folder with `size` records."""
+    """Write a command's input files; at `name` a record of `size` minutes, or a folder of `size` records, if needed."""
     for file, text in FILES.items():
         (folder / file).write_text(text.replace("SIZE", str(size)), "utf-8")
     if name.startswith("record"):

@@ -46,7 +46,7 @@ class Tolerance(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Source(RecordingSettings):
-    """Signals of one side of a pair, and the settings with which they are read.
+    """Simulated or measured signals of a comparison, and the settings with which they are read.
 
     `file` contains paths or patterns (in Python also recordings); several files are repeats. ``registered = "torino"``
     selects every registered record of the rig. `scene` (a name or a TOML file) is simulated at the measured speed and
@@ -145,7 +145,7 @@ def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None
 
 
 def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any] | None = None) -> ValidationCase:
-    """Build a case from pairs, given as tables `[[pair]]` of a case file; `changes` as in `load_case`."""
+    """Build a case from tables `[[pair]]` of simulated and measured signals; `changes` as in `load_case`."""
     return _build_case({"pair": [dict(pair) for pair in pairs]}, changes, None)
 
 
@@ -203,7 +203,7 @@ def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, pat
 
 
 def _source_table(raw: Any) -> Any:
-    """Convert one side of a pair to a table if it is a file name or a list of file names."""
+    """Convert a file name or list of file names to a table with the list ``file``; in a table, make ``file`` a list."""
     if isinstance(raw, dict):
         return raw | ({"file": [raw["file"]]} if isinstance(raw.get("file"), str) else {})
     return {"file": [raw] if isinstance(raw, str) else raw}

@@ -1,4 +1,4 @@
-"""Comparison of a pair: for each quantity the error, its uncertainty and a verdict (see `comparison.comparison`).
+"""Comparison of a simulated with a measured side: for each quantity error, uncertainty and verdict.
 
 An external model has an uncertainty only if repeated files are given (Student's t of their mean) or the case states it;
 otherwise the verdict is ``insufficient data``. The reading error of a simulated line alone is not enough. Lines and
@@ -50,7 +50,7 @@ VALIDATION_COLUMNS += ["used_for", "simulated_hz", "measured_hz", "simulated_dev
 def compare_pair(
     number: int, state: Fault, sides: Mapping[str, SideReading], case: ValidationCase, effects: Effects, used_for: str
 ) -> Iterator[Row]:
-    """Compare the sides of a pair: one row (see `comparison_row`) for each quantity found on at least one side.
+    """Compare simulated with measured signals (two sides): a `comparison_row` for each quantity found on either side.
 
     In a row, `model` is the simulated and `rig` the measured side. `effects` of uncertain inputs, time step and
     contact points apply to the scene `paper` alone. `simulated_hz` and `measured_hz` are a line's frequency at the
@@ -112,10 +112,10 @@ def _effects(
 
 
 def ensemble(side: SideReading | None, name: str) -> tuple[QuantityValue, float | None]:
-    """Mean of a quantity over the signals of a side, and its 95 % half width from their scatter (None for one signal).
+    """Mean of a quantity over the simulated or the measured signals, and its 95 % half width (None for one signal).
 
-    The scatter includes the reading errors of the repeats; the error of the shaft speed is common to all. If a signal
-    lacks the quantity, the mean is `MISSING_VALUE`.
+    The half width comes from the scatter between signals, which includes reading errors but not the error of the shaft
+    speed, common to all. If a signal lacks the quantity, the mean is `MISSING_VALUE`.
     """
     values = [] if side is None else [one[name] for one in side.values if name in one]
     if side is None or len(values) < len(side.values):
@@ -164,7 +164,7 @@ def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | No
 
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> pd.DataFrame:
-    """Table with a row for each pair and quantity; if a tolerance is stated, the verdict refers to it."""
+    """Table with a row for each comparison in `rows`; if a tolerance is stated, the verdict refers to it."""
     return plain_frame([_table_row(row, tolerance) for row in rows], VALIDATION_COLUMNS)
 
 

@@ -1,4 +1,4 @@
-"""Command `validate`: compares the pairs of a case, a few at a time, so that memory does not grow with their number."""
+"""Command `validate`: compares pairs of simulated and measured signals, a few pairs at a time to limit memory."""
 
 import dataclasses
 import math
@@ -34,7 +34,7 @@ MAX_SUM_SPEED_DIFFERENCE = 0.01  # relative difference of speeds up to which two
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairReading:
-    """Pair of a case, with its analysed sides and a row for each compared quantity.
+    """Analysed pair of simulated and measured signals, which are its `sides`, with a row for each compared quantity.
 
     `problem` is the reason for the failure of a simulation, in which case the simulated side is missing.
     """
@@ -49,10 +49,10 @@ class PairReading:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Validation(NotebookObject):
-    """Result of a validation case: `table` has a row for each pair and quantity, `pairs` a row for each pair.
+    """Result of comparing pairs of simulated and measured signals; `pairs` has a row for each pair.
 
-    `comparisons` are the rows of `compare_pair`, from which `table` is made. `sums` are checks of the sum of BPFO and
-    BPFI (see `check_race_sum`), and `failed` are the pairs that could not be compared, with the reason.
+    `table` has a row for each pair and quantity, made from the rows `comparisons` of `compare_pair`. `sums` are checks
+    of the sum of BPFO and BPFI (see `check_race_sum`). `failed` contains pairs that could not be compared, and why.
     """
 
     case: ValidationCase
@@ -122,7 +122,7 @@ class Validation(NotebookObject):
         return f"<Validation of {self.case.title!r}: {self.headline}>"
 
     def to_frame(self) -> pd.DataFrame:
-        """Table of the comparison, with one row for each pair and quantity."""
+        """Table of the comparison, with one row for each pair of signals and quantity."""
         return self.table
 
     def summary_table(self) -> tuple[str, list[Row]]:
@@ -149,7 +149,7 @@ def validate(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> Validation:
-    """Compare every pair of a case, given as an object, a file or a name; `changes` as in `load_case`.
+    """Compare all pairs of simulated and measured signals of a case (object, file, name); `changes` as in `load_case`.
 
     Instead of a case, `simulated` and `measured` signals of one comparison can be given (see `case_of_signals`). `jobs`
     pairs are read in parallel; `found` is called with each pair in order. Raises the error of the first pair if no pair
@@ -205,7 +205,7 @@ def _start_pairs(
 def _read_and_compare(
     number: int, pair: CasePair, case: ValidationCase, effects: Effects, progress: Progress
 ) -> PairReading:
-    """Read and compare a pair; a failed simulation is stated in its `problem`, other errors are raised."""
+    """Read and compare simulated and measured signals; `problem` of the result states a failure of the simulation."""
     sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
     scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None
     if (scene is not None and scene.file) or any(source.scene for source in sources.values()):
@@ -228,7 +228,7 @@ def _read_and_compare(
 
 
 def pair_row(one: PairReading) -> Row:
-    """Row of `Validation.pairs`: files, speeds, frequency bands and cautions of a pair."""
+    """Row of `Validation.pairs`: files, speeds, frequency bands and warnings of the simulated and measured signals."""
     row: Row = {"pair": one.number, "state": one.state.value, "how": one.pair.how, "problem": one.problem}
     for side in SIDES:
         reading = one.sides.get(side)
@@ -258,7 +258,7 @@ def _describe_side(reading: SideReading) -> Row:
 
 
 def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
-    """Check on each side that the BPFO and BPFI orders of two pairs at one speed add to the number of rollers."""
+    """Check for simulated and for measured signals that BPFO and BPFI orders at a speed add to `rolling_elements`."""
     lines = [row for row in rows if row["kind"] == RACE_LINE.kind]
     for place, (side, name) in enumerate(zip(SIDES, ("model", "rig"), strict=True)):
         # A line computed from the cage speed has no reading error; it is no test of the shaft speed.

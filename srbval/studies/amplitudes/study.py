@@ -186,10 +186,10 @@ def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Count the withheld quantities of each kind, and how many of them have an error of at most `VERDICT.near_db`.
+    """Count the quantities that were not fitted, by kind, and how many have an error of at most `VERDICT.near_db`.
 
-    Fault-locked powers count even if they are hidden in the noise, harmonics do not. ``reachable`` is the count with
-    the best gain for each band; no other path that is the same for all records gives a larger count.
+    A power that repeats with the fault counts even if the record's noise hides it; a hidden harmonic does not count.
+    ``reachable`` is the number of such powers with a small error if every frequency band has its best gain.
     """
     locked, harmonics, totals = (rows[(rows.kind == kind) & (rows.used_for == "withheld")] for kind in KINDS.values())
     of_kind = {"locked": locked, "harmonics": harmonics[harmonics.rig_present], "totals": totals}
@@ -203,10 +203,11 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
 
 
 def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """Split each record's errors of fault-locked power by band into their common level and the rest; test both.
+    """Split each record's errors in its frequency bands into a weighted mean (``level``) and the rest (the pattern).
 
-    `drawn`: levels at random inputs, for the covariance of the errors. The level is tested by Student's t distribution,
-    the rest (pattern) by the chi-squared distribution. With few draws the probability of the pattern is too small.
+    The errors are of the power that repeats with the fault [dB]. Student's t distribution tests if their mean is zero,
+    the chi-squared distribution if the pattern is zero. `drawn` contains the powers simulated with random inputs, for
+    the covariance of the errors. With few such simulations the probability of the pattern is too small.
     """
     from scipy.special import chdtrc, stdtr
 
@@ -224,7 +225,7 @@ def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Simulate all cases, compare their levels with the rig's records, and count and test the errors."""
+    """Simulate the test rig, compare vibration levels with its records, and test if the errors differ from zero."""
     cases = pd.DataFrame({"inputs": [NOMINAL, FINER, *map(str, range(2**POWER))]})
     found = sweep(cases, scenes_of, measure, task="amplitudes", jobs=options.jobs, progress=progress)
     scatter = read.mounting_scatter([(one.record, one.healthy) for one in rig_records()], PRIOR.mounting_db)

@@ -1,8 +1,8 @@
-"""Effects of uncertain inputs of the scenes `paper` and `rig` on all compared quantities and on the cage ratio.
+"""Effects of uncertain inputs of the scenes `paper` and `rig` on the cage ratio and on all other compared quantities.
 
-All inputs of a scene are drawn at random together, and each is also varied alone. The draws are simulated at every
-record's speed for the verdicts on the cage ratio, at `NOMINAL_RPM` for other quantities. The scene `paper` has so many
-contact points that results do not depend on the start of a run. Theory: "The model's value".
+All inputs of a scene (the input of a simulation) are drawn at random together, and for the cage ratio each is varied
+alone too. The cage ratio, cage over shaft speed, is simulated at the speeds of the records, other quantities at
+`NOMINAL_RPM` with the scene `paper` alone. Theory: "The model's value".
 
 How often the verdicts detect an error is counted on simulated rigs. A simulated rig has the registered records with
 their uncertainties. Its true cage ratios are those of the scene `rig` at one random draw, with an error planted in one
@@ -63,7 +63,7 @@ def records(states: Sequence[Fault]) -> list[Row]:
 
 
 def drawn_scene(case: Case) -> Drawn:
-    """Scene at the case's speed and inputs (`shares`: cumulative probabilities), and the envelope band [Hz]."""
+    """Scene (input of a simulation) with the speed and drawn values of a case, and the band of the envelope [Hz]."""
     rpm, state, shares = case["shaft_rpm"], Fault(case["state"]), case["shares"]
     if case["scene"] == "rig":
         listed, own = rig_inputs(), {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm"}
@@ -174,7 +174,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
 
 
 def variance_share(shares: FloatArray, values: FloatArray) -> float:
-    """Share of the variance of `values` due to an input with probabilities `shares`: epsilon squared (Kelley 1935)."""
+    """Epsilon squared (Kelley 1935): part of the variance of `values` due to an input at quantile levels `shares`."""
     groups = pd.Series(values).groupby((shares * BINS).astype(int))
     within = float(((values - groups.transform("mean")) ** 2).sum()) / max(values.size - groups.ngroups, 1)
     return max(1 - within / float(values.var(ddof=1)), 0.0) if np.ptp(values) else 0.0
@@ -183,7 +183,7 @@ def variance_share(shares: FloatArray, values: FloatArray) -> float:
 def power(
     variant: Mapping[str, Any], readings: Sequence[CageReading], *, rigs: int, progress: Progress = silent
 ) -> Iterator[Row]:
-    """Shares of met, missed and unresolved verdicts on `rigs` simulated rigs, by compared value and planted error."""
+    """Shares of the verdicts met, missed and not resolved on `rigs` simulated test rigs, by value and planted error."""
     drawn_ratios = np.array([one["drawn"] for one in variant["records"]])
     truth = np.array([of_model(variant, [one], np.ones(1)) @ drawn_ratios for one in readings])
     known = list(endpoints(readings, cage_means(readings)))
@@ -209,7 +209,7 @@ def read_again(readings: Sequence[CageReading], ratios: FloatArray, rng: np.rand
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Compute the effects of the inputs, the cage ratios at random draws, and the verdicts' power on simulated rigs."""
+    """Compute how uncertain inputs change the results, and how often verdicts detect errors planted in simulations."""
     of_band = sum(of_reading(one) for one in open_inputs())  # these come last
     cage_at = sobol(len(open_inputs()) - of_band, STUDY.paper_power)
     at = [[*one, *band] for one, band in zip(cage_at, sobol(of_band, STUDY.paper_power, seed=SEED), strict=True)]

@@ -1,4 +1,4 @@
-"""Report page: error and time of every model for each question of `srbval plan`, and the cheapest accurate model."""
+"""Report page: error and time of every model by question (a simulated quantity), and the cheapest accurate model."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -28,7 +28,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Table with one row for each question: the error of each model as text, and the cheapest accurate model."""
+    """Table with a row for each question (a simulated quantity): each model's error, the cheapest accurate model."""
     found = []
     for question in dict.fromkeys(row["question"] for row in rows):
         own, asked = [row for row in rows if row["question"] == question], MEANING[Question(question)]
@@ -41,7 +41,7 @@ def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def cheapest_model(rows: Sequence[Mapping[str, Any]]) -> str | None:
-    """Cheapest model that is accurate enough for a question, None if no model is; `rows`: errors by model."""
+    """Cheapest model whose error is within the tolerance, None if no model is; `rows` has a row for each model."""
     enough = [row for row in rows if row["enough"]]
     return str(min(enough, key=lambda row: row["wall_per_simulated_s"])["model"]) if enough else None
 

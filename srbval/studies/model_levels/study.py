@@ -1,7 +1,8 @@
 """Errors of every model on random scenes near a bundled scene, against the reference model; theory: "Choosing a model".
 
-A row of the sweep is one model at one random point (speed, load, defect height), with runs for every kind of defect and
-one roller fit: rollers with play, or of the printed diameter.
+A scene is the input of a simulation. A row of the results is one model at one random speed, load and defect height,
+with a run for every kind of defect. The rollers have the diameter that leaves the scene's radial play; for the scene
+`paper` other rows use the diameter printed in the paper.
 """
 
 import math
@@ -55,7 +56,7 @@ SCENES_PER_POINT = sum(len(base.fits) * len(base.kinds) for base in BASES.values
 
 
 def cases(points: int, seed: int) -> pd.DataFrame:
-    """Table of cases: base scene, roller fit, random point, and each model able to simulate it, the reference first."""
+    """Table of bundled scenes at random speeds, loads and defect heights, each with the reference model first."""
     rows = []
     for number, (name, fit) in enumerate((name, fit) for name, base in BASES.items() for fit in base.fits):
         base, bearing = BASES[name], load_bearing(load_scene(name).bearing)
@@ -83,7 +84,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
-    """Answer the questions of `srbval plan` by defect from the successful runs; median wall time per simulated s."""
+    """Read from the successful runs the quantities to compare, by defect, and the median wall time per simulated s."""
     runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}
@@ -97,7 +98,7 @@ def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
 
 
 def errors(table: pd.DataFrame) -> pd.DataFrame:
-    """Table of errors [%] by model, scene and question; infinite if only the reference has an answer."""
+    """Table of errors [%] by model, scene and ``question`` (a quantity); infinite if only the reference has it."""
     found = []
     for _, of_point in table.groupby(["base", "fit", "point"], sort=False):
         right, *models = of_point.to_dict("records")
@@ -129,7 +130,7 @@ def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
 
 
 def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
-    """Describe a base scene of the study: reference, ranges, models with their wall time, settings of the scene."""
+    """Describe the bundled scene `name`: its settings, ranges of speed, load and defect, wall time by model."""
     base, own = BASES[name], table[(table.base == name) & (table.model != REFERENCE)]
     return {
         "reference": base.reference,
@@ -142,7 +143,7 @@ def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
 
 
 def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Summarise errors by base scene, question, model; `enough`: the largest error is within tolerance."""
+    """Summarise errors by scene, quantity (``question``) and model; ``enough``: the largest is within tolerance."""
     rows = spread(found, "base", "question", "model")
     for row in rows:
         asked, error = MEANING[Question(row["question"])], row["error_pct"]

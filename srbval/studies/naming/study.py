@@ -1,9 +1,9 @@
 """Share of faults named correctly in recordings with a known state, by several methods.
 
-No method uses the state in the record's name or data set. Methods: "record alone" is the verdict of `analyse`; "one
-machine" is the verdict on all records of a bearing; "another speed or bearing" counts faulty records read with a wrong
-speed or bearing. With ``--graded`` the benchmark of Smith & Randall is diagnosed too, beside the answers of a public
-tool (``graded.csv``).
+No method uses the state in the record's name or data set. The method "record alone" diagnoses one record, "one
+machine" all records of a bearing together. "another speed or bearing" diagnoses faulty records with a wrong shaft speed
+or as records of a wrong bearing; there, any named part counts as wrong. With ``--graded`` the benchmark of Smith &
+Randall is diagnosed too, and compared with the answers of a public tool (``graded.csv``).
 """
 
 import csv
@@ -36,7 +36,7 @@ ALONE, MACHINE, OTHERWISE = "record alone", "one machine", "another speed or bea
 
 
 def see(record: KnownRecord) -> Row:
-    """Diagnose a record: faulty part named, largest probability, and parts named with a wrong speed or bearing."""
+    """Diagnose a record; a faulty one also with wrong speeds and a wrong bearing, where any named part is an error."""
     recording, bearing = record.load()
     analysis = analyse(recording, bearing=bearing)
     verdict = fault_verdict(analysis, all_channels=True)
@@ -65,7 +65,7 @@ def call_machines(rows: Sequence[Row]) -> None:
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
-    """Count records named right, wrong or not at all, and healthy ones named faulty, by method, data set and state."""
+    """Count right, wrong and missing fault names, and healthy records called faulty, by method, data set and state."""
     outcomes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
     for row, (name, part) in ((one, call) for one in rows for call in one["called"].items()):
         for group in (("all", "all"), ("set", row["dataset"]), ("class", row["state"].label)):
@@ -107,7 +107,10 @@ def name_graded(row: Row) -> Row:
 
 
 def public_outcome(state: Fault, line: str) -> str:
-    """Outcome, as in `outcome_of`, of a public tool that ranks `line` first: BPFO, BPFI, BSF, FTF or none."""
+    """Judge a public tool that ranks `line` (BPFO, BPFI, BSF, FTF or none) first in a record with the true `state`.
+
+    Returns right, wrong or none for a faulty bearing, healthy or healthy_called (a fault named) for a healthy one.
+    """
     right = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI", Fault.ROLLER: "BSF"}.get(state)
     if line == "none":
         return "none" if right else "healthy"
@@ -115,7 +118,7 @@ def public_outcome(state: Fault, line: str) -> str:
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
-    """Diagnose the benchmark's records in `folders`; count by difficulty and part; `DataError` if none is found."""
+    """Diagnose Smith & Randall's benchmark records in `folders`; count right diagnoses by difficulty and fault."""
     with GRADED.open(encoding="utf-8") as file:
         listed = list(csv.DictReader(line for line in file if not line.startswith("#")))
     stated = {row["sha256"]: row for row in listed}

@@ -1,4 +1,4 @@
-"""Speed against accuracy: cost of every solver, error against a converged run, and status of the run."""
+"""Speed against accuracy of the solvers: for each run its computing time, status, and error against a converged run."""
 
 import math
 from argparse import Namespace
@@ -144,10 +144,10 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
-    """Add to a run its errors relative to the converged run `right`, and `ok`: true if the run works.
+    """Add to a run its errors against the converged run `right`, and `ok`: true if `srbval simulate` accepts the run.
 
-    `mark`: "the default" or "the paper's" for runs with this solver and step; `reference_limited`: true if the run's
-    error of cage speed is smaller than the error of the converged run.
+    `mark` is "the default" if the run has the scene's default solver and step, "the paper's" if it has the paper's
+    solver and step. `reference_limited` is true if its error of cage speed is below the converged run's own error.
     """
     found, own = errors(row, right), right["own_cage_error"]
     default = load_scene(base_of(row["scene"])).solver
@@ -161,7 +161,7 @@ def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
 
 
 def with_fronts(rows: Sequence[Row]) -> list[Row]:
-    """Add `pareto` to the runs: true if no working run of the scene beats it in CPU time and cage-speed error."""
+    """Add `pareto` to the runs: true if no accepted run of the same scene beats it in CPU time and cage-speed error."""
     keys = ("cpu_per_simulated_s", "cage_error")
     good = [row for row in rows if row["ok"] and all(row[key] is not None for key in keys)]
 
@@ -173,7 +173,7 @@ def with_fronts(rows: Sequence[Row]) -> list[Row]:
 
 
 def answer_text(result: Mapping[str, Any]) -> str:
-    """Text of the result: runs on Pareto fronts, default and paper's runs, paper's cost, number of working runs."""
+    """Text of the result: best runs, runs with the default and the paper's settings, number of accepted runs."""
     runs, paper = result["runs"], result["paper"]
     shown = [row for row in runs if row["pareto"] or row["mark"]]
     columns = {"scene": "scene", "solver": "solver", "1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s",
@@ -189,7 +189,7 @@ def answer_text(result: Mapping[str, Any]) -> str:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Benchmark the solvers; selected scenes or solvers, or a quick benchmark, give a partial result without a name."""
+    """Benchmark the solvers; a partial or quick benchmark is stored only if the user names a file."""
     given = {name: tuple(own) for name in ("scenes", "solvers") if (own := getattr(options, name))}
     small: Row = {"scenes": (SCENES[0], SCENES[-1]), "settings": QUICK} if options.quick else {}
     found = run_bench(**small | given, jobs=options.jobs, progress=progress)

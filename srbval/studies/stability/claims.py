@@ -16,7 +16,7 @@ VERDICT = {True: "Borne out", False: "Not borne out", None: "Not covered"}
 
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
-    """Test two claims of the paper by the runs `cells`: lowest order of a stable solver, and greatest shaft speed."""
+    """Test two claims of the paper by the runs `cells`: lowest order of a stable solver, highest stable shaft speed."""
     own = [
         cell for cell in cells
         if cell["model"] == "full" and math.isclose(cell["dt_s"], PAPER.step_s, rel_tol=1e-6)
@@ -25,7 +25,7 @@ def claims(cells: Cells) -> list[dict[str, Any]]:
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:
-    """Test that the paper's solver is the lowest-order one that is stable up to the paper's greatest shaft speed."""
+    """Test that the paper's solver is the lowest-order explicit solver that is stable up to the paper's speed limit."""
     slow = [cell for cell in cells if cell["rpm"] <= PAPER.limit_rpm]
     counts = {
         name: count([cell for cell in slow if cell["solver"] == name])
@@ -46,7 +46,7 @@ def _lowest_order(cells: Cells) -> dict[str, Any]:
 
 
 def _above_limit(cells: Cells) -> dict[str, Any]:
-    """Test the claim on the greatest shaft speed: runs fail at every higher speed, and none fails up to this speed."""
+    """Test the paper's limit of shaft speed: no run fails up to this limit, and some run fails at each higher speed."""
     own = [cell for cell in cells if cell["solver"] == PAPER.solver]
     below, above = ([c for c in own if (c["rpm"] > PAPER.limit_rpm) is fast] for fast in (False, True))
     failing = sorted({cell["rpm"] for cell in above if not cell["stable"]})

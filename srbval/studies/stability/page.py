@@ -22,7 +22,7 @@ RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # in the tile: speed of the paper
 
 
 def chart(limits: pd.DataFrame) -> PanelData:
-    """Draw steps per second at the largest stable step over speed, and the predicted limit without friction (dashed).
+    """Plot the fewest steps per simulated second of a stable run by shaft speed; dashed: predicted without friction.
 
     Speeds at which no tried step is stable are crosses at the upper edge.
     """

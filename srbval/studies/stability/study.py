@@ -104,7 +104,7 @@ def predictions(groups: pd.DataFrame, **how: Any) -> pd.DataFrame:
 
 
 def steps_by_speed(limits: Sequence[Row]) -> pd.DataFrame:
-    """Table of steps per second at the largest stable step, by scene and solver, with a column for each speed."""
+    """Table of the fewest steps per simulated second of a stable run, by scene and solver, with a column per speed."""
     frame = pd.DataFrame(limits).astype({"largest_stable_dt_s": float})
     frame = frame.assign(steps=1 / frame["largest_stable_dt_s"], speed=[f"{rpm:g} rpm" for rpm in frame["rpm"]])
     table = frame.pivot(index=["scene", "solver"], columns="speed", values="steps")
@@ -120,7 +120,7 @@ def answer_text(result: Mapping[str, Any]) -> str:
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Find the stable steps; selected scenes, solvers or speeds, or a quick search, give a result without name."""
+    """Find the largest stable time steps; a partial or quick search is stored only if the user names a file."""
     given = {name: tuple(own) for name in ("scenes", "solvers", "rpm") if (own := getattr(options, name))}
     small = {"scenes": SCENES[:1], "rpm": (710.0, 3000.0)} if options.quick else {}
     found = run_stability(**small | given, jobs=options.jobs, progress=progress)
