@@ -116,7 +116,7 @@ def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[in
 
 
 def slices_figures(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """Fields of `RunSummary` for oil films and free rollers (slices model only), after `whole` output intervals."""
+    """Fields of `RunSummary` for oil films and for rollers that tilt (slices model), after `whole` output intervals."""
     from srbval.models.slices import MIN_LOAD_SHARE, films_m  # the only model with either
 
     found: dict[str, Any] = {}

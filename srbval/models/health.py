@@ -136,10 +136,10 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 
 
 def _energy_gap(run: RunSummary) -> float:
-    """Energy missing in the run's energy balance because of the step, divided by the losses.
+    """Part of the run's energy imbalance that is due to the solver step, divided by the losses.
 
-    If this part is unknown, or if the drive power's error may exceed its tolerance, the whole imbalance is returned.
-    The rest of an imbalance is due to the model: the line model neglects the power of some couples.
+    The whole imbalance is returned if the part is unknown or if the drive power's error may exceed its tolerance. The
+    rest of an imbalance is due to the model.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):

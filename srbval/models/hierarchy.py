@@ -48,7 +48,7 @@ class FidelityLevel:
         return KNOWN_OF_BEARING.index(self.needs) <= known
 
     def check_scene(self, scene: Scene) -> None:
-        """Raise `ConfigurationError` if this model cannot simulate a scene's surface waves, oil or tilting rollers."""
+        """Raise `ConfigurationError` if this model cannot simulate the waviness, oil or tilting rollers of a scene."""
         for there, models, entry, lack in (
             (scene.surface is not None, CONTINUOUS, "[surface]", "waves of surfaces"),
             (scene.oil is not None, SLICED, "[oil]", "oil"),

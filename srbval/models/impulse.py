@@ -64,7 +64,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
 def _defect_passages(
     scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), angle of the roller's place [rad]."""
+    """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), roller's angular position [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
     time_s, race = passage_times(defect, motion, rolling_elements, samples / scene.output_rate_hz, random)
     if defect.kind is Fault.ROLLER:

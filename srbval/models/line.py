@@ -103,16 +103,16 @@ class Patch:
     roller_radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
-        """Normal force [N] at the penetrations `depth_m` in the middle, an array of any shape."""
+        """Normal force [N] of the contact at the penetrations `depth_m` in its middle, an array of any shape."""
         touched = np.maximum(depth_m, 0.0)
         return self.stiffness_n_m2 * (4 / 3) * math.sqrt(2 / self.curvature_1_m) * touched**1.5
 
     def damper_ns_m(self, depth_m: FloatArray) -> FloatArray:
-        """Damping coefficient [N s/m] at the penetrations `depth_m` in the middle, an array of any shape."""
+        """Damping coefficient [N s/m] of the contact at penetrations `depth_m` in its middle, an array of any shape."""
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force [N] that a `defect` adds; `middle_m`: distance of its middle from the contact's; arrays broadcast."""
+        """Force [N] that a `defect` adds; `middle_m`: distance from contact's to defect's middle; arrays broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
@@ -162,7 +162,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
 
 
 def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
-    """Convert a defect to a raised piece of a race, as long as its `extent_m`, if stated, or `points` x `spacing_m`."""
+    """Convert a defect to a raised piece of a race, `points` x `spacing_m` long if the defect has no `extent_m`."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
     parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5

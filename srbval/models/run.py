@@ -92,9 +92,9 @@ class RunSummary:
     the simulation if the run was read from the cache; `cpu_s`, `wall_s`: processor and wall time of the simulation,
     without the compilation.
 
-    In oil: `power_w`, mean losses by source and their `total` [W] (`seals` are always 0); `film_um`, film thickness of
-    the loaded contacts at the run's end, the least (`min`) and the mean of their middles (`mean`); `lambda_min`, least
-    film over roughness. Without oil they are empty and NaN.
+    In oil: `power_w`, mean losses by source and their `total` [W] (`seals` are always 0); `film_um`, thickness of the
+    oil film in the loaded contacts at the run's end, the least (`min`) and the mean over the contacts' middles
+    (`mean`); `lambda_min`, least thickness over roughness. Without oil `lambda_min` is NaN, the others are empty.
 
     `free_rollers`: if rollers tilt and slide along their axes, largest values of the loaded rollers at the run's end:
     tilt `tilt_mrad`, axial displacement `shift_um`, and `skew_nm`, the friction moment about the roller's radial axis,

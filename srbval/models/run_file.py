@@ -168,7 +168,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
 
 
 def scene_content(scene: Scene) -> str:
-    """Text that identifies a scene's results: the scene, the content of its bearing and of its model from outside."""
+    """Text that identifies a scene's results: scene, bearing data and, for an external model, a hash of its files."""
     name, content = _name_and_content(scene.bearing)
     model = content_of(scene.model) if is_outside(scene.model) else scene.model
     return json.dumps(scene_dict(scene) | {"bearing": name, "model": model}, sort_keys=True) + content

@@ -17,7 +17,7 @@ from srbval.models.jit import kernel_part
 
 
 class CageTurns(NamedTuple):
-    """Cosine and sine of the angles of row 1's and row 2's cage; angle [rad] and rate by which row 2's is ahead."""
+    """Cosine and sine of row 1's and of row 2's cage angle; `ahead`, `rate`: row 2's angle and speed minus row 1's."""
 
     cosine: float
     sine: float
@@ -29,7 +29,7 @@ class CageTurns(NamedTuple):
 
 @kernel_part
 def cage_turns(y, at, second):
-    """Compute the `CageTurns` of a state; with one cage, both rows have the same."""
+    """Compute angles and relative speed of the cages of row 1 and row 2 in the state `y`; `second` None: one cage."""
     turn = y[at.cage + 2]
     c, s = math.cos(turn), math.sin(turn)
     if second is None:
@@ -40,7 +40,7 @@ def cage_turns(y, at, second):
 
 @kernel_part
 def cage_of_row(turns, side):
-    """Select cosine and sine of a row's cage angle, and the rate by which it is ahead; `side` -1: row 2, else row 1."""
+    """Select angle (cosine, sine) and speed relative to row 1's cage for the cage of row 1 (`side` 1) or row 2 (-1)."""
     if side < 0.0:
         return turns.second_cosine, turns.second_sine, turns.rate
     return turns.cosine, turns.sine, 0.0
@@ -48,11 +48,11 @@ def cage_of_row(turns, side):
 
 @kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
-    """Compute the torque on a second cage about its axis, and correct the torque on both cages together [N m].
+    """Compute the torque on row 2's cage about its axis, and correct the torque on both cages together [N m].
 
-    The correction subtracts the inertia torques of row 2 that belong to the part a' omega x t of its angular
-    acceleration. Stores the inertia of the relative motion in `totals`. `torque_on_cages` and the cages' `axis` t: x,
-    y, z, world axes.
+    Row 1's cage turns at omega, row 2's at omega + a' t, with the unit vector t along the common `axis`. The term a'
+    omega x t of row 2's angular acceleration causes inertia torques, which the correction subtracts. Stores the inertia
+    of the relative motion in `totals`. `torque_on_cages`, `axis`: components in world axes.
     """
     if second is None:
         return 0.0, torque_on_cages
@@ -102,10 +102,10 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
 
 @kernel_part
 def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
-    """Eliminate a second cage's relative acceleration from the cages' equations of motion.
+    """Eliminate the acceleration of row 2's cage relative to row 1's from the equations of motion of both cages.
 
-    `torque` on the second cage about its axis, `on_cages` on both cages; `inertia` of both: xx, yy, zz, xy, xz, yz.
-    Returns both corrected, such that inertia times angular acceleration of row 1's cage is `on_cages`.
+    `torque`: on row 2's cage about its axis; `on_cages`: torque on both cages; `inertia`: their tensor, xx, yy, zz, xy,
+    xz, yz. Returns torque and tensor of the reduced equation: tensor times acceleration of row 1's cage is torque.
     """
     if second is None:
         return on_cages, inertia
@@ -126,7 +126,7 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
 
 @kernel_part
 def fill_relative_rates(second, y, at, totals, torque, rate):
-    """Fill `rate` for the relative angle and speed of a second cage, from the angular acceleration of row 1's cage."""
+    """Store in `rate` the time derivatives of the angle and of the speed of row 2's cage relative to row 1's."""
     if second is None:
         return
     taken = totals[col.RELATIVE_X] * rate[at.cage_rate] + totals[col.RELATIVE_Y] * rate[at.cage_rate + 1]
@@ -137,9 +137,9 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 @kernel_part
 def relative_border(weight, model, totals, factors):
-    """Compute the row for a second cage's relative rate in the matrix M / `weight` + D of `damping_kernel.factor`.
+    """Compute the row of M / `weight` + D for the speed of row 2's cage relative to row 1's; return its diagonal entry.
 
-    Stores the row's entries for row 1's cage and the ring in `factors`, and returns the diagonal entry.
+    M, D: mass and damping matrix of cages and ring. Stores the row's other entries in `factors`.
     """
     space, c = model.space, model.tilt_cosine
     per = 1.0 / weight
@@ -177,9 +177,10 @@ def relative_border(weight, model, totals, factors):
 
 @kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Complete the right-hand sides of the equations of `damping_kernel.solve` for a second cage.
+    """Compute the right-hand sides of the equations of `damping_kernel.solve` for a bearing with a cage for each row.
 
-    `g0` to `g2`: right-hand sides for the first cage. Returns them corrected, and the one for the relative rate.
+    `g0` to `g2`: right-hand sides for row 1's cage, if row 2's did not accelerate relative to it. Returns them
+    corrected, and the right-hand side for the speed of row 2's cage relative to row 1's.
     """
     if second is None:
         return g0, g1, g2, 0.0
@@ -197,7 +198,7 @@ def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
 
 @kernel_part
 def relative_energy(second, rate, along):
-    """Compute twice the energy [J] that a second cage's relative `rate` adds; `along`: row 1's cage speed [rad/s]."""
+    """Compute twice the energy [J] that the speed `rate` of row 2's cage relative to row 1's (speed `along`) adds."""
     if second is None:
         return 0.0
     return second * rate * (2.0 * along + rate)

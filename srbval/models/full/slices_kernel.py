@@ -52,15 +52,15 @@ LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of 
 
 
 class SliceTable(NamedTuple):
-    """Slices into which the contacts with both races are cut, and their force law.
+    """Slices into which the contacts of rollers with both races are cut, and constants of their forces.
 
-    `rows`, shape [2 races, W tables (windows), col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each
-    defect; `starts`, [2, W, 4]: first slice of each third of the contact's length, and the end; `middle`, [2, W]: angle
-    of the defect from the race's first point [rad]; `reach`, [2, W]: distance from a defect's middle within which a
-    roller meets it [m]; `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which
-    friction reaches its limit, 0 if friction depends on the slip alone; `outer_radius`, `inner_radius`: distance of the
-    middle of the contacts from the shaft's axis [m]; `film`: `FilmLaw` if friction is the shear of an oil film, or
-    None.
+    `rows`, shape [2 races, W, col.SLICE_ROWS, slices]: W tables with the geometry and stiffness of each slice, table 0
+    for a sound race, one more for each defect; `starts`, [2, W, 4]: number of the first slice in each third of the
+    contact's length, and the number of slices; `middle`, [2, W]: angle of the defect on the race [rad]; `reach`, [2,
+    W]: distance from a defect's middle within which a roller meets it [m]; `damping_s`: time constant of the damper
+    [s]; `critical_ratio`: slide-to-roll ratio at which friction reaches its limit, 0 if friction depends on the slip
+    alone; `outer_radius`, `inner_radius`: distance of the middle of the contacts from the shaft's axis [m]; `film`:
+    `FilmLaw` if friction is the shear of an oil film, or None.
     """
 
     rows: Any
@@ -124,10 +124,10 @@ def slice_spring(stiffness, depth, spread, bend, least):
 
 @inlined
 def friction_of_slice(law, slip, deviation):
-    """Compute the friction coefficient over slip [s/m], averaged from `slip` - `deviation` to `slip` + `deviation`.
+    """Divide the mean friction coefficient from `slip` - `deviation` to `slip` + `deviation` by `slip`; result in s/m.
 
-    Both are above 0 [m/s]. Giraudo's eq. (19) is a ramp to the static coefficient, minus a ramp half as wide by which
-    it falls to the dynamic coefficient; the average is its integral over the range, divided by the range.
+    `slip` and `deviation` are above 0 [m/s]. By eq. (19) of Giraudo et al. 2025, the coefficient rises linearly to its
+    static value at the critical slip velocity, and falls linearly to its dynamic value at 1.5 times this velocity.
     """
     critical = law.critical_velocity
     high, low = slip + deviation, abs(slip - deviation)
@@ -160,7 +160,7 @@ def law_at_speed(law, slices, cage, shaft):
 
 @kernel_part
 def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping):
-    """Add the forces of slices to the workspace: thirds `first_third` to `end_third` - 1 of each contact's length."""
+    """Add slices' forces to the array `space`, for thirds `first_third` to `end_third` - 1 of a contact's length."""
     for group in range(groups):
         race = plan[group, col.GROUP_RACE]
         first, end = slices.starts[race, 0, first_third], slices.starts[race, 0, end_third]
@@ -183,17 +183,17 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 @kernel_part
 def roller_in(slot, rollers):
-    """Convert a `slot` of the workspace, where rows alternate, to a roller's number in the state: row 1, then row 2."""
+    """Convert a roller's number `slot`, with both rows alternating, to its number in the state: row 1, then row 2."""
     return slot // 2 + (slot % 2) * (rollers // 2)
 
 
 @kernel_part
 def find_defects(slices, single, plan, space, rotation, model):
-    """Find the defect at each of the `single` contacts that are computed alone, and its distance from the contact.
+    """Find the defect, and its distance, for each of the `single` contacts that may meet a defect of race or roller.
 
-    `rotation` of all rollers in their slots [rad]. A defect of the roller takes precedence over a defect of the race
-    and is marked by `ON_ROLLER` in `plan`. The distance along the race from the defect's middle to the roller is stored
-    in row `POSITION` of the contact's copy: [rad] for a defect of the race, [m] for a defect of the roller.
+    `rotation`: angles of the rollers about their own axes [rad]. A defect of the roller takes precedence over a defect
+    of the race and is marked by `ON_ROLLER` in `plan`. The distance along the race from the defect's middle to the
+    roller is stored in row `POSITION` of `space`: [rad] for a defect of the race, [m] for a defect of the roller.
     """
     defects, spare_of, rollers = model.roller_defects, model.spare_of, rotation.shape[0]
     per_point, roller_radius = 2.0 * math.pi / model.races.window_of.shape[2], model.law.roller_radius
@@ -223,11 +223,11 @@ def find_defects(slices, single, plan, space, rotation, model):
 
 @kernel_part
 def face_roller(space, start, stop):
-    """Turn the axes of the race from the slot's meridian to the race's meridian through the roller's centre.
+    """Turn the race's radial and tangential axes so that its radial-axial plane contains the roller's centre.
 
-    In this plane the roller is nearest to the race, also if the ring is displaced: motion along the race does not
-    change the penetration. `start` to `stop` - 1: columns of the contacts in `space`; the angle [rad] is stored in row
-    `SHIFT`, which slices do not use otherwise.
+    In this plane the roller is nearest to the race, even if the ring is displaced: motion along the race does not
+    change the penetration. `start` to `stop` - 1: columns of `space`, one for each contact; the angle of the turn [rad]
+    is stored in row `SHIFT`.
     """
     for j in range(np.uint64(start), np.uint64(stop)):
         a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]
@@ -252,7 +252,7 @@ def face_roller(space, start, stop):
 
 @kernel_part
 def touches(law, slices, race, i, space, start, stop):
-    """True if slice `i` of a race without defect touches a roller in any of the columns `start` to `stop` - 1."""
+    """True if slice `i` of a sound race touches one of the rollers in the columns `start` to `stop` - 1 of `space`."""
     radial, axial = slices.rows[race, 0, col.SLICE_RADIAL, i], slices.rows[race, 0, col.SLICE_AXIAL, i]
     normal_radial = slices.rows[race, 0, col.SLICE_NORMAL_RADIAL, i]
     normal_axial = slices.rows[race, 0, col.SLICE_NORMAL_AXIAL, i]
@@ -270,10 +270,10 @@ def touches(law, slices, race, i, space, start, stop):
 
 @inlined
 def angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
-    """Compute the sine of the angle between the surfaces of race and roller at a slice, in the meridian of contact `j`.
+    """Compute the sine of the angle between race and roller surface at a slice of contact `j`, in the plane x-z.
 
-    `normal_radial`, `normal_axial`: components of the race's normal; `n_x`, `n_z`: of the roller's. Also returns x and
-    z of the race's tangent.
+    x is the roller's radial direction, z its axis. `normal_radial`, `normal_axial`: components of the race's normal in
+    the race's axes; `n_x`, `n_z`: of the roller's normal. Also returns x and z of the race's tangent.
     """
     r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
     r_z = normal_radial * space[col.A_Z + j] + normal_axial * space[col.Z_Z + j]
@@ -282,11 +282,12 @@ def angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
 
 @kernel_part
 def slice_columns(law, slices, film, race, window, first, last, space, start, stop, damping, away, on_roller):
-    """Add the forces of slices `first` to `last` - 1 of a race to the columns `start` to `stop` - 1 of `space`.
+    """Add the forces of slices `first` to `last` - 1 to the contacts of a `race` with some rollers.
 
-    `window`: see `SliceTable.rows`; `away`: distance of the roller from a defect, see `find_defects`, or None without a
-    defect. At a defect of the race the force acts along the roller's normal; at a defect of the roller (`on_roller`),
-    whose edge meets the race, along the race's normal. Other arguments as in `contact_columns`.
+    Each contact has a column of the array `space`, here `start` to `stop` - 1. `window`: number of the table in
+    `SliceTable.rows`; `away`: distance of the roller from a defect, see `find_defects`, or None without a defect. At a
+    defect of the race the force acts along the normal of the roller's surface; at a defect of the roller (`on_roller`),
+    whose edge meets the race, along the normal of the race. Other arguments as in `contact_columns`.
     """
     begin, end = np.uint64(start), np.uint64(stop)
     rows = slices.rows
@@ -340,7 +341,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
 
 @inlined
 def normal_of_race(radial, tangential, axial, space, j):
-    """Convert the race's normal from the race's axes at contact `j` to slot axes, and reverse it: into the race."""
+    """Convert a race's normal from race to roller axes at contact `j`, sign reversed: it then points into the race."""
     return (
         -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
         -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],

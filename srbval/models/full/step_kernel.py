@@ -24,9 +24,9 @@ class WorkingSpace(NamedTuple):
     Arrays of the state's size: `rates`, [stages, size], time derivative of each stage; `trial`, state of a stage or, in
     a leapfrog step, the change of speeds for `add_implicit_powers`; `deficit`, reduction of accelerations for
     `add_implicit_powers`; `ahead`, change of velocities that the last leapfrog step predicted for the next, zeros at
-    the start. `factors`, [rows, 6]: from `damping_kernel.factor`. Arrays of the size `col.TOTALS`: `totals` of the
-    latest evaluation; `frozen`, totals from which a Rosenbrock step computes `factors`; `mean`, sums of totals, see
-    `add_to_mean`.
+    the start. `factors`, [rows, 6]: from `damping_kernel.factor`. Totals are sums over all rollers, such as forces
+    and powers, [col.TOTALS]: `totals` of the latest evaluation of the equations of motion; `frozen`, from which a
+    Rosenbrock step computes `factors`; `mean`, sums of totals, see `add_to_mean`.
     """
 
     rates: FloatArray
@@ -56,10 +56,10 @@ def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
 
 @kernel_part
 def add_to_mean(totals, weight, mean, first):
-    """Add `weight` times the `totals` (forces, powers) to `mean`, their sums over an output interval.
+    """Add `weight` times the `totals` (forces, powers) of an evaluation to `mean`, their sums over an output interval.
 
-    Two totals are not summed: of the deepest penetration, the largest value is kept, and of the contact energy the
-    value at the start of the interval. Both are -1 in `mean` before. `first`: True for the first evaluation in a step.
+    Two entries of `mean` are not sums: the largest of the deepest penetrations, and the contact energy at the start of
+    the interval. At this start both entries must be -1. `first`: True for the first evaluation in a step.
     """
     for m in range(col.TOTALS):
         if m == col.DEEPEST:
@@ -200,7 +200,7 @@ def leapfrog_step(y, t, step, method, model, work):
 
 @kernel_part
 def drift(y, step):
-    """Advance slides, cages and ring by `step` [s] at the velocities in the state `y`, cages by the midpoint rule."""
+    """Advance rollers' places in the cage, cage angles and ring by `step` [s] at the velocities in the state `y`."""
     at = state_indices(y.shape[0])
     for j in range(at.rotation):
         y[j] += step * y[at.slide_rate + j]

@@ -18,10 +18,10 @@ from srbval.models.solvers import Method
 
 
 class Rates(NamedTuple):
-    """Time derivative of a state, and its contact forces.
+    """Time derivative of a state, and the contact forces in this state.
 
-    `rate` has the state's shape; `totals`, shape [col.TOTALS]: see `columns`; `load_n`, shape [2 races, rollers, 3
-    circles]: normal forces [N], outer race first.
+    `rate` has the state's shape; `totals`, shape [col.TOTALS]: sums over all rollers, such as forces and powers;
+    `load_n`, shape [2 races (outer, inner), rollers, 3]: normal forces [N] at three places along each roller.
     """
 
     rate: FloatArray

@@ -2,15 +2,16 @@
 
 Without friction a contact's force acts on the line through the centres of the two profile arcs that touch. For a
 roller in balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through
-the points o and i, the centres of the outer and of the inner race's arc in the slot's meridian, with the components o_x
-to i_z in slot axes. The roller's x axis turns to this line:
+the points o and i, the centres of the outer and of the inner race's arc in the roller's meridian, with the components
+o_x, o_z, i_x and i_z: x outwards along the slot, the roller's place in the cage, and z along the roller without tilt.
+The roller's x axis turns to this line:
 
     tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift along the tilted roller's axis = o_z cos(tilt) - o_x sin(tilt)
 
 After this tilt and shift, neither contact has a force along the roller's axis or a moment about the tangent; slices
-keep their place along the roller. The column of a contact is then in axes of the tilted roller. Friction against
-tilting and sliding, which would only delay the balance, is left out. The cage guides a roller about the slot's x axis,
-so the skew moment, the moment about this axis, acts on the cage. Nothing happens if rollers are fixed (`free` is None).
+keep their place along the roller. Forces and motion of a contact are then in axes of the tilted roller. Friction
+against tilting and sliding, which would only delay the balance, is left out. The cage guides a roller about the x axis,
+so the skew moment, the moment about this axis, acts on the cage. Nothing happens if `free` is None: no roller tilts.
 """
 
 import math
@@ -23,7 +24,7 @@ FREE = 1  # for `Parameters.free`
 
 @kernel_part
 def tilt_rollers(free, model, slots):
-    """Compute tilt and axial shift of all rollers, and transform their columns to axes of the tilted rollers."""
+    """Compute tilt and axial shift of all rollers; turn geometry and motion of their contacts to the tilted axes."""
     if free is None:
         return
     space = model.space
@@ -53,9 +54,8 @@ def tilt_rollers(free, model, slots):
 def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
     """Transform velocities of contact `j` to the axes of a tilted roller that is shifted by `shift` [m] along its axis.
 
-    `c`, `s`: cosine and sine of the tilt; `w_x`, `w_z`: angular velocity of the cage in slot axes, `spin` of the roller
-    about its axis [rad/s]. A rocking cage neither turns a free roller about the tangent nor moves a shifted roller
-    along its slot.
+    `c`, `s`: cosine and sine of the tilt; `w_x`, `w_z`: the cage's angular velocity about the roller's radial direction
+    and about its axis, both before the tilt [rad/s]; `spin`: angular velocity of the roller about its axis [rad/s].
     """
     v_x, v_z = space[col.V_X + j], space[col.V_Z + j]
     race_x, race_z = space[col.W_X + j] + w_x, space[col.W_Z + j] + spin  # of the race itself, as in the slot
@@ -68,12 +68,12 @@ def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
 
 @kernel_part
 def sums_in_slots(free, model, slots):
-    """Transform the forces on rollers, and the inner race's torques, from axes of the tilted rollers to slot axes.
+    """Transform forces on rollers, and the inner race's torques, from tilted rollers' axes to axes before the tilt.
 
-    The torques of the outer race are chosen such that the sum of both races' torques is right: its components x and y
-    act on the cage, its component z changes the roller's spin. The skew moment, about the tilted roller's x axis, also
-    has a part about the slot's z axis, which acts on the cage only; it is stored in row `SKEW_ON_CAGE`. No effect if
-    `free` is None.
+    The torques of the outer race are chosen such that the sum of both races' torques is right: x and y components of
+    this sum act on the cage, the z component changes the roller's spin. The skew moment, about the tilted roller's x
+    axis, also has a part about the z axis before the tilt, which acts on the cage only; this part is stored in row
+    `SKEW_ON_CAGE`. If rollers cannot tilt (`free` is None), nothing is done.
     """
     if free is None:
         return
@@ -91,7 +91,7 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Turn the force of contact `j` to slot axes; return the contact's torque about the tilted roller's x axis."""
+    """Turn contact `j`'s force from tilted to untilted axes; return the contact's torque about the tilted x axis."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y

@@ -55,10 +55,11 @@ class FmuVariable(NamedTuple):
 
 
 def load_fmu(path: Path) -> Any:
-    """Return a function that runs the FMU at `path` for a scene; only a call of it executes code of the FMU.
+    """Return a function that simulates a scene with the FMU at `path`.
 
-    Raises `ConfigurationError` if a library is missing, if the FMU has no co-simulation, or for an unknown key,
-    variable or unit; `DataError` if a file is missing or damaged.
+    Code of the FMU is executed only when the returned function is called. Raises `ConfigurationError` if a library is
+    missing, if the FMU has no co-simulation, or if the TOML file beside the FMU has an unknown key, variable or unit;
+    `DataError` if the FMU or this file is missing or damaged.
     """
     fmpy = import_library("fmpy", "a model in an FMU")
     where = path.with_suffix(".toml")

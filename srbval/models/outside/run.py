@@ -49,9 +49,9 @@ def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
 
 
 def with_own_solver(scene: Scene) -> Scene:
-    """Replace the default solver of a scene by the first solver that its model from outside offers.
+    """If a scene has the default solver and its external model lacks it, replace it by the first solver of the model.
 
-    Raises `ConfigurationError` if the model does not offer the scene's solver, `DataError` if its files are missing.
+    Raises `ConfigurationError` for any other solver that the model lacks, `DataError` if the model's files are missing.
     """
     content_of(scene.model)
     offered, name = solvers_of(scene.model) or (OWN_SOLVER,), scene.solver.name

@@ -4,8 +4,8 @@
 direction. A roller slides along its slot, its place in the cage, by `slide` towards the outer race, until both races
 press equally. Spherical rollers touch a race on three circles. Let the normal of a circle make the angle b with the
 slot and the angle a with the radial direction. At the outer race the penetration is then approach cos a + (slide + e_o)
-cos b, at the inner race (e_i - slide) cos b. Here e_o and e_i are the penetrations at the outer and the inner race with
-the rings concentric and the roller not displaced along its slot, negative for a gap.
+cos b, at the inner race (e_i - slide) cos b. Here e_o and e_i are the penetrations on the middle circles (b = 0) of the
+outer and the inner race at zero approach and slide, negative for a gap.
 
 `line.Patch` is the law of the contact on one circle. The force is tabulated over the approach; a second table contains
 the force that a defect adds, over the approach and the defect's position.
@@ -52,10 +52,10 @@ UNDER_ROLLER = np.zeros(())  # distance of a defect's middle from a roller [m]
 
 
 class DefectOnCircle(NamedTuple):
-    """Defect on a contact circle (0 to 2) of a race (0 outer, 1 inner); `piece`: raised or sunken part of the race.
+    """Defect on one of the three circles (0 to 2) around a race (0 outer, 1 inner) on which rollers touch the race.
 
-    `reach_m`: largest distance between roller and defect, along the race, at which they touch; `race_radius_m`: radius
-    of the circle; `middle_m`: distances from the roller to the middle of the defect, an array of any shape.
+    `piece`: raised or sunken part of the race; `middle_m`: distances along the race from the roller's to the defect's
+    middle, an array of any shape; `reach_m`: largest distance with contact; `race_radius_m`: circle's radius.
     """
 
     race: int
@@ -68,7 +68,7 @@ class DefectOnCircle(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """Contacts of a spherical roller with both races; `excess_m`: e_o and e_i of the module's formulas [m]."""
+    """Contacts of a spherical roller with both races; `excess_m`: penetrations with concentric rings [m]."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
@@ -203,9 +203,10 @@ class DefectStrips(NamedTuple):
     middle_m: FloatArray = UNDER_ROLLER
 
     def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """Compute by how much a strip of half length `half_m` moves the ball or roller off the race [m].
+        """Compute how far one strip of the defect moves the ball or roller off the race [m], negative in a pit.
 
-        Negative in a pit. `along_1_m`: curvature of the gap between race and ball or roller, along the race [1/m].
+        `half_m`: half of the strip's length along the race; `along_1_m`: curvature of the gap between race and ball or
+        roller, along the race [1/m].
         """
         if self.height_m > 0:
             beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
@@ -364,9 +365,10 @@ class ForceTable:
 
 
 def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
-    """Tabulate an undamaged contact up to the approach `deepest_m`.
+    """Tabulate the force of an undamaged contact up to the approach `deepest_m` of the rings.
 
-    `highest_m`: sum of the heights of all defects, and of the interference of a roller between concentric rings.
+    `highest_m`, sum of the heights of all defects and of a roller's interference between concentric rings, extends the
+    table to negative approaches, at which raised defects still touch.
     """
     step = deepest_m / MAX_APPROACH_M * STEP_M
     start = -(1.1 * highest_m + deepest_m)
