@@ -275,7 +275,7 @@ def write_reference(now: Fingerprint) -> None:
 
 
 def list_changes(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
-    """List the numbers that differ between two fingerprints of the program, with name, old and new value."""
+    """List the numbers that differ between two results of `fingerprint`, with name, old and new value."""
     return [
         {"name": f"{part}{SEPARATOR}{one.name}", "old": old.get(part, {}).get(one.name), "new": values.get(one.name)}
         for part, values in new.items()

@@ -50,7 +50,7 @@ class Baseline:
 class BaselineComparison:
     """Comparison of the fault lines of a record with the same lines of a healthy record.
 
-    `ratios` maps the name of a line to its modulation in this record over its modulation in the healthy record, and to
+    `ratios` maps the name of a line to its modulation in this record divided by its value in a healthy one, and to
     the 95 % interval of this ratio. The modulation is the line's amplitude in the squared envelope: in (m/s2)^2 if both
     records are in m/s2 (`by_level`), otherwise as a share of the squared envelope's mean. A line has risen if its ratio
     is at least `RISEN_RATIO` and the interval is above 1. `line` is the name of the risen line with the greatest
@@ -235,7 +235,7 @@ def _three_digits(ratio: float) -> str:
 
 
 def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
-    """Modulation of `line` over its modulation in the baseline, with 95 % interval; None if the latter is unknown."""
+    """Modulation of `line` divided by its value in `baseline`, with 95 % interval; None if the divisor is unknown."""
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
     if before.explained_by == NotDetected.ANOTHER and before.snr and before.depth is not None:

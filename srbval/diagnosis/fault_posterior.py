@@ -150,7 +150,7 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
-    """Name the mains, shaft or comb of lower frequency of which the comb at index `at` is a multiple, else empty."""
+    """Name the mains, shaft or comb of lower frequency of which the comb at index `at` is a multiple; empty if none."""
     found_hz = float(spectrum.frequency_hz[at])
     near_hz = max(spectrum.bin_hz / 2, SLIP_SPREAD * found_hz)
     for mains_hz in MAINS_HZ:
