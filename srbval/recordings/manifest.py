@@ -47,11 +47,12 @@ class FileStatus(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisteredRecording:
-    """Entry of one file in the register of recordings; hash, size and modification time are from its registration.
+    """Entry of one recording file in the register, a list of files that the user registered or that were read.
 
-    `reason` explains a status other than ok. For an ok file it lists facts that an analysis needs and that neither file
-    nor user states, and settings that do not fit. A fact that is not stated is None; `cautions` is None if the file was
-    not read. `registered` is false for a file that was read but not registered; its entry saves reading it again.
+    `registered` is true if the user registered the file; any other entry only saves reading an unchanged file again.
+    `sha256` and `size_bytes` are from the first reading. `reason` explains a `status` other than ok. For an ok file it
+    lists missing facts that an analysis needs, and `settings` that cannot be applied, e.g. a channel that the file does
+    not have. A fact is None if neither file nor user states it. `cautions` are warnings, e.g. of clipped samples.
     """
 
     file: str
@@ -144,7 +145,7 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
 
 
 def _describe_contents(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
-    """Add the contents of the file to its entry; settings that do not fit are left out and listed in `reason`."""
+    """Add the contents of a file to its `entry`; `reason` lists `settings` that cannot be applied to these contents."""
     file, wrong = read_file(path), []
     try:
         reading = apply_settings(path, file, settings)
@@ -220,9 +221,9 @@ def manifest_path() -> Path:
 
 
 def read_manifest() -> EntriesByFile:
-    """Read the entries by file path; `DataError` if the manifest is damaged.
+    """Read the manifest, a list of recording files, as entries by path; `DataError` if the manifest is damaged.
 
-    An entry of a file that was read but not registered is left out if the file has changed.
+    The list also has entries of files that were only read, not registered; they are left out if their files changed.
     """
     path = manifest_path()
     try:

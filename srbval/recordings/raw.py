@@ -138,7 +138,10 @@ def memory_limit_bytes(path: Path, expansion: int = EXPANSION) -> int:
 
 
 def check_claim(path: Path, claimed_bytes: int, what: str, expansion: int = EXPANSION) -> None:
-    """Raise `DataError` if `claimed_bytes`, the stated size of the array `what`, exceeds `memory_limit_bytes`."""
+    """Raise `DataError` if `claimed_bytes` is more than `expansion` times the size of the file, plus `FREE_BYTES`.
+
+    `claimed_bytes` is the size that the file states for a part of its contents; the error message calls it `what`.
+    """
     limit = memory_limit_bytes(path, expansion)
     if claimed_bytes > limit:
         raise DataError(

@@ -95,7 +95,7 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of channels that may be analysed: vibrations without a `problem`; if none, all but rotations."""
+        """Names of usable channels: vibrations without a `problem`; if none, all but rotation speeds and angles."""
         sound = tuple(name for name, channel in self.channels.items() if channel.vibrates and not channel.problem)
         return sound or tuple(name for name, channel in self.channels.items() if not channel.rotates)
 

@@ -22,7 +22,7 @@ CODE_ROUNDING = 0.01  # of a digital step
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
     """Cautions about clipped and repeated samples, with the number of these samples; none for a constant signal.
 
-    A long signal is checked in blocks; a caution describes the first block and gives the number of affected blocks.
+    A long signal is checked in blocks; a caution then describes the first affected block and counts such blocks.
     """
     blocks = [(first, _block_cautions(block, first, samples.size)) for first, block in blocks_of(samples)]
     if len(blocks) == 1:

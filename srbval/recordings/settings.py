@@ -118,7 +118,7 @@ class RecordingSettings:
 
 
 def settings_of(stated: Mapping[str, Any]) -> RecordingSettings:
-    """Create settings from keyword arguments; a state or an origin may be a text, None means not stated."""
+    """Create settings from the keyword arguments `stated`; None means not stated, a text may replace an enum member."""
     given = {key: to_json(value) for key, value in stated.items() if value is not None}
     return build(RecordingSettings, given, "keywords")
 

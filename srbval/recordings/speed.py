@@ -153,10 +153,10 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
     """Mean speed, speed signal and number of pulses, from a channel of pulses sampled at `fs_hz`.
 
     The mean is the number of whole revolutions divided by their duration. Its 95 % interval combines the random error
-    of the first and last pulse (`_white_error`, at least 1 / (sqrt(12) `fs_hz`)) and the spread of the speed in the
-    part of the record outside whole revolutions. Pulses and vibration have one clock, so errors of the clock cancel in
-    every order. The speed signal is the derivative of a cubic spline through the times of whole revolutions, so uneven
-    spacing of the marks on the shaft cancels. Raises `DataError` for too few, missing or spurious pulses.
+    of the first and last pulse (at least 1 / (sqrt(12) `fs_hz`)) with the speed's standard deviation times the share of
+    the record before the first and after the last whole revolution. Pulses and vibration have one clock, whose errors
+    cancel in every order. The speed signal is the derivative of a cubic spline through the times of whole revolutions,
+    so uneven spacing of the shaft's marks cancels. Raises `DataError` for too few, missing or spurious pulses.
     """
     from scipy.interpolate import CubicSpline
     from scipy.ndimage import median_filter

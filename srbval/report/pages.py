@@ -19,11 +19,11 @@ def stored_content(results: StoredResults, name: str) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class Page:
-    """Section of the report from the newest stored result of the study in `package`; sections are sorted by `place`.
+    """Section of the report on the newest stored result of the study in `package`; sections are sorted by `place`.
 
     `blocks` makes the section from the texts of the package (``texts.md``) and the content of the result, `tile` a
-    short answer for the report's first screen. `data` computes further keys of ``report.json`` from the content and all
-    results; a list under an existing key extends the list that is there. `more_results` names results that `data` uses.
+    short answer for the report's first screen. `data` computes further keys of ``report.json`` from the content and the
+    loaded results; a list under an existing key extends that list. `more_results` names further results to load.
     """
 
     package: str

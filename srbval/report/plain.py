@@ -1,4 +1,4 @@
-"""Convert a report to nested dicts of formatted text, the input of the HTML and PDF renderers; inline markup.
+"""Convert a report, and the markup in its texts, to nested dicts of formatted text for the HTML and PDF renderers.
 
 Numbers are formatted only here, so that the HTML page and the PDF cannot differ. The markup is ``**strong**`` and
 ```code```; a backslash before ``*``, a backtick or a backslash makes it text. Text from a file or a recording goes

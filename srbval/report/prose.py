@@ -61,29 +61,30 @@ class Prose:
             raise ValueError(f"{self._file} of {self._package}: {why}.") from error
 
     def has(self, name: str) -> bool:
-        """True if the text file has a part called `name`."""
+        """True if the section's text file has a part called `name`."""
         return name in self._parts
 
     def text(self, name: str, /, **values: Any) -> str:
-        """Return the part `name` of the file as one line of text, with `values` inserted."""
+        """Return the part `name` of the section's text file as one line of text, with `values` inserted."""
         return self._filled(self._source(name), name, values)
 
     def items(self, name: str, /, **values: Any) -> tuple[str, ...]:
-        """Return the items of the list `name` of the file, with `values` inserted."""
+        """Return the items of the list `name` in the section's text file, with `values` inserted."""
         return tuple(self._filled(item, name, values) for item in _ITEM_START.split(self._source(name))[1:])
 
     def paragraph(self, name: str, /, **values: Any) -> blocks.Paragraph:
-        """Make a paragraph of a report from the part `name` of the file, with `values` inserted."""
+        """Make a paragraph from the part `name` of the section's text file, with `values` inserted."""
         return blocks.Paragraph(self.text(name, **values))
 
     def callout(self, name: str, /, *, tone: Tone, **values: Any) -> blocks.Callout:
-        """Make a boxed remark from the part `name` of the file, with `values` inserted; `tone` sets its colour."""
+        """Make a box, coloured by `tone`, from the part `name` of the section's text file, with `values` inserted."""
         return blocks.Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
 
     def figure(self, name: str, draw: Drawing, /, *, id: str = "", label: str = "", **values: Any) -> Figure:
-        """Make a figure with the caption, alternative text and label in the file; `id` is `name` by default.
+        """Make a figure with the caption, alternative text and label under `name` in the section's text file.
 
-        `values` are values to insert, and options of `Figure`: `badge`, `wide`, `small_of`, `explore`.
+        By default `id` is `name`, and `label` is from the file. `values` are inserted into the texts, or are options of
+        `Figure`: `badge`, `wide`, `small_of`, `explore`.
         """
         return Figure(
             id=id or name,
@@ -95,7 +96,7 @@ class Prose:
         )
 
     def grid(self, name: str, figures: Iterable[Figure], label: str = "", most: int = 2, **values: Any) -> FigureGrid:
-        """Arrange figures in rows of at most `most`; `label` and the part `name` of the file are the common caption."""
+        """Arrange figures, up to `most` per row, captioned by `label` and part `name` of the section's text file."""
         shown = tuple(figures)
         return FigureGrid(figures=shown, columns=min(most, len(shown)), label=label, caption=self.text(name, **values))
 
@@ -114,8 +115,8 @@ class Prose:
 
         The keys of `columns` are names of the frame's columns. The frame's columns ``X_ci95``, ``X_badge``, ``X_tone``
         and ``X_note`` give the 95 % half width, the source, the judgement and the remark of each value in the column
-        ``X``. The texts, and by default the columns, are from the file; `more_notes` precede its notes. Raises KeyError
-        if the frame lacks a column.
+        ``X``. The texts, and by default the columns, are from the section's text file; `more_notes` precede the notes
+        in that file. Raises KeyError if the frame lacks a column.
         """
         import pandas as pd
 
@@ -136,12 +137,12 @@ class Prose:
         )
 
     def columns(self, name: str, /, **values: Any) -> dict[str, TableColumn]:
-        """Return title, unit and format of a table's columns, by key."""
+        """Return title, unit and format of the columns of the table `name`, by key, from the section's text file."""
         rows = [[part.strip() for part in row.split("|")] for row in self.items(f"{name}.columns", **values)]
         return {key: TableColumn(*about) for key, *about in rows}
 
     def section(self, *blocks: Any, open: bool = False, **values: Any) -> Section:
-        """Make the section with the title and the id from the first line of the file."""
+        """Make the section from its `blocks`, with the title and the id in the first line of its text file."""
         found = _TITLE.fullmatch(self._parts[""].strip())
         if found is None:
             raise ValueError(f"{self._file} of {self._package}: its first line must be '# Title {{#id}}'.")

@@ -85,7 +85,7 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """Friction law: by slip speed (dry, see `Contact`), by slip / rolling speed (lubricated), or by oil film (film)."""
+    """Rule for the friction coefficient, from slip speed (dry), slide-to-roll ratio (lubricated) or oil film (film)."""
 
     DRY = "dry"
     LUBRICATED = "lubricated"

@@ -55,7 +55,7 @@ def _spelled_out(changes: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Read a scene: `path` is a name in `BUNDLED`, or a file with a suffix or a folder, e.g. ``mine.toml``, ``./mine``.
+    """Read a bundled scene by its name, e.g. ``rig``, or a TOML file; without suffix it needs its folder: ``./mine``.
 
     Missing keys keep the values of `paper_scene`; `changes` override the file. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
@@ -105,12 +105,12 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> Mapping[str, Any]:
-    """Scale a scene's table `base`, written for the default bearing, to the bearing `name`.
+    """Scale `base`, the table of a scene (a simulation's input) for the default bearing, to the bearing `name`.
 
-    Load, contact, housing, masses, defect and step scale with the pitch diameter, see `for_size`. The rollers then
-    carry the whole load, unless `path`, the key ``load.path`` in the user's file, is ``housing``. A bearing of the same
-    geometry needs no scaling; but if `path` is ``bearing``, the housing's spring and damper are removed. For a bearing
-    without dimensions only the model changes, to ``impulse``. Raises the errors of `load_bearing`.
+    `path` is the user's value of the key ``load.path``. A bearing of the default geometry needs no scaling: `base` is
+    returned, without the housing's spring and damper if `path` is ``bearing``. For another geometry, load, contact,
+    housing, masses, defect and time step scale with the pitch diameter, and the rollers carry the whole load unless
+    `path` is ``housing``. For a bearing without dimensions only the model changes, to ``impulse``.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
@@ -218,13 +218,13 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """Read uncertain values: ``input`` (scene `rig`), ``oil`` (`rig-oil`) or ``position`` (of the drilled hole)."""
+    """Read one group of the rig's uncertain inputs: ``oil``, ``position`` (of the defect) or ``input`` (all others)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that set each input to a share (0 to 1) of its range, rounded to 0 or 1 if `points` is 2."""
+    """Build scene changes that set each input to a share (0 to 1) of its range; if it has two values, to the nearer."""
     values: dict[str, float] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):

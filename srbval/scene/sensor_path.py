@@ -61,7 +61,7 @@ class SensorPath(Limited):
         return self.frequency_hz[-1] * HALF_THIRD_OCTAVE
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
-        """Compute complex gains along the load and across it at each frequency, [2, n]; 1 outside all bands."""
+        """Compute complex gains along and across the load at each frequency, [2, n]; 1 beyond `low_hz` or `high_hz`."""
         inside = (frequency_hz >= self.low_hz) & (frequency_hz < self.high_hz)
         with np.errstate(divide="ignore"):
             place = np.rint(10 * np.log10(frequency_hz / self.frequency_hz[0]))

@@ -31,8 +31,8 @@ class Surface(Limited):
     """Waves of the races and rollers, with wavelengths from `shortest_m` to `longest_m` and random phases.
 
     `outer_waviness_m`, `inner_waviness_m`, `roller_waviness_m`: RMS height of the waves on each row of a race and each
-    roller; a missing value follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes
-    are proportional to order^-`exponent`. Heights do not vary along a roller. Only the models line and slices use them.
+    roller; if missing, extrapolated from the `roughness_class` (none: 0). Amplitudes are proportional to (waves per
+    turn)^-`exponent`. Heights do not vary along a roller. Only the models line and slices use waves.
     """
 
     outer_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
@@ -76,7 +76,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """Constant g of the page "Surfaces" from the roughness class [m^(3 - 2 `exponent`)]; 0 without a class."""
+        """Factor g of the height spectrum g (waves/m)^(-2 `exponent`) [m^3] by roughness class; 0 without a class."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(__file__).with_name("roughness.toml"))

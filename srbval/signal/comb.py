@@ -29,9 +29,9 @@ class LineReading:
     """Highest peak in the search window of a line, or of a comb (a line with its harmonics); see `detected`.
 
     `ci95_hz` excludes the uncertainty of the shaft speed. `snr` is the power of each harmonic over the mean noise power
-    in a bin, `depth` the first harmonic's amplitude over the record's mean, `noise_false_alarm` the probability that
-    noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of another line, `covered` true
-    for a peak in a masked zone (a shaft harmonic or a stronger line). `sideband_hz` is the sidebands' spacing.
+    in a bin, `depth` the first harmonic's amplitude over the squared envelope's mean, `noise_false_alarm` the chance
+    that noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of another line, `covered`
+    true for a peak in a masked zone (a shaft harmonic or a stronger line). `sideband_hz` is the sidebands' spacing.
     """
 
     found_hz: float
@@ -56,7 +56,10 @@ class LineReading:
 
 
 def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
-    """True if a line is explained neither by noise nor, if ranked, by placebos (combs without a bearing line)."""
+    """True if a line is too strong to be noise or a placebo (harmonics of a frequency without a bearing line).
+
+    Each argument is the probability of so strong a line; `placebo_false_alarm` is None if no placebos were compared.
+    """
     return noise_false_alarm < FALSE_ALARM and (placebo_false_alarm or 0.0) < PLACEBO_FALSE_ALARM
 
 
@@ -194,7 +197,7 @@ def fit(
 
 
 def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> FloatArray:
-    """Select lines to fit at h `line_hz` + k `sideband_hz`: unmasked harmonics (k = 0), clear sidebands (k = -1 or 1).
+    """Select lines h `line_hz` + k `sideband_hz` to fit: unmasked harmonics (k = 0), sidebands above noise (k = -1, 1).
 
     Returns the rows h, k, mean noise power in a bin, and power over noise, [4, lines].
     """

@@ -1,4 +1,4 @@
-"""Scores that tell how clear a comb (a line with its harmonics) is in a record, for each fundamental frequency."""
+"""Score of a comb (a line with its harmonics) for each fundamental frequency: how far a record's lines exceed noise."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class CombSpectrum:
     """Score [n] of a comb of `HARMONICS` lines at each fundamental `frequency_hz` [n], `step` apart in the logarithm.
 
     The score is the sum of log(1 + power over local noise): one strong line does not outweigh all others. `lines` [m]
-    are these logarithms at the frequencies `line_hz` [m]. `depth` [m] is the modulation depth there, in that frequency
-    band of the record in which it is greatest.
+    are these logarithms at the frequencies `line_hz` [m]. `depth` [m] is the amplitude at `line_hz` over the mean
+    of the squared envelope; if the record was demodulated in several frequency bands, the greatest of these values.
     """
 
     line_hz: FloatArray
@@ -35,11 +35,11 @@ class CombSpectrum:
 
     @classmethod
     def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float) -> CombSpectrum:
-        """Score combs from `lowest_hz` up in the mean of the spectra `bands[record][band]`.
+        """Score combs with fundamentals from `lowest_hz` up in the mean of the spectra `bands[record][band]`.
 
         Each record has the same number of bands. The mean of n records scatters less by the root of n, so the distances
-        of log(1 + S/N) from their median are multiplied by this root, to be comparable with those of one record. The
-        depths from several records are reduced by the part that is due to noise.
+        of log(1 + S/N) from their median are multiplied by this root, to be comparable with those of one record.
+        `depth`, the modulation depth, is reduced by the part due to noise if there are several records.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)
@@ -73,7 +73,7 @@ class CombSpectrum:
         return float(np.median(maximum_filter1d(self.score, 2 * half + 1)))
 
     def without(self, centre_hz: FloatArray, half_hz: FloatArray) -> CombSpectrum:
-        """Comb spectrum in which lines within `half_hz` [k] plus 1.5 bins of `centre_hz` [k] count as noise."""
+        """Comb spectrum in which lines up to `half_hz` [k] + 1.5 bins away from a `centre_hz` [k] count as noise."""
         reach = half_hz + MASK_BINS * self.bin_hz
         edges = np.zeros(self.line_hz.size + 1)
         np.add.at(edges, np.searchsorted(self.line_hz, centre_hz - reach), 1)

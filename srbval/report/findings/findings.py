@@ -249,7 +249,7 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
 
 
 def trend_row(means: CageMeans, judged: Iterable[Row]) -> Row:
-    """Compute the cage ratio's change [%] from fastest to slowest speed, of rig and model (scene `rig`, `judged`)."""
+    """Compute the cage ratio's change [%] from fastest to slowest speed: rig (`means`), model (from `judged`)."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in judged if (one["scene"], one["endpoint"]) == ("rig", name)), None)

@@ -107,7 +107,7 @@ def middle_window(*analyses: Analysis) -> tuple[float, float]:
 
 
 def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
-    """Prepare a record and a healthy record for figures (middle part), in one unit and at the same frequencies."""
+    """Prepare two records for figures, in one unit and time window and with power spectra at the same frequencies."""
     sides = [analysis] if healthy is None else [analysis, healthy]
     own_unit = analysis.recording.unit in OWN_UNITS and len({side.recording.unit for side in sides}) == 1
     window_s = middle_window(*sides)

@@ -1,4 +1,4 @@
-"""First screen of the main report: the answer, Table 6, thumbnails of the figures, and short answers of studies."""
+"""First screen of the main report: headline, Table 6 of Giraudo et al. 2025, small figures, answers of studies."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -77,7 +77,7 @@ def finding_sentence(judged: Sequence[ReportRow]) -> str:
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Put a speed, or a change between two speeds, in words: "353 rpm" becomes "the ratio at 353 rpm"."""
+    """Put the name of a cage ratio, or of its change with speed, in words: "353 rpm" becomes "the ratio at 353 rpm"."""
     later, less, first = endpoint.partition(" less ")
     if less and first.endswith("rpm"):
         return f"the change of the ratio from {first.removesuffix(' rpm')} to {later} rpm"
@@ -103,7 +103,7 @@ def interval(error: float, u: float | None) -> str:
 
 
 def missing_sentence(data: ReportRow) -> str:
-    """State with numbers if the model fails to reproduce the cage ratio's change with speed, or vibration levels."""
+    """List what the model does not reproduce, with numbers: the cage ratio's change with speed, or vibration levels."""
     trend, levels = data["trend"], (data.get("amplitudes") or {}).get("locked")
     found = []
     if trend["verdict"] in (Verdict.MISSED, Verdict.DIFFERS):
@@ -114,7 +114,7 @@ def missing_sentence(data: ReportRow) -> str:
 
 
 def _table6(data: ReportRow) -> ReportTable:
-    """Make the paper's Table 6 with one row per source; deviations from pure rolling are printed below the values."""
+    """Make Table 6 of Giraudo et al. 2025, one row per source; deviations from pure rolling are below the values."""
     of = {(row["rig_source"], Fault(row["defect"])): row for row in data["table6"]}
     shown = []
     for name, (source, badge, value, ci95) in zip(ANSWER_TEXTS.items("sources"), TABLE6_SOURCES, strict=True):
@@ -173,7 +173,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
-    """Name the records used to fit model levels, and those unknown until compared with the model; count the rest."""
+    """Name records used to fit the model's levels, and records first read for comparison with it; count others."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
     for one in comparisons:

@@ -86,7 +86,7 @@ def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
-    """Name records unknown until compared with the model; if `predicted`, add that levels at 353 rpm were predicted."""
+    """Name records first read when compared with the model; if `predicted`, add that it predicted vibration levels."""
     blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
     text = LIMIT_TEXTS.text("blind", records=", ".join(blind)) if blind else LIMIT_TEXTS.text("not-blind")
     return f"{text} {LIMIT_TEXTS.text('predicted')}" if predicted else text

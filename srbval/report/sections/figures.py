@@ -200,10 +200,7 @@ def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
 
 
 def draw_errors(rows: Sequence[Mapping[str, Any]], axes: Any = None) -> PanelData:
-    """Draw error [%] and uncertainty of at most `MAX_ERROR_BARS` compared quantities onto `axes` or a new figure.
-
-    Colours show the verdicts.
-    """
+    """Draw error [%] and uncertainty of the first `MAX_ERROR_BARS` rows, coloured by their verdict, e.g. agrees."""
     shown = rows[:MAX_ERROR_BARS]
     axes = axes or new_axes((6.4, 1.1 + 0.24 * len(shown)))
     axes.axvline(0.0, color=style.INK, lw=0.8)

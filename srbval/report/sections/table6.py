@@ -1,4 +1,4 @@
-"""Sections on the uncertainty of Table 6, the sums BPFO + BPFI, and the remaining errors of cage speed and levels."""
+"""Sections on the model's errors: BPFO, BPFI and their sum (Table 6 of Giraudo et al. 2025), cage speed and levels."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -47,7 +47,7 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closure_word(value: Any) -> str:
-    """Put in a word if BPFO + BPFI is rollers times shaft speed: yes, no, or "no interval" if `value` is missing."""
+    """Convert `value`, true if BPFO + BPFI is rollers times shaft speed, to "yes" or "no"; missing: "no interval"."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 

@@ -1,4 +1,4 @@
-"""Page on the trend of a machine's records: the answer, and a figure and a table for each channel."""
+"""Page on the trend of a machine's records: a verdict on risen levels, and a figure and a table for each channel."""
 
 from collections.abc import Iterator, Mapping
 from datetime import datetime
@@ -91,7 +91,7 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
 
 @panel
 def levels_panel(one: ChannelTrend) -> PanelData:
-    """Draw the rise of each fault line's level [dB] over time with its alarm limit; below it, RMS velocity or RMS."""
+    """Draw rise and alarm limit of fault lines [dB] over time; below, RMS of velocity or, if unknown, of the signal."""
     figure = new_figure((5.4, 4.3))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]
