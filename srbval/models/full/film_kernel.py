@@ -59,11 +59,12 @@ class FilmLaw(NamedTuple):
 
 @kernel_part
 def law_in_film(law, film, rolling):
-    """Adapt the contact law to an oil `film` at the speed `rolling` [m/s] of the contacts, for `film_drag`.
+    """Copy the contact law with three fields changed to constants of an oil `film`, as `film_drag` needs them.
 
-    Three fields of the law returned have other meanings: the critical velocity is Eyring's slip speed in the reference
-    film without pressure, the static coefficient is the film's share of the load, the dynamic coefficient is the
-    asperities' share of the load times their friction coefficient. The law is unchanged if `film` is None.
+    `rolling`: speed at which the contacts move over the rollers [m/s]. In the copy, `static_friction` is the share of
+    the load on the oil, `dynamic_friction` the share on touching asperities times their friction coefficient.
+    `critical_velocity` is Eyring's stress times the thickness of the thinner of both races' films, over the viscosity
+    without pressure [m/s]. If `film` is None, the law is returned unchanged.
     """
     if film is None:
         return law

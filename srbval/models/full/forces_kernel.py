@@ -23,14 +23,14 @@ FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's single columns are s
 
 @kernel_part
 def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_circle, damping, first_time):
-    """Add the contact forces of the circles of race points `first_circle` to `end_circle` - 1 to the workspace.
+    """Add the forces of the races on the rollers to the workspace (`model.space`), for a part of each contact's length.
 
-    In the slices model, which has no race points, the thirds of a contact along the roller take the place of circles.
-    `groups`: number of groups of contacts that are computed together; `single`: number of contacts computed alone (near
-    a defect, or of a damaged roller), see `plan_contacts`. The height of a damaged roller's surface is added to race
-    points, depending on the roller's `rotation` in its slot [rad]. `damping`: see `contact_columns`. `first_time` is
-    `FIRST_TIME` in the first call for a state, otherwise None; the first call also finds the raised points, or the
-    defects under slices, and adds the forces of the flanks of rollers' defects.
+    A raceway is modelled by three circles of points for each row of rollers, numbered 0 to 2: circles `first_circle` to
+    `end_circle` - 1 are evaluated (in the slices model, thirds of a contact's length along the roller). `groups`,
+    `single`: from `plan_contacts`, number of groups of contacts that are computed together and of contacts near a
+    defect, which are computed one by one. `rotation` of the rollers about their axes, relative to the cage [rad];
+    `damping`: see `contact_columns`. `first_time`: `FIRST_TIME` in the first call after `plan_contacts`, otherwise
+    None. Only the first call looks up defects and adds the forces along the race from the slopes of rollers' defects.
     """
     points, patch, slices = model.races.points, model.patch, model.slices
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
@@ -39,9 +39,9 @@ def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_ci
 
 @kernel_part
 def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
-    """Add the forces of contacts cut into slices; no effect if `slices` is None.
+    """Add the forces of contacts that are cut into slices along the roller; no effect if `slices` is None.
 
-    `first_third` to `end_third` - 1: thirds of a contact; other arguments as in `evaluate_contacts`.
+    The slices in thirds `first_third` to `end_third` - 1 (0 to 2) of a contact are evaluated, see `evaluate_contacts`.
     """
     if slices is None:
         return
@@ -53,10 +53,10 @@ def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, e
 
 @kernel_part
 def evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time):
-    """Add the forces of contacts with race points; no effect if `points` is None.
+    """Add the forces of contacts with races that are modelled by points; no effect if `points` is None.
 
     `patch`: constants of the line model, in which a circle of a race touches a roller in one patch, or an empty array.
-    Contacts computed alone always use points. Other arguments as in `evaluate_contacts`.
+    The `single` contacts near defects always use points. Other arguments as in `evaluate_contacts`.
     """
     if points is None:
         return
@@ -88,9 +88,9 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
 
 @kernel_part
 def normal_loads(model, rotation, groups, compacted, single, loads):
-    """Fill `loads`, [2 races, rollers, 3 circles], with normal forces [N]; overwrites the forces in the workspace.
+    """Store the normal forces of races on rollers [N] in `loads`, [2 races, rollers, 3 circles of race points].
 
-    `rotation` of the rollers in their slots [rad]; `groups`, `compacted` and `single`: numbers from `plan_contacts`.
+    In the slices model, thirds of a contact's length replace the circles. Overwrites the forces in the workspace.
     """
     space, plan = model.space, model.plan
     law = elastic(model.law, model.law.damping)
@@ -109,7 +109,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 
 @kernel_part
 def raised_points(model, roller, rotation, candidates, spare, space, column):
-    """Copy race points to the unused list (window) `spare`; raise each by the height of the roller's surface there."""
+    """Copy race points (`candidates`) to the free list `spare`, raised by the height of the roller's defects there."""
     points, race, window, first, last = candidates
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
@@ -126,7 +126,10 @@ def raised_points(model, roller, rotation, candidates, spare, space, column):
 
 @kernel_part
 def lift_at(model, roller, rotation, x, y, z):
-    """Compute height [m] and slope [m/rad] of a damaged roller's surface at the point `x`, `y`, `z` in slot axes."""
+    """Compute height [m] and slope along the circumference [m/rad] of a roller's defects at a point of its surface.
+
+    `x`, `y`, `z` from the roller's centre [m]: outwards, along race, along axis; `rotation` about the axis [rad].
+    """
     radius, defects = model.law.roller_radius, model.roller_defects
     lift, rise = 0.0, 0.0
     for d in range(defects.shape[0]):
@@ -146,10 +149,10 @@ def lift_at(model, roller, rotation, x, y, z):
 
 @kernel_part
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
-    """Add to the sums of contact `column` the forces with which the flanks of a roller's defects push along the race.
+    """Add the forces along the race on a `roller` from the slopes of its defects to the sums of contact `column`.
 
-    `spare`: list (window) of points from `raised_points`. The force of a point is computed in the column after
-    `column`, which no contact uses. Only the spring pushes; the damper's part and its power are left out.
+    `candidates`: race points; `spare`: number of the list with these points raised by `raised_points`. A point's force
+    is computed in the column after `column`, which no contact uses; it is the spring's force, without the damper's.
     """
     points, race, window, first, last = candidates
     j = np.uint64(column)

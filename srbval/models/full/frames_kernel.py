@@ -1,7 +1,7 @@
-"""Kernel: slot axes of every roller, position and motion of both races relative to it, number of race points in reach.
+"""Kernel: axes that follow each roller in the cage, motion of both races in these axes, number of points it may touch.
 
-Slot axes, at a roller's place in the cage: x outwards along the slot in which the roller slides, y along the race, z
-along the roller; see `srbval.models.full`.
+Races are modelled by points. A slot is a roller's place in the cage, in which the roller slides in and out. Slot axes:
+x outwards along the slot, y along the race, z along the roller; see `srbval.models.full`.
 """
 
 import math
@@ -76,8 +76,8 @@ def slot_axes(axes, c, s, along, across):
 class SurfaceHeights(NamedTuple):
     """Heights of surface waves [m] at evenly spaced angles: `races`, [2 races, 2 rows, H], `rollers`, [rollers, K].
 
-    The angles begin at a race's first point, and at the point of a roller that is outermost at time zero. H, K: numbers
-    of angles, 0 if surfaces are smooth.
+    H and K are numbers of angles, 0 if surfaces are smooth. Angles of a race begin at its x axis, angles of a roller at
+    the point of its circumference that faces the outer race if the roller's rotation in the cage is zero.
     """
 
     races: Any
@@ -86,7 +86,10 @@ class SurfaceHeights(NamedTuple):
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy slide, slide rate and spin of the `half` rollers of each row from state `y` to `space`; clear `DAMAGE`."""
+    """Copy slide (displacement outwards in the cage), its rate, and spin of all rollers from state `y` to `space`.
+
+    `at`: `StateIndices` of `y`; `half`: rollers in a row. Sets row `DAMAGE` of `space`, heights of defects, to zero.
+    """
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -103,8 +106,7 @@ def face_defects(defects, radius, rotation, space):
     """Sum the heights [m] of the rollers' `defects` that may meet a race now, for each roller and race.
 
     The sums are stored in the row `DAMAGE` of the workspace `space`. `radius` of the rollers [m]; `rotation` of the
-    rollers relative to their slots [rad]. A roller meets the outer race at the angle 0 from its slot's x axis, the
-    inner race at the angle pi.
+    rollers about their axes, relative to the cage [rad].
     """
     half = rotation.shape[0] // 2
     for d in range(defects.shape[0]):
@@ -119,10 +121,10 @@ def face_defects(defects, radius, rotation, space):
 
 @kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, model):
-    """Compute the axes of each roller's slot in the cage, the races' motion, and the number of race points near it.
+    """Compute axes that follow each roller, the races' motion in them, and how many race points the roller may touch.
 
-    `at`: indices of the parts of the state `y`; `slots`: number of slots in the workspace; `tilt` of the cage;
-    `shaft`, `shaft_angle`: the shaft's speed and angle.
+    `at`: `StateIndices` of the state `y`; `slots`: number of rollers, rounded up to a multiple of `LANES`; `tilt`:
+    `CageTilt`; `shaft`, `shaft_angle`: the shaft's speed [rad/s] and angle [rad].
     """
     space = model.space
     turn = y[at.cage + 2]
@@ -199,15 +201,14 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, model):
 
 @inlined
 def count_candidates(race, onwards, depth, offset, lead, most_lead, aside, angle, here, patch, space, column):
-    """Store how deep a roller is in a race, its position among the race's points, and the number of points in reach.
+    """Store a roller's penetration into a race, its position along the race, and how many race points it may touch.
 
-    `race`: `parameters.RaceSearch` of this race; `onwards`: 1 if rollers move towards higher point numbers, else -1;
-    `depth`: penetration in the middle of the race's profile; `offset`: distance along the roller's axis from its middle
-    to the centre of the race's profile arc; `lead`: distance by which the roller approaches the race in the time by
-    which a point's averaged force begins before it touches, see `contact_kernel.point_spring_and_damper`; `most_lead`:
-    largest gap over which a point has a force; `aside`: largest displacement of race points in the rolling direction,
-    all [m]; `angle` from the race's first point to the roller [rad]; `here`: True if the slot has a roller; `patch`:
-    see `Parameters`; `column` of the workspace.
+    A race is modelled by circles of numbered points. `race`: its `RaceSearch`; `onwards`: 1 if the roller moves towards
+    higher numbers, otherwise -1; `depth`: penetration in the middle of the race's profile [m]; `offset`: distance along
+    the roller from its middle to the centre of the profile arc [m]. A point pushes on an approaching roller before they
+    touch, see `point_spring_and_damper`: from the gap `lead` [m] on at this roller's speed, from `most_lead` [m] on at
+    high speed. `aside`: largest shift of the points along the race by displacement and tilt [m]; `angle` from point 0
+    to the roller [rad]; `here`: False if `column` of the workspace has no roller; `patch`: see `Parameters`.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * race.per_radian
@@ -234,11 +235,11 @@ def count_candidates(race, onwards, depth, offset, lead, most_lead, aside, angle
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """Compute how many points of each circle of a race may be in contact with a roller, at most `most`.
 
-    `depth`: upper bound of the penetration, divided by the gap between the roller and a point of the circle if the
-    roller just touches the neighbouring point; `depth_ahead`: the same for points that the roller reaches next, whose
-    forces begin before they touch. `aside`, see `count_candidates`, and the roller's `position` in its direction of
-    motion are in point spacings. Returns 0 or 1 in the line model, where a circle of the race touches the roller in one
-    `patch`, and in the slices model.
+    Let c be the gap that is left at the next point of the circle when the roller just touches one point. `depth`: upper
+    bound of the penetration, divided by c; `depth_ahead`: the same for points ahead of the roller, which push before
+    they touch. In spacings of the points: `position` of the roller, which grows as it moves, and `aside`, the largest
+    shift of the points along the race. `patch`: `Parameters.patch`, empty if races are modelled by points; if it is
+    not, the result is 1 for contact, 0 for none.
     """
     one = 1.0 if depth > 0.0 else 0.0
     if patch is None:
@@ -275,10 +276,10 @@ def candidate_code(candidates):
 def add_heights(surface, rotation, count, space):
     """Move each race towards each roller by the heights of the waves on both surfaces where they touch.
 
-    `surface`: `SurfaceHeights`; `rotation` of the rollers relative to their slots [rad]; `count`: points on a circle. A
-    race is moved along the slot; along the contact's normal the movement is up to 0.6 % smaller at the contact's ends.
-    The slope of a wave does not tilt the normal, and the rate of the height does not act on the damper: at 3 kHz the
-    force is 2 % too small if the damper's time constant is 10 us.
+    `surface`: `SurfaceHeights`; `rotation` of the rollers about their axes, relative to the cage [rad]; `count`: points
+    on a circle of a race. The movement is along the line from the bearing's centre to the roller; its part along the
+    contact's normal is up to 0.6 % smaller at the contact's ends. A wave's slope does not tilt the normal, and the rate
+    of its height does not act on the damper: at 3 kHz the force is 2 % too small for a damper's time constant of 10 us.
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:

@@ -199,10 +199,11 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
 @kernel_part
 def couples_on_cages(cause, row, model, slots, relative, on_cages):
-    """Add the couples that rollers exert on their cage about their own axes [N m] to the torques on the cages.
+    """Add the couples [N m] that rollers exert on the cages, about the rollers' axes, to the torques on the cages.
 
-    The couples are in the `row` of the workspace. Returns `relative`, the torque on a second cage about its axis, and
-    `on_cages`, the torque on all cages. `cause` of the couples: `Parameters.oil` or `.free`; no effect if it is None.
+    The couples are in the workspace from index `row` on. `relative`: torque on row 2's cage about its axis, for
+    bearings with a cage per row; `on_cages`: total torque. Returns both. No effect if `cause` (their law in `model`) is
+    None.
     """
     if cause is None:
         return relative, on_cages

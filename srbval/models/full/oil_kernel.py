@@ -1,8 +1,7 @@
 """Kernels: effects of oil besides traction: rolling resistance, drag, friction in the cage's pockets.
 
 These forces are small beside the load and change slowly, so steps treat them explicitly: rolling resistance alone would
-stop a roller's spin in 0.3 s. For the equations see `srbval.models.oil`. The push of a pocket's friction
-along the slot, some 10 N, is left out.
+stop a roller's spin in 0.3 s. Equations: `srbval.models.oil`. A pocket's friction along the slot (10 N) is left out.
 """
 
 import math
@@ -23,8 +22,7 @@ class OilLaw(NamedTuple):
     `rolling`, [2 races, 2]: couple that resists rolling [N m] at 1 rad/s between race and roller. The first number is
     for contacts shorter than their roller and is divided by the square root of the load [N]; the second is for contacts
     as long as their roller and is divided by the fourth root of the load. `heating`: heating number L at a rolling
-    speed of 1 m/s; `drag`: force on a roller over its speed squared [kg/m]; `pocket`: coefficient of friction between
-    roller and cage.
+    speed of 1 m/s; `drag`: force on a roller over its speed squared [kg/m]; `pocket`: friction coefficient at the cage.
     """
 
     rolling: Any
@@ -41,7 +39,7 @@ def rolling_speed(slices, cage, shaft):
 
 @kernel_part
 def thermal_share(heating, rolling):
-    """Compute the factor of shear heating on film and rolling resistance, 3.94 / (3.94 + (heating rolling^2)^0.62)."""
+    """Compute the factor of shear heating on an oil film, 3.94 / (3.94 + (`heating` v^2)^0.62), v = `rolling` [m/s]."""
     return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
 
 
@@ -58,7 +56,7 @@ def rate_power(rate):
 def resist_rolling(space, j, short, full):
     """Add the couple that resists rolling to the torque of contact `j`; returns the power lost to it [W].
 
-    `short`, `full`: both numbers of `OilLaw.rolling` for this race.
+    `short`, `full`: factors, see `OilLaw.rolling`, for contacts shorter than their roller and contacts as long as it.
     """
     root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
     shorter, longest = short * root, full * math.sqrt(root)

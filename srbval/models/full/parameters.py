@@ -40,9 +40,9 @@ class RaceSearch(NamedTuple):
 
     `points` on a circle; `per_radian`: points per radian; `per_point`: 1 / `points`; `most`: largest number of
     neighbouring points of a circle that a roller may touch; `per_spacing`: inverse of the smallest distance of
-    neighbouring points [1/m]; `per_clearance`: inverse of the smallest gap between a roller and a point if the roller
-    just touches the neighbouring point [1/m]; `own_middle`, `own_half`: middle and half length, counted in points, of
-    the stretch that contains all points near the race's defects.
+    neighbouring points [1/m]; `per_clearance`: inverse of the smallest gap that is left at the next point when a roller
+    just touches one point [1/m]; `own_middle`, `own_half`: middle and half length, counted in points, of the stretch
+    that contains all points near the race's defects.
     """
 
     points: float
@@ -56,14 +56,14 @@ class RaceSearch(NamedTuple):
 
 
 class Races(NamedTuple):
-    """Points of both raceways for the kernels, outer race first, in lists (windows), see `candidate_windows`.
+    """Points of both raceways, outer race first, in windows: lists of the points that a roller may touch at one place.
 
     `points`, [2, W windows, col.POINT_ROWS, points of a window], or None if contacts are cut into slices; the last
-    windows are for damaged rollers. `starts`, [2, W, 4]: index of each circle's first point in a window, and the end;
-    `window_of`, [2, 2 rows, points of a circle]: number of the window for a roller to which this point is the nearest
-    (away from defects, the longest window without defects); `highest`, [2, W]: largest displacement of a window's
-    points [m]; `plain`: number of windows without defects, which are the first; `height`: largest distance of a circle
-    from the bearing's mid-plane [m]; `outer`, `inner`: constants for finding the points.
+    windows are free, for damaged rollers. `starts`, [2, W, 4]: index in a window at which each of the race's three
+    circles begins, and the end; `window_of`, [2, 2 rows, points of a circle]: number of the window for a roller to
+    which this point is the nearest (away from defects, the longest one); `highest`, [2, W]: largest height of the
+    defects in a window [m]; `plain`: number of windows without defects, which are the first; `height`: largest distance
+    of a circle from the bearing's mid-plane [m]; `outer`, `inner`: constants for finding the points.
     """
 
     points: Any
@@ -217,7 +217,7 @@ def state_layout(model: Parameters) -> StateLayout:
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
-    """Compute the roller diameter [m]: gap between races minus play, or as in the bearing file (fit "printed")."""
+    """Compute the roller diameter [m]: gap between races minus play; if roller_fit is "printed", the bearing file's."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
@@ -272,8 +272,8 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 def race_search(window_of: IntArray, plain: int, spacing_m: float = 1.0, next_gap_m: float = 1.0) -> RaceSearch:
     """Make the `RaceSearch` of a race; `window_of`, [rows, points], and `plain`: see `Races`.
 
-    `spacing_m`: smallest distance of neighbouring points, `next_gap_m`: smallest gap between a roller and a point if
-    the roller just touches the neighbouring point; without points, both have no effect.
+    `spacing_m`: smallest distance of neighbouring points on a circle of the race; `next_gap_m`: smallest gap left at
+    the next point when a roller just touches one. Neither has an effect in the slices model, which has no points.
     """
     count, middle, half = window_of.shape[1], 0.0, 0.0
     special = np.flatnonzero((window_of >= plain).any(axis=0))  # points near defects
@@ -333,12 +333,15 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
 
 
 def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
-    """Compute the position along the axis of a roller in row 1 at which the race's circle 1, 2 or 3 meets it [m]."""
+    """Compute where a race's circle of points, 1 to 3 from the mid-plane, meets a row-1 roller [m from its middle]."""
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
 def _working_space(slot_angle: FloatArray) -> tuple[FloatArray, IntArray, int]:
-    """Allocate `space` and `plan` of `Parameters` for rollers at these angles; also returns the number of slots."""
+    """Allocate the kernels' arrays `space` and `plan`, see `Parameters`, for rollers at these angles in the cage.
+
+    Also returns the number of places for rollers in `space`, which is rounded up to a multiple of `col.LANES`.
+    """
     count = len(slot_angle)
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:

@@ -103,14 +103,14 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> tuple[list[list[FloatArray]], IntArray, list[float]]:
-    """Build a race's windows: lists of neighbouring points that a roller may touch at the same time; row 2 is mirrored.
+    """Build a race's windows: lists of neighbouring points that a roller may touch at the same time.
 
-    The first windows are for all places without defects: window ``c - 1`` has c points of each circle; its middle point
-    is the nearest to the roller (odd c) or the last before it (even c). Each place near a defect has a window of its
-    own. `count`: points per circle; `half`: number of points in reach on either side of the nearest point.
-
-    Returns the points of each circle in each window, [col.POINT_ROWS, points], in axes of the race at the middle point;
-    then `Races.window_of` and `Races.highest` of this race.
+    `rows`: points of the `circles`, for each row of rollers; `count`: points per circle; `half`: number of points in
+    reach on either side of the nearest point. The first windows are for all places without defects: window ``c - 1``
+    has c points of each circle; its middle point is the nearest to the roller (odd c) or the last before it (even c).
+    Each place near a defect has its own window. Returns the points of each circle in each window, [col.POINT_ROWS,
+    points], in axes of the race at the middle point (for row 2, of the mirror image in row 1); the number of the window
+    at each point, see `Races.window_of`; and the largest height of the defects in each window [m].
     """
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
@@ -137,7 +137,7 @@ def candidate_windows(
 
 
 def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntArray:
-    """Find the numbers, rising, of points that are at most `half` points away from a displaced or refined point."""
+    """List, rising, the numbers of points at most `half` points from one that a defect moves or splits in several."""
     marked = np.zeros(3 * count + 1, dtype=np.int64)
     for circle in points:
         cell = circle.cell[(circle.lift != 0) | (circle.share != 1)]

@@ -1,12 +1,11 @@
 """Kernels: torque of the drive and powers of the forces that an implicit time step applies.
 
-An implicit step evaluates the forces F at known speeds v of the bodies. In its accelerations k, friction and contact
-damping act at other speeds, v + x: M k = F - D x, with the mass matrix M and the damping matrix D. The method computes
-the change x of the speeds. If a are the accelerations at the speeds v, M a = F, then D x = M (a - k). The shaft's
-motion is prescribed, so that its speed W does not change. With d, the row of D that belongs to W:
+An implicit step evaluates all forces F at known speeds v. It then replaces friction and contact damping by their values
+at speeds v + x; the accelerations k follow from M k = F - D x, with mass matrix M and damping matrix D. If a are the
+accelerations at the speeds v, M a = F, then D x = M (a - k). The shaft's speed W is given. With W's row d of D:
 
-    torque on the shaft at v + x = torque at v - d x
-    losses at v + x = losses at v + (2 v + x) D x + 2 W d x
+    (torque on the shaft at v + x) = (torque on the shaft at v) - d x
+    (losses at v + x) = (losses at v) + (2 v + x) D x + 2 W d x
 
 since the losses are the product u D u, in which u contains v and W. Without these terms in x, the drive's power is 26 %
 too large in Giraudo's scene.
@@ -21,10 +20,10 @@ from srbval.models.jit import kernel_part
 
 @kernel_part
 def shaft_row(model, factors):
-    """Compute the torque of contact damping on the shaft per unit of each slide rate, spin and cage rate.
+    """Compute the torque of contact damping on the shaft per unit of each velocity of rollers and cages.
 
-    It is -d in the module's formulas. Entries for slides and spins are stored in the workspace, entries for the cages
-    in row `SHAFT_ROW` of `factors`.
+    A roller's velocities are its speed along its slot in the cage and its spin; their torques are stored in the
+    workspace, the torques per angular velocity of a cage in row `SHAFT_ROW` of `factors`.
     """
     space, second = model.space, model.second_cage
     w0 = w1 = w2 = relative = 0.0
@@ -52,11 +51,10 @@ def shaft_row(model, factors):
 def add_implicit_powers(speeds, change, deficit, shaft, model, inertia, factors, totals):
     """Correct the shaft's torque and the powers in `totals` for the change of speeds in an implicit step.
 
-    In the formulas of this module: `speeds`, the state with the speeds v; `change`, x; `deficit`, a - k, by how much
-    this change reduces the accelerations. All have the shape of a state, of which only the velocities are used.
-    `shaft`: the shaft's speed W [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction
-    keeps its value at v: the change of its losses is counted as contact damping. The housing's losses are corrected
-    separately.
+    `totals` were computed at the speeds in the state `speeds`; the step adds `change` to these speeds, which lowers the
+    accelerations by `deficit`. All three have the shape of a state, of which only the velocities are used. `shaft`: the
+    shaft's speed [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction is not changed:
+    the change of its losses is counted as contact damping. For the equations see `power_kernel`.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(speeds.shape[0])

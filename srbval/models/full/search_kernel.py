@@ -2,10 +2,9 @@
 
 The points follow from the roller's angle, without a search among all. A column of the workspace is the contact of one
 roller with one race; a lane group is `LANES` columns that are computed together, with one list (window) of race points.
-The length of a group's list, which may be zero, is chosen such that the computation takes least time. Columns that need
-more points (`frames_kernel.candidate_count`) are copied to other groups ("compacted"). Columns with a list of their
-own, near a defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the `plan`,
-see `columns`.
+The length of a group's list, which may be zero, is chosen to minimise computing time. Columns that need more points
+(`frames_kernel.candidate_count`) are copied to other groups ("compacted"). Columns with a list of their own, near a
+defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the `plan`, see `columns`.
 """
 
 import math
@@ -70,20 +69,23 @@ def plan_contacts(slots, races, space, plan, count):
 
 @kernel_part
 def plan_group(plan, row, race, window, first):
-    """Enter a group of `LANES` contacts, columns from `first` on, in a `row` of `plan`; `window`: its list."""
+    """Enter `LANES` contacts, columns from `first` on, in a `row` of `plan`; `window`: their common list of points."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
 @kernel_part
 def plan_copy(plan, row, column, points):
-    """Enter in a `row` of `plan` that the contact in `column` is to be copied and needs `points` per circle."""
+    """Enter in a `row` of `plan` that the contact in `column` needs a list of `points` points per circle of a race."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
 @kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
-    """Form groups of a race's copied contacts, `first_copy` to `end_copy` - 1; return the new number of groups."""
+    """Form groups of the contacts numbered `first_copy` to `end_copy` - 1 in `plan`; return the number of all groups.
+
+    These contacts of a `race` need more points than the rest of their former group; `groups`: number of groups so far.
+    """
     for begin in range(first_copy, end_copy, col.LANES):
         end = min(begin + col.LANES, end_copy)
         most = 1
@@ -111,7 +113,7 @@ def code_of_group(begin, space):
 
 @kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
-    """Enter in `plan` contacts of the lane group at `begin` that have their own list; return the new `single`."""
+    """Enter in `plan` contacts near defects among `LANES` columns from `begin`; return `single` plus their number."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
         column, slot = np.uint64(at), at - race * col.RACE
@@ -182,8 +184,7 @@ def angle_to_window(position, shift, spacing):
     """Compute cosine and sine of the angle from a roller to the middle of its list (window) of race points.
 
     They are exact for angles up to 0.1 rad. `position` of the roller: number of a point, with a fraction; `shift`: 0.5
-    if the middle of the list is the point nearest to the roller, 0 if it is the point before the roller; `spacing` of
-    the points [rad].
+    if the middle of the list is the point nearest to the roller, 0 if it is the last before; `spacing` of points [rad].
     """
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
@@ -194,7 +195,7 @@ def angle_to_window(position, shift, spacing):
 
 @kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Store in column `copy` the axes of the race at the contact `original`, turned by `angle_to_window`."""
+    """Store in column `copy` a race's radial and tangential axis at the middle of a roller's list of race points."""
     c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
     for component in range(3):
         row = np.uint64(component * col.STRIDE)
@@ -204,7 +205,7 @@ def turn_to_window(original, copy, slot, shift, spacing, space):
 
 @kernel_part
 def prepare_columns(groups, slots, space, plan, spacing, damping):
-    """Turn the race's axes by `angle_to_window` for contacts that are not copied; clear the sums of all contacts."""
+    """Turn the race's axes (`turn_to_window`) of contacts that keep their column; set the force sums of all to zero."""
     for i in range(groups):
         if plan[i, col.GROUP_FIRST] < col.COMPACTED:
             start = np.uint64(plan[i, col.GROUP_RACE] * col.RACE)
@@ -220,7 +221,7 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
 
 @kernel_part
 def spacing_of_windows(count, patch):
-    """Compute the angle between race points [rad]; 0 in line and slices model, whose contacts have no points."""
+    """Compute the angle between neighbours of `count` race points [rad]; 0 if contacts are patches or slices."""
     if patch is None:
         return 0.0
     return 0.0 if patch.shape[1] > 0 else 2.0 * math.pi / count
@@ -228,7 +229,7 @@ def spacing_of_windows(count, patch):
 
 @kernel_part
 def copy_column(original, copy, space, damping):
-    """Copy a contact without the race's axes, clear the copy's sums, and move the original out of the race's reach."""
+    """Move a contact to column `copy`: copy its geometry, set force sums to 0, and put the original out of contact."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]
@@ -239,11 +240,11 @@ def copy_column(original, copy, space, damping):
 
 @kernel_part
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
-    """Copy the contacts that `plan_contacts` planned to copy, and turn the axes of the race by `angle_to_window`.
+    """Copy contacts to the columns in which `plan_contacts` planned to compute them; turn the race's axes there.
 
-    `compacted`: number of contacts that are copied to groups of several; `single`: number of contacts that are copied
-    to a group each; `spacing` of the race points, from `spacing_of_windows`; `count`: points of a circle; `slices`:
-    None if contacts have points.
+    `compacted`: number of contacts copied to groups that are computed together; `single`: number of contacts copied to
+    be computed one by one; `spacing` of race points: from `spacing_of_windows`; `count`: points on a circle; `slices`:
+    `SliceTable`, or None if races are modelled by points. For the axes see `turn_to_window`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
@@ -260,7 +261,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
 
 @kernel_part
 def scatter_sums(compacted, single, space, plan, damping):
-    """Add the sums of force, torque and energy of the copied contacts to the original columns."""
+    """Add force, torque and energy of each contact's copy, made by `gather_columns`, to the contact's own column."""
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
         add_column(np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO]), space, damping)
     for i in range(single):
