@@ -1,4 +1,4 @@
-"""Envelope of a signal in a band: rotation of axes, normalisation, band-pass, Hilbert transform, removal of ends."""
+"""Envelope of a vibration signal: mix of two sensor axes, scaling, band-pass, Hilbert transform, cut of the ends."""
 
 import math
 
@@ -50,7 +50,7 @@ def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
 
 
 def end_s(band_hz: tuple[float, float]) -> float:
-    """Time to drop at each end of a record that was filtered to `band_hz` [s]."""
+    """Time [s] to drop at each end of a record filtered to the band `band_hz`, because the filter distorts the ends."""
     return max(MIN_END_S, END_PERIODS / (band_hz[1] - band_hz[0]))
 
 
@@ -68,7 +68,7 @@ def drop_ends(samples: FloatArray, fs_hz: float, seconds: float) -> FloatArray:
 def analytic_signal(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> ComplexArray:
     """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n]; the modulus is the envelope.
 
-    The record is assumed to be periodic: drop the ends (`end_s`). Raises `ConfigurationError` for an impossible band.
+    The record is treated as periodic, so its ends are wrong: drop them (`end_s`). `ConfigurationError` for a bad band.
     """
     lines, first, length = _band_lines(samples, fs_hz, band_hz)
     whole = np.zeros(length, dtype=np.complex128)

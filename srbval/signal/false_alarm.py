@@ -21,8 +21,7 @@ MIN_PLACEBOS = 1000  # their least rank, times nine trials, stays below `comb.PL
 FUNDAMENTALS_PER_PLACEBO = 2  # number of fundamentals of the lines of one placebo
 GRID_PER_HALF_WINDOW = 8  # fundamentals per half window
 LEAST_WINDOWS = 4  # least number of whole windows among the placebos' fundamentals
-# Assumed share of records with a comb of another source. Stated.
-FOREIGN_COMB = 0.1
+FOREIGN_COMB = 0.1  # assumed share of records with a comb of another source; stated
 APART = 2.0  # windows this many half windows apart share no line
 TAIL = 0.1  # upper share of the placebos to which the tail is fitted
 _OVERSAMPLING = 2  # candidates per bin of the highest line
@@ -30,11 +29,12 @@ BLOCK = 4096  # placebos scored at a time
 
 
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """-log of the probability that noise reaches `snr` at a given frequency; for noise, it is exponential with mean 1.
+    """Compute -log of the probability that noise alone reaches `snr` [..., h] at one frequency, for each of h lines.
 
-    `snr` [..., h] is power over the mean noise, estimated as M / ln 2 by the median M of `bins` [h] (odd) bins nearby.
-    The k-th of n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta
-    Math. Hung. 4, 191), so the log of the mean of exp(-`snr` M / ln 2) is a difference of log gamma functions.
+    `snr` is power over the mean noise, estimated as M / ln 2 from the median M of `bins` [h] (odd) nearby bins. For
+    noise, the result is exponential with mean 1. The k-th smallest of n exponential variables is a sum of such
+    variables of rates n, ... n - k + 1 (Renyi 1953, Acta Math. Hung. 4, 191), so the log of the mean of exp(-`snr` M /
+    ln 2) is a difference of log gamma functions.
     """
     half, ratio = (bins + 1) / 2, np.asarray(snr) / math.log(2)
     rise = scipy.special.gammaln(bins + 1 + ratio) - scipy.special.gammaln(half + ratio)
@@ -42,10 +42,10 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
 
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """Expected power of a noise peak over the true noise, if it is `snr` [..., h] times the estimate from `bins`.
+    """Expected power of a noise peak over the true mean noise, if the peak is `snr` [..., h] times the estimated noise.
 
-    It is less than `snr`, because the estimated noise is probably too low beside so high a peak of noise. With S =
-    `neg_log_p` it is `snr` dS/dsnr.
+    The result is less than `snr`, because the noise estimated from `bins` [h] nearby bins is probably too low beside so
+    high a peak of noise. With S = `neg_log_p` it is `snr` dS/dsnr.
     """
     ratio = np.asarray(snr) / math.log(2)
     rise = scipy.special.digamma(bins + 1 + ratio) - scipy.special.digamma((bins + 1) / 2 + ratio)
@@ -55,12 +55,12 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def false_alarm(
     total_neg_log_p: float, total_ratio: float, share: FloatArray, half_window_hz: float, seconds: float
 ) -> float:
-    """Probability that noise alone gives a comb a summed `neg_log_p` of `total_neg_log_p` or more in its window.
+    """Probability that on noise alone a comb's summed `neg_log_p` reaches `total_neg_log_p` within a search window.
 
-    The window is +-`half_window_hz` in a record of `seconds`. `total_ratio` is the sum of `true_noise_ratio` over the
-    comb's lines. `share` [h + 1] contains the share of the window in which 0, 1, ... h of these lines are not masked.
-    With N peaks on average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without
-    the term for a window's start).
+    A comb is a line with its harmonics, `neg_log_p` of a line the -log of its probability on noise alone. The window is
+    +-`half_window_hz` in a record of `seconds`, `total_ratio` the sum of `true_noise_ratio` over the h lines. In the
+    share `share[k]` of the window, k lines are outside the spectrum's masked (ignored) zones. With N upward crossings
+    on average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:
@@ -69,18 +69,18 @@ def false_alarm(
 
 
 def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: float, seconds: float) -> float:
-    """Mean number of rises of a comb's summed `neg_log_p` above `level` within +-`half_window_hz`, on noise alone.
+    """Mean number N of rises of a comb's summed `neg_log_p` above `level` within +-`half_window_hz`, on noise alone.
 
-    Rice's formula (1945, Bell Syst. Tech. J. 24, 46) for a sum of squared moduli of Gaussian spectra. The spectrum of a
-    record of T = `seconds`, without a window, has the mean square derivative (pi T)^2 / 3; if the fundamental moves by
-    1 Hz, harmonic h moves by h Hz. S is the `level`, p its gamma density, R the `ratio` (sum of `true_noise_ratio`; S
-    if the noise is known), d_h the random share of harmonic h in R, all shares with sum one being equally likely, E the
-    mean over these shares::
+    A comb is a line with its harmonics. N follows from Rice's formula (1945, Bell Syst. Tech. J. 24, 46) for a sum of
+    squared moduli of Gaussian spectra, if the record is not multiplied by a window function::
 
         N = 2 w T sqrt(pi R / 3) E[sqrt(sum h^2 d_h)] p(S)
 
-    w is the half window. The mean E is sqrt(mean h^2) minus a term in the spread of h^2. N is set to infinity for
-    a level that noise is likely to exceed (below the number of harmonics minus 1/2).
+    w is `half_window_hz`, T is `seconds`, S is `level`, and p is the gamma density of the sum of `neg_log_p`. R is
+    `ratio`, the summed power of the lines over the true mean noise (`true_noise_ratio`). Harmonic h has the random
+    share d_h of R and moves h times as far as the fundamental. E is the mean over the d_h, if all shares with sum one
+    are equally likely: sqrt(mean h^2) minus a term in the spread of h^2. N is infinite if noise is likely to exceed S
+    (S < `harmonics` - 1/2).
     """
     if level < harmonics - 0.5:
         return math.inf
@@ -93,12 +93,12 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 
 
 def neg_log_rank(score: float, placebos: FloatArray) -> float:
-    """-log of the probability that a comb without a bearing line scores as high; nan for too few `placebos` [n].
+    """-log of the probability that a comb without a bearing line scores as high; nan for fewer than ten `placebos` [n].
 
-    `placebos` are the scores of such combs. The probability is the `rank` of the `score` or, if it is in the upper
-    tenth of the placebos, follows from an exponential tail (a generalised Pareto tail of shape zero; Knijnenburg et al.
-    2009, Bioinformatics 25, i161, quoted from memory, not checked). Placebos share lines, so some are equal: those
-    equal to the threshold of the tail belong to it; if the whole tail has this value, the rank is used.
+    A comb is a line with its harmonics; `placebos` are the scores of combs without a bearing line. The probability is
+    the `rank` of the `score` or, for a score in the upper tenth of the placebos, follows from an exponential tail
+    fitted to this tenth (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161,
+    quoted from memory, not checked). If all scores in this tenth equal the highest score below it, the rank is used.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -110,17 +110,23 @@ def neg_log_rank(score: float, placebos: FloatArray) -> float:
 
 
 def rank(score: float, placebos: FloatArray) -> float:
-    """Rank of a score, (1 + number of `placebos` [n] at least as strong) / (n + 1)."""
+    """Rank of a `score` among the scores `placebos` [n]: (1 + number of placebos at least as high) / (n + 1)."""
     return float(1 + np.count_nonzero(placebos >= score)) / (placebos.size + 1)
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """Larger of `noise` and the weighted mean of a comb's ranks among `mixed` and `whole` placebos (see the module)."""
+    """False-alarm probability of a comb (line with harmonics): the larger of `noise` and a mean of two ranks.
+
+    `whole` (weight `FOREIGN_COMB`) is the rank among other combs, `mixed` among combs with lines of two fundamentals.
+    """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
 class PlaceboRank(NamedTuple):
-    """Ranks of a comb: among mixed placebos, the same with a fitted tail (`neg_log_rank`), among whole placebos."""
+    """Ranks of a comb (line with harmonics) among placebos, which are combs without a bearing line.
+
+    Placebos have one fundamental in `whole_false_alarm`, mix two in the others; `tail_false_alarm` uses a fitted tail.
+    """
 
     false_alarm: float
     tail_false_alarm: float
@@ -128,7 +134,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], at equal ratios, `GRID_PER_HALF_WINDOW` of them from f to f (1 + `relative`)."""
+    """Frequencies [Hz], [n], at equal ratios; `GRID_PER_HALF_WINDOW` of them cover f to f (1 + `relative`)."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 
@@ -141,11 +147,11 @@ def rank_among_placebos(
     *,
     combs: int = MIN_PLACEBOS,
 ) -> PlaceboRank | None:
-    """Rank the comb at `expected_hz` among `combs` placebos, which are combs at frequencies without a bearing line.
+    """Rank the comb (line with harmonics) at `expected_hz` among `combs` placebos: combs without a bearing line.
 
-    The score of a comb is the highest sum of `neg_log_p` in its window. `placebo_hz` [n] are `fundamentals` more than
-    two half windows from `expected_hz`. A placebo has the comb's number of lines, relative window and mask. None if
-    `placebo_hz` covers fewer than `LEAST_WINDOWS` windows.
+    A comb's score is the highest sum in its search window of its lines' `neg_log_p`, -log of the probability on noise.
+    `placebo_hz` [n] are `fundamentals` more than two half windows away from the comb. A placebo has the comb's number
+    of lines, relative window and masked (ignored) points. None if `placebo_hz` covers under `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID_PER_HALF_WINDOW * LEAST_WINDOWS:
@@ -196,7 +202,7 @@ def rank_among_placebos(
 
 
 def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Highest interior maximum of each row, [combs]; minus infinity for a row without an interior maximum."""
+    """Highest interior maximum of each row (one per comb) of `total`; minus infinity if the row has no such maximum."""
     top = np.max(total, axis=1)
     edge = (total[:, 0] == top) | (total[:, -1] == top)  # a line outside the window: few rows
     left, middle, right = (total[edge, first : total.shape[1] - 2 + first] for first in range(3))

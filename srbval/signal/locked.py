@@ -1,4 +1,4 @@
-"""Part of a signal that repeats at each passage over a defect, and a steady tone between the passages.
+"""Rise of a signal at each passage of a rolling element over a defect, and fit of a steady tone in the signal.
 
 A passage period is the time from one passage of a rolling element over the defect to the next. The level between
 passages is the mean in that quarter of the period in which the signal is lowest. This quarter is found in every second
@@ -22,9 +22,9 @@ LEAST_PASSAGES = 4 * MIN_JACKKNIFE_BLOCKS  # two in each block of either half
 
 @dataclass(frozen=True, kw_only=True)
 class LockedMean:
-    """Mean of a signal minus its level between passages (see the module), in the signal's unit.
+    """Rise of a signal's mean above its level between passages of rolling elements over a defect, in the signal's unit.
 
-    `u` is its standard deviation by the jackknife over `blocks` successive parts (Efron & Stein 1981).
+    `u` is the standard deviation of `value` by the jackknife over `blocks` successive parts (Efron & Stein 1981).
     """
 
     value: float
@@ -33,14 +33,15 @@ class LockedMean:
 
     @property
     def ci95(self) -> float:
-        """Half width of the 95 % interval of the mean, by Student's t; a mean below it is not significant."""
+        """Half width of the 95 % interval of `value`, by Student's t; a `value` below it is not significant."""
         return float(scipy.special.stdtrit(self.blocks - 1, 0.975)) * self.u
 
 
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
-    """Locked mean (`LockedMean`) of non-negative `samples` [n]; `periods` [n] counts the passages up to each sample.
+    """Rise of the mean of `samples` [n] above their level between passages over a defect (see `LockedMean`).
 
-    `blocks` is the number of independent parts of the record. Raises `DataError` for fewer than `LEAST_PASSAGES`.
+    `periods` [n] is the number of passages of rolling elements over the defect up to each sample, `blocks` the number
+    of independent parts of the record. Raises `DataError` for fewer than `LEAST_PASSAGES` passages.
     """
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(
@@ -59,9 +60,9 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Fit A exp(2 pi i (`tone` + s k / n)) to samples k of an analytic signal [n]; returns amplitude A and slip s.
 
-    `tone` [n] is the expected phase of the tone, in turns of 2 pi; s is at most `slip` turns. With `periods` [n], the
-    number of passages up to each sample, the tone is fitted in that quarter of the passage period (see the module) in
-    which it leaves the least residual.
+    `tone` [n] is the expected phase of the tone, in turns of 2 pi; s is at most `slip` turns. If `periods` [n], the
+    number of passages over a defect up to each sample, is given, the tone is fitted in only one quarter of the time
+    from passage to passage, the quarter with the least residual.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

@@ -78,7 +78,7 @@ def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: flo
 
 
 def spline(knots: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Cubic spline through `values` over rising `knots` (both [n], n > 3), with not-a-knot ends, at places `at` [m]."""
+    """Values at the points `at` of the cubic spline through `values` [n] at rising `knots` [n > 3], not-a-knot ends."""
     step = np.diff(knots)  # as scipy.interpolate.CubicSpline, which takes a quarter of a second to load
     rise, end = np.diff(values) / step, (knots[2] - knots[0], knots[-1] - knots[-3])
     bands, right = np.zeros((3, knots.size)), np.empty(knots.size)  # of the equations for the slopes at the knots

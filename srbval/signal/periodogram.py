@@ -40,7 +40,7 @@ class Phasors:
 
     @classmethod
     def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray) -> Phasors:
-        """Compute the sums of `samples` [n] at `frequency_hz` [c] over `PHASOR_BLOCKS` blocks."""
+        """Compute the Fourier sums of `samples` [n] at `frequency_hz` [c] over each of `PHASOR_BLOCKS` short blocks."""
         bounds = np.linspace(0, samples.size, min(PHASOR_BLOCKS, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
@@ -65,12 +65,12 @@ class Phasors:
         )
 
     def shifted(self, by_hz: FloatArray) -> Phasors:
-        """Sums at frequencies higher by `by_hz` [c], which must be well below one over a block's duration."""
+        """Fourier sums at frequencies `by_hz` [c] higher; a block of the record must last far less than 1 / `by_hz`."""
         rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
         return replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
 
     def power(self) -> FloatArray:
-        """Power at each of the c frequencies, [c]: squared modulus of its sum over all blocks."""
+        """Power at each of the c frequencies, [c]: squared modulus of the Fourier sum over all blocks of the record."""
         return np.abs(self.sums.sum(axis=1)) ** 2
 
 
@@ -153,7 +153,7 @@ class Periodogram:
         return Phasors.of(self.samples, self.fs_hz, frequency_hz).power()
 
     def depth_at(self, frequency_hz: float) -> float:
-        """Modulation depth of an envelope at a line: the line's amplitude over the record's mean."""
+        """Modulation depth of the record, an envelope, at a line: the line's amplitude divided by the record's mean."""
         power = float(self.exact_power_at(np.array([frequency_hz]))[0])
         return 2 * math.sqrt(power) / self.samples.size / abs(self.mean) if self.mean else math.inf
 

@@ -24,15 +24,15 @@ _STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and o
 
 
 def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> tuple[float, float, float]:
-    """Compute the posterior of a line from sums [c, blocks] over blocks of `block_s`, for its harmonics `number` [c].
+    """Compute the posterior of a line's frequency from Fourier sums over blocks of a record; a block lasts `block_s`.
 
-    Returns the mean shift of the line from `line_hz` and the half width of the 95 % credible interval [Hz], and the
-    probability of no slip. The credible interval contains the true frequency in more than 95 % of cases without slip,
-    in fewer with little slip: see `slip.weak_factor`.
+    `sums` [c, blocks] are of the line's harmonics `number` [c], divided by noise. Returns the mean shift from `line_hz`
+    and the half width of the 95 % credible interval [Hz], and the probability of no slip. The interval contains the
+    true frequency in more than 95 % of cases without slip, in fewer with little slip: see `slip.weak_factor`.
 
-    Sums are in units of noise. All frequencies are equally probable beforehand, and so are all `JITTERS` (relative
-    scatter of the spacing of impacts); no jitter has the prior weight `STEADY_WEIGHT`. Amplitudes are the likeliest for
-    each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
+    All frequencies are equally probable beforehand. Each of `JITTERS` (relative scatter of the spacing of impacts) has
+    the prior weight 1, zero jitter the weight `STEADY_WEIGHT`. Amplitudes are the likeliest for each jitter
+    (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
     """
     step_rad2 = (2 * math.pi * JITTERS) ** 2 * line_hz * block_s
     rad_per_hz = 2 * math.pi * block_s
@@ -81,19 +81,19 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
 
 
 def _shift_grid(error_hz: float, seconds: float) -> FloatArray:
-    """Grid of shifts [Hz] at which the likelihood is computed, for a standard error of about `error_hz`."""
+    """Grid of offsets [Hz] from a line's approximate frequency, with steps below the standard error `error_hz`."""
     reach = REACH_BINS / seconds + REACH_ERRORS * error_hz
     count = math.ceil(reach / (STEP * error_hz))
     return np.linspace(-reach, reach, 2 * count + 1)
 
 
 def _steps(step_rad2: FloatArray, mean_step_rad: FloatArray) -> ComplexArray:
-    """Fourier coefficients of the distribution of the phase's step between blocks, for each variance and mean [b]."""
+    """Fourier coefficients of normal distributions of a phase step, of variances `step_rad2`, means `mean_step_rad`."""
     return np.asarray(np.exp(-0.5 * np.outer(step_rad2, _ORDER**2) - 1j * np.outer(mean_step_rad, _ORDER)))
 
 
 def _stepped(density: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Density of b phases at `CIRCLE` points of a turn, [b, CIRCLE], one block later: convolved with `steps`."""
+    """Convolve each phase density [b, CIRCLE] with a density of phase steps, given by Fourier coefficients `steps`."""
     return np.maximum(scipy.fft.irfft(scipy.fft.rfft(density, axis=1) * steps, n=CIRCLE, axis=1), 0.0)
 
 
@@ -103,17 +103,17 @@ def _rotations(number: FloatArray, circle: int) -> ComplexArray:
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood ratio of a line with amplitudes [sets, c] to no line, [blocks, sets, phases of the circle]."""
+    """Log likelihood ratio of a line to noise alone: [blocks of the record, rows of `amplitude`, `CIRCLE` phases]."""
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for b pairs of slip and mean frequency.
+    """Log likelihood [b] of the record for b hypotheses, each a slip and a mean frequency of a line.
 
-    For each pair `steps` [b, CIRCLE / 2 + 1] contains the distribution of the phase's step from block to block (see
-    `_steps`), and `which` [b] the index of its set of amplitudes in `block_likelihood` (see `_block_likelihood`).
+    Each row of `steps` contains Fourier coefficients of the distribution of the line's phase step from one block (part)
+    of the record to the next, `which` [b] indices of the line's amplitudes on the second axis of `block_likelihood`.
     """
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
@@ -128,7 +128,7 @@ def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[n
 
 
 def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
-    """Probability of each phase in each block, given the likelihoods of all blocks, [blocks, sets, CIRCLE]."""
+    """Posterior of a line's phase in each block of a record, from all blocks and the distribution of phase `steps`."""
     likelihood = np.exp(block_likelihood - block_likelihood.max(axis=2, keepdims=True))
     forward = np.empty_like(likelihood)
     density = np.ones(likelihood.shape[1:])

@@ -31,35 +31,35 @@ WEAK_SNR = 10.0  # if the strongest harmonic is this many times its noise, phase
 def frequency_error_hz(information: float, seconds: float) -> float:
     """Least standard error of the frequency of a steady tone of unknown amplitude and phase in noise [Hz].
 
-    Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591. `information` is the peak over its noise in a periodogram;
-    for several tones the sum of the peaks, each times the square of its derivative with respect to the frequency.
+    Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591. `information` is the tone's peak in a periodogram divided by
+    the noise there; for a tone with harmonics h it is the sum of h^2 times each harmonic's peak over noise.
     """
     return math.sqrt(6 / information) / (2 * math.pi * seconds) if information > 0 else math.inf
 
 
 @functools.cache
 def slip_interval() -> dict[str, Any]:
-    """Calibrated table of interval widths (`slip_interval.toml`).
+    """Calibrated table of widths of the 95 % interval of a line's frequency (`slip_interval.toml`).
 
-    Slip gives a line's frequency r times the variance that noise gives it. The log spread s is the mean of log(1 + r)
-    over the posterior of r. The half width is ``floor`` times the standard error from noise or, for s above ``start``,
-    exp(s / 2) times a factor times this error, if that is more. The factor is interpolated in s between the values
-    ``factor`` at ``log_spread``. For weak lines see `weak_factor`.
+    Let r be the frequency's variance from slip over its variance from noise. The log spread s is the mean of log(1 + r)
+    over the posterior of r. The half width is k standard errors from noise. k is ``floor`` for s below ``start``,
+    otherwise the larger of ``floor`` and exp(s / 2) times a factor, interpolated in s between values ``factor`` at
+    ``log_spread``. For weak lines see `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def walk_share(log_spread: float) -> float:
-    """Confidence, from 0 to 1, that the phase is a random walk, for a log spread (see `slip_interval`)."""
+    """Confidence (0 to 1) that a line slips; `log_spread` is the mean of log(1 + slip variance / noise variance)."""
     return -math.expm1(-(max(log_spread - slip_interval()["start"], 0.0) ** 2))
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
-    """95 % half width of a line's frequency, in standard errors from noise, for a log spread (see `slip_interval`).
+    """95 % half width of a line's frequency, in standard errors from noise, by the calibrated table `slip_interval`.
 
-    The table is valid for many blocks of a strong line. For few `blocks` (Student's t) or a low `snr` the half width is
-    multiplied by a factor, in proportion to the confidence that the phase is a random walk (`walk_share`).
+    `log_spread` is the mean of log(1 + the frequency's variance from slip / from noise). The table is for strong lines
+    and many `blocks` of a record. Few blocks or a low `snr` enlarge the half width in proportion to `walk_share`.
     """
     table = slip_interval()
     wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table["log_spread"], table["factor"]))
@@ -139,7 +139,7 @@ def track_slip(
 def weak_sums(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, period_s: float = 0.0
 ) -> ComplexArray | None:
-    """Sums of a weak line's harmonics over blocks, divided by noise, [c, blocks]; None if its phase can be tracked."""
+    """Fourier sums of a weak line's c harmonics in noise units, [c, blocks]; None for a strong line or short record."""
     for sums, snr in _in_blocks(phasors, noise_power, period_s, most=WEAK_BLOCKS):
         return sums if float(number**2 @ np.maximum(snr, 0)) * sums.shape[1] < WEAK_INFORMATION else None
     return None
@@ -148,7 +148,7 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Yield for each usable number of blocks the sums over blocks, divided by noise, and power over noise [c]."""
+    """Yield for ever fewer blocks of a record its Fourier sums [c, blocks] in noise units, and power over noise [c]."""
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
@@ -158,7 +158,7 @@ def _in_blocks(
 
 
 def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> float:
-    """Standard error [Hz] that noise gives the frequency of a steady line, from the `sums` of `weak_sums`."""
+    """Standard error [Hz] that noise gives the frequency of a line without slip, from the `sums` of `weak_sums`."""
     blocks = sums.shape[1]
     snr = np.abs(sums.sum(axis=1)) ** 2 / blocks - 1
     return frequency_error_hz(max(float(number**2 @ np.maximum(snr, 0)), 1.0), blocks * block_s)
@@ -188,7 +188,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at a line over noise nearby, posterior weights of `WALK_RATIOS`, log evidence; see `weigh_walk_ratios`."""
+    """Noise at a line over noise nearby; posterior weights of `WALK_RATIOS` (ratios of slip to noise); log evidence."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
@@ -203,8 +203,8 @@ class Contrasts:
 
     Each row of `weights` [n - 2, n] gives one sum, a contrast. The rows are orthonormal; the contrasts vanish if the
     phases lie on a line, and are uncorrelated both for a random walk and for noise. `slope` [n] are the weights that
-    give the slope of the phases, with the variance `slope_variance` for noise of variance 1. If a random walk gives the
-    slope the same variance, the contrasts have the variances `share`, and the covariances `with_slope` with the slope.
+    give the phases' slope, `slope_variance` its variance for noise of variance 1. For a random walk that gives the
+    slope this variance, `share` are the contrasts' variances, `with_slope` their covariances with the slope.
     """
 
     weights: FloatArray
@@ -215,7 +215,7 @@ class Contrasts:
 
 
 def weigh_walk_ratios(residual: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
-    """Posterior weights of the `WALK_RATIOS` r, and log evidence, if each `residual` has the variance 1 + r `share`."""
+    """Weights of ratios r of slip to noise, log evidence; a `residual` has variance 1 (noise) + r `share` (slip)."""
     spread = 1 + WALK_RATIOS[:, None] * share
     likelihood = -0.5 * (np.log(spread).sum(axis=1) + (residual**2 / spread).sum(axis=1))
     weight = WALK_RATIO_PRIOR * np.exp(likelihood - likelihood.max())
@@ -225,7 +225,7 @@ def weigh_walk_ratios(residual: FloatArray, share: FloatArray) -> tuple[FloatArr
 
 @functools.cache
 def contrasts_of(count: int) -> Contrasts:
-    """`Contrasts` of `count` phases, each the mean over one block of a random walk plus noise."""
+    """Weighted sums that separate a random walk from noise in a line's mean phases in `count` parts of a record."""
     index = np.arange(count)
     walk = np.minimum.outer(index, index) + 0.5 - np.eye(count) / 6
     middle = index - (count - 1) / 2
@@ -276,8 +276,7 @@ def _refined(
     """Phase of a line in each block [rad], to first order about `path_rad`, and its variance by noise [rad2]."""
     rotation = np.exp(-1j * np.outer(number, path_rad))
     parts = number**2 * np.abs(amplitude) ** 2
-    # At least the value of noise alone.
-    least = float(np.min(number**2)) / sums.shape[1]
+    least = float(np.min(number**2)) / sums.shape[1]  # the value of noise alone
     used = max(float(parts.sum()), least)
     # Harmonics of noise alone are clipped if negative, but not if positive.
     raw = number**2 * (np.abs(np.mean(sums * rotation, axis=1)) ** 2)

@@ -28,7 +28,7 @@ SCALOGRAM_HZ = (40.0, 1000.0)  # as in Figure 14
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Spectrum(NotebookObject):
-    """Amplitude over frequency, both [m]; `resolution_hz` is one over the record's duration, the bins may be closer."""
+    """Amplitude at each frequency; `resolution_hz` is one over the record's duration, the frequencies may be closer."""
 
     frequency_hz: FloatArray
     amplitude: FloatArray
@@ -98,11 +98,11 @@ def kurtosis(samples: FloatArray | ComplexArray) -> float:
 
 
 def prewhitened(samples: FloatArray) -> FloatArray:
-    """Scale every spectral line of `samples` [n] to the same height and keep its phase, with variance one, [m].
+    """Scale all spectral lines of `samples` [n] to the same height and keep their phases; the result has variance one.
 
     Cepstrum prewhitening, X / |X| (Borghesani, Pennacchi, Randall, Sawalhi & Ricci 2013, Mech. Syst. Signal Process.
     36, 370; authors and page quoted from memory, not checked), leaves next to no power to tones, gear meshes and
-    impacts without jitter. m is the largest length up to n with a fast transform. `DataError` for a constant record.
+    impacts without jitter. The record is cut to a length with a fast transform. `DataError` for a constant record.
     """
     size = scipy.fft.prev_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples[:size] - samples[:size].mean())

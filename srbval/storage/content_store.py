@@ -89,7 +89,7 @@ class ContentStore:
         return (self.folder or cache_folder(SCENE_RESULTS)) / f"{self.kind}-{key}{self.suffix}"
 
     def load(self, content: str, read: Callable[[Any], T]) -> T | None:
-        """Load the JSON stored for `content` and convert it by `read`; None if it is missing or cannot be converted."""
+        """Load the JSON stored for the input `content` and convert it by `read`; None if missing or not convertible."""
         path = self.path(content)
         if os.environ.get(FRESH):
             return None
@@ -105,7 +105,7 @@ class ContentStore:
         return found
 
     def save(self, content: str, table: Any) -> None:
-        """Store a result that `to_json` can convert; NaN and infinity are kept."""
+        """Store the result `table` for the input `content` as JSON (`to_json`); NaN and infinity are kept."""
 
         def write(path: Path) -> None:
             with atomic_write(path) as part:
@@ -114,7 +114,7 @@ class ContentStore:
         self.keep(content, write)
 
     def keep(self, content: str, write: Callable[[Path], None]) -> None:
-        """Call `write` with the path at which it must create the file for `content`; errors of writing are ignored."""
+        """Have `write` store the result for the input `content` at the path it receives; write errors are ignored."""
         path = self.path(content)
         with contextlib.suppress(DataError, OSError):
             write(path)

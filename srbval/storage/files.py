@@ -1,4 +1,4 @@
-"""Files that are written completely or not at all, and limited reading of files that a user named."""
+"""Files that are written completely or not at all, hashes of files, and reading of files up to a size limit."""
 
 import contextlib
 import hashlib

@@ -80,7 +80,7 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
 
 
 def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
-    """Read a fingerprint (values by part of the program) from JSON, null as NaN; else `ValueError`."""
+    """Read program parts' behaviour from JSON, {part: {name: value or null for NaN}}; `ValueError` if malformed."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
         raise ValueError("not a fingerprint: not a table of tables")
     return {
@@ -91,7 +91,7 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
 
 @cache
 def reference_fingerprint() -> Fingerprint:
-    """Load the reference fingerprint, which is shipped with srbval; empty if it is missing or damaged."""
+    """Load the shipped numbers that describe the behaviour of each program part; empty if missing or damaged."""
     try:
         content = read_json(shipped_folder(REPORTS) / REFERENCE_FILE, MAX_RESULT_BYTES)
         known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())
@@ -101,7 +101,7 @@ def reference_fingerprint() -> Fingerprint:
 
 
 class ResultKind(enum.StrEnum):
-    """Kind of a stored result: reproducible evidence, recorded from data not shipped, or document of one revision."""
+    """Kind of a result: `EVIDENCE` (reproducible), `RECORDED` (from data not shipped), `DOCUMENT` (made once)."""
 
     EVIDENCE = "evidence"
     RECORDED = "recorded"
@@ -122,7 +122,7 @@ class StoredResult:
 
     @property
     def kind(self) -> ResultKind:
-        """Kind of the result: evidence, recorded or document."""
+        """Kind of the result: evidence (reproducible), recorded (needs data not shipped) or document (made once)."""
         if "computed_once" in self.content:
             return ResultKind.DOCUMENT
         return ResultKind(self.content.get("evidence_kind", ResultKind.EVIDENCE))
@@ -135,11 +135,11 @@ class StoredResult:
         return {name: stated.get(name) for name in names}
 
     def why_stale(self, now: Fingerprint | None = None) -> str | None:
-        """Reason why the result is stale for the fingerprint `now` (default: the reference); None if it is valid.
+        """Reason why the result is out of date, by the fingerprint `now` (default: the reference); None if it is valid.
 
-        Evidence (a reproducible result) is stale if it was computed from a working tree with uncommitted changes, if
-        the study that computes it has been changed since, or if a number of the fingerprint differs for a part of the
-        program on which it depends. Other kinds are never stale.
+        A fingerprint contains numbers that describe the behaviour of each program part. Evidence (a reproducible
+        result) is stale if it was computed from a working tree with uncommitted changes, if its study has been changed
+        since, or if the fingerprint of a program part on which it depends has changed. Other kinds are never stale.
         """
         if self.kind is not ResultKind.EVIDENCE:
             return None
