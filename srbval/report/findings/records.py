@@ -107,7 +107,7 @@ def middle_window(*analyses: Analysis) -> tuple[float, float]:
 
 
 def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
-    """Prepare two records for figures, in one unit and time window and with power spectra at the same frequencies."""
+    """Prepare a record (and a healthy one) for figures: same unit, time window, and frequencies of power spectra."""
     sides = [analysis] if healthy is None else [analysis, healthy]
     own_unit = analysis.recording.unit in OWN_UNITS and len({side.recording.unit for side in sides}) == 1
     window_s = middle_window(*sides)
