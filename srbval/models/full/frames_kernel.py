@@ -52,7 +52,7 @@ def tilted_about_x(tilt, w_y, w_z):
 
 @inlined
 def slot_axes(axes, c, s, along, across):
-    """Compute the axes x, y and z of a roller's slot in world coordinates, nine values.
+    """Compute the axes x, y and z of a slot, the place of a roller in the cage, in world coordinates: nine values.
 
     `axes` of the cage, see `cage_axes`; `c`, `s`: cosine and sine of the slot's angle; `along` and `across`: components
     of the slot's direction, a unit vector, in the cage's plane and along the cage's axis.

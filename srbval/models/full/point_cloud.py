@@ -149,7 +149,7 @@ def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntA
 def _window(
     circles: Sequence[Circle], points: Sequence[CirclePoints], nearest: int, offsets: IntArray, count: int
 ) -> list[FloatArray]:
-    """Build one window: for each circle, the points numbered `nearest` + `offsets`, [col.POINT_ROWS, points]."""
+    """Build a window (list) of points: on each circle, numbers `nearest` + `offsets`; [col.POINT_ROWS, points]."""
     columns = []
     for circle, own in zip(circles, points, strict=True):
         near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))
