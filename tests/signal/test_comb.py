@@ -71,9 +71,11 @@ def test_in_eight_to_ten_turns_the_interval_covers_slip_and_what_the_mask_cuts_i
     assert 0.15 < np.mean(refused) < 0.5  # most of those of eight turns
 
 
-def test_harmonics_out_of_reach_are_left_out():
+def test_depth_is_of_the_first_harmonic_and_harmonics_out_of_reach_are_left_out():
     record = Periodogram.of(comb(np.random.default_rng(8), 5.0), FS_HZ, limit_hz=250.0, shaft_hz=SHAFT_HZ)
-    assert len(read_comb(record, LINE_HZ, 1.0).snr) == 2
+    reading = read_comb(record, LINE_HZ, 1.0)
+    assert reading.depth == pytest.approx(AMPLITUDES[0] / 3, rel=0.1)
+    assert len(reading.snr) == 2
     assert read_comb(record, 300.0, 1.0) is None
 
 

@@ -113,9 +113,10 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
     comma = _has_decimal_commas(path, columns, kinds, table)
     cut_row, cut_out = 0, list[NDArray[np.float64]]()
     if middle is not None:
-        cut_row, cut_out = table.lines.index(cut), [_read_regular(block, table, comma=comma) for block in middle]
-        if table.lines[cut_row - 1] != cut - 1:
+        cut_row = table.lines.index(cut)
+        if table.lines[cut_row - 1] != cut - 1 or len(columns) < len(table.kinds):  # few: perhaps channels
             raise ValueError("the lines at the cut are not rows of one table")
+        cut_out = [_read_regular(block, table, comma=comma) for block in middle]
     names = names or [""] * len(columns)
     variables: dict[str, ArrayOrText] = {}
     said: dict[str, str] = {}
