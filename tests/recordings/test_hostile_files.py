@@ -311,7 +311,7 @@ CASES = {
     "pipe": (os.mkfifo, "not a regular file"),
     "nan": (nan, r"acc_m_s2: sample 1234 of 4096 is nan"),
     "no vector": (lambda path: savemat(path, {"x": 3.0, "z": files.vibration() * 1j}), "without a numeric vector"),
-    "nested cells": (nested_cells, "limit of .* nested levels|MATLAB v5"),
+    "nested cells": (nested_cells, "more than .* nested levels|MATLAB v5"),
     "numbers that do not fit": (matlab_numbers_that_do_not_fit, r"truncated or damaged \(MATLAB v5: "),
     "checksum": (matlab_checksum, r"truncated or damaged \(MATLAB v5: .*incorrect data check"),
     "hidden samples": (npy_with_hidden_samples, r"header claims 4032 values \(float64\) in 32768 bytes"),

@@ -46,7 +46,7 @@ def collect(path: Path, variables: dict[str, ArrayOrText], name: str, value: Any
 
     if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
         most = f"{MAX_STRUCT_DEPTH} nested levels or {MAX_VARIABLES} variables"
-        raise DataError(f"{path}: {name[:99]!r} exceeds the limit of {most}; not a recording.")
+        raise DataError(f"{path}: not a recording: with {name[:99]!r} it has more than {most}.")
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
     value = getattr(value, "properties", value)  # of an object

@@ -115,7 +115,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
     if middle is not None:
         cut_row = table.lines.index(cut)
         if table.lines[cut_row - 1] != cut - 1 or len(columns) < len(table.kinds):  # few: perhaps channels
-            raise ValueError("the lines at the cut are not rows of one table")
+            raise ValueError("not one table")
         cut_out = [_read_regular(block, table, comma=comma) for block in middle]
     names = names or [""] * len(columns)
     variables: dict[str, ArrayOrText] = {}
@@ -143,7 +143,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
         said |= {key: units[i]} if key not in said and any(map(str.isalpha, "".join(units[i : i + 1]))) else {}
         unusable |= {key: wrong} if wrong else {}
     if unusable and middle is not None:
-        raise ValueError("the line numbers in these messages do not count the lines cut out")
+        raise ValueError("line numbers differ")
     notes += ("decimal commas read as decimal points",) if comma else ()
     notes += (f"left out, no numbers: {', '.join(left)[:MAX_TEXT_COLUMNS]}",) if left else ()
     below = sum(bool(line.strip("# ")) for line in lines[table.lines[-1] + 1 :])
@@ -184,7 +184,7 @@ def _read_regular(block: bytes, table: TableLayout, *, comma: bool) -> NDArray[n
     text = io.BytesIO(block.replace(b",", b".") if comma else block)
     numbers = np.loadtxt(text, np.float64, comments=None, delimiter=table.separator, ndmin=2)
     if numbers.shape != (block.count(b"\n"), len(table.kinds)) or not np.isfinite(numbers).all():
-        raise ValueError("a field is missing or not a finite number")
+        raise ValueError("field without number")
     return numbers
 
 
