@@ -101,8 +101,8 @@ def run_isolated(task: CaseTask) -> CaseResult:
             version = this_thread.process.call(task.scene, limit_s=PREPARE_LIMIT_S)
             if version != task.version:
                 raise ConfigurationError(
-                    f"{here} runs version {version} of the model, but the campaign needs {task.version}: results would not "
-                    "be comparable. Install the same srbval there."
+                    f"{here} runs version {version} of the model, the campaign version {task.version}: their results "
+                    "would not be comparable. Install the same srbval there."
                 )
             ready = True
             result: CaseResult | DataError = this_thread.process.call(task, limit_s=task.limit_s)

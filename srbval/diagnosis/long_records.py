@@ -104,7 +104,7 @@ def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bo
 
 
 def _scores(part: Recording, bearing: Bearing) -> FaultScores:
-    """Score the combs of a part at its stated speed, without reading its lines."""
+    """Score the combs (lines with harmonics) of one time interval (`part`) of a record at its stated speed."""
     speed, tracking = part.known_speed, choose_tracking(part, bearing, part.known_speed)
     processed = process(part, band_hz=whole_band_of(part.fs_hz).band_hz, tracking=tracking)
     return fault_scores(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))

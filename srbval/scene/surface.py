@@ -31,8 +31,8 @@ class Surface(Limited):
     """Waves of the races and rollers, with wavelengths from `shortest_m` to `longest_m` and random phases.
 
     `outer_waviness_m`, `inner_waviness_m`, `roller_waviness_m`: RMS height of the waves on each row of a race and each
-    roller; if missing, extrapolated from the `roughness_class` (none: 0). Amplitudes are proportional to (waves per
-    turn)^-`exponent`. Heights do not vary along a roller. Only the models line and slices use waves.
+    roller; if missing, extrapolated from the `roughness_class`, or 0 without a class. Amplitudes are proportional to
+    (waves per turn)^-`exponent`. Heights do not vary along a roller. Only the models ``line`` and ``slices`` use waves.
     """
 
     outer_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)

@@ -286,7 +286,7 @@ def _refined(
 
 
 def _amplitudes(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> ComplexArray:
-    """Complex amplitude [c] of each harmonic if its phases are `path_rad`, without the power that noise adds."""
+    """Complex amplitudes of the harmonics if their phases are `path_rad`; the mean power of noise is subtracted."""
     mean = np.mean(sums * np.exp(-1j * np.outer(number, path_rad)), axis=1)
     power = np.abs(mean) ** 2
     share = np.maximum(power - 1 / sums.shape[1], 0) / np.maximum(power, np.finfo(float).tiny)

@@ -82,7 +82,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
     """Analyse the signals of one side and read the compared quantities.
 
     The frequency band is chosen from the signal if `source` states `auto_band`, or if another program simulated a
-    bearing other than the rig's and no band is stated for the file; otherwise `analyse` chooses the band as usual.
+    bearing other than the rig's and no band is stated for the file; otherwise the band is that of `analyse`.
     """
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:

@@ -41,7 +41,8 @@ def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_ci
 def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
     """Add the forces of contacts that are cut into slices along the roller; no effect if `slices` is None.
 
-    The slices in thirds `first_third` to `end_third` - 1 (0 to 2) of a contact are evaluated, see `evaluate_contacts`.
+    Of the three thirds of a contact's length, numbered 0 to 2, the slices in `first_third` to `end_third` - 1 are
+    evaluated; see `evaluate_contacts` for the other arguments.
     """
     if slices is None:
         return

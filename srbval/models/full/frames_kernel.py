@@ -205,10 +205,11 @@ def count_candidates(race, onwards, depth, offset, lead, most_lead, aside, angle
 
     A race is modelled by circles of numbered points. `race`: its `RaceSearch`; `onwards`: 1 if the roller moves towards
     higher numbers, otherwise -1; `depth`: penetration in the middle of the race's profile [m]; `offset`: distance along
-    the roller from its middle to the centre of the profile arc [m]. A point pushes on an approaching roller before they
-    touch, see `point_spring_and_damper`: from the gap `lead` [m] on at this roller's speed, from `most_lead` [m] on at
-    high speed. `aside`: largest shift of the points along the race by displacement and tilt [m]; `angle` from point 0
-    to the roller [rad]; `here`: False if `column` of the workspace has no roller; `patch`: see `Parameters`.
+    the roller from its middle to the centre of the profile arc [m]. The damper of a point pushes on an approaching
+    roller before they touch, see `point_spring_and_damper`: from the gap `lead` [m] on at this roller's speed, from
+    `most_lead` [m] on at any speed. `aside`: largest shift of the points along the race by displacement and tilt [m];
+    `angle` from point 0 to the roller [rad]; `here`: False if `column` of the workspace has no roller; `patch`: see
+    `Parameters`.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * race.per_radian

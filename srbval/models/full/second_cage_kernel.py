@@ -198,7 +198,10 @@ def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
 
 @kernel_part
 def relative_energy(second, rate, along):
-    """Compute twice the energy [J] that the speed `rate` of row 2's cage relative to row 1's (speed `along`) adds."""
+    """Compute twice the kinetic energy [J] that row 2's cage has beyond that at the speed of row 1's cage.
+
+    `along`: angular velocity of row 1's cage about its axis; `rate`: that of row 2's cage relative to it [rad/s].
+    """
     if second is None:
         return 0.0
     return second * rate * (2.0 * along + rate)

@@ -38,7 +38,7 @@ class KnownRecord:
     specimen: str
 
     def load(self) -> tuple[Recording, Bearing]:
-        """Return the record without its state, and its bearing; if the settings name a channel, without the others."""
+        """Return the bearing, and the record without its state (damaged part); only one channel if settings name it."""
         recording = dataclasses.replace(load_entry(self.entry), state=None)
         channel = self.entry.settings and self.entry.settings.channel
         if channel:
