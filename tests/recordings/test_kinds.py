@@ -188,7 +188,7 @@ def hdf5(path):
         group = file.create_group("run")
         group["acc"], group["time"] = X, 1e3 * T
         group["time"].attrs["units"] = "ms"
-        group["acc"].attrs["UNITS"], group.attrs["SampleRate"] = "g", FS_HZ
+        group["acc"].attrs["UNITS"], group.attrs["SampleRate"], group.attrs["empty"] = "g", FS_HZ, h5py.Empty("S1")
 
 
 def index(path):

@@ -130,7 +130,7 @@ class _Hdf5Reader:
 
         stored = item.attrs.get_id(name)
         text = h5py.check_string_dtype(stored.dtype) is not None
-        if math.prod(stored.shape) != 1 or not (text or stored.dtype.kind in "fiu"):
+        if stored.shape is None or math.prod(stored.shape) != 1 or not (text or stored.dtype.kind in "fiu"):
             return None
         self._claim(stored.dtype.itemsize, f"attribute {name!r}")
         value = np.asarray(item.attrs[name], object).item()
@@ -138,7 +138,7 @@ class _Hdf5Reader:
             value = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
             self._claim(len(value), f"attribute {name!r}")
             return value
-        return None if isinstance(value, h5py.Empty) else float(value)
+        return float(value)
 
 
 def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
