@@ -125,7 +125,7 @@ def test_a_search_looks_at_every_word():
         ("elements 19.5,40.1,283.62,10", "must be whole"),
         ("elements 9,4.1,283.62,10", "at least 25%"),
         ("elements 19;40.1;283.62;10", "4 numbers with commas"),
-        ("orders 8.2,10.8,0.43,3.5", "between 0 and 1"),
+        ("orders 8.2,10.8,3.5,0.5", "between 0 and 1, within .* bpfo divided by"),
         ("orders 3.585,5.415,4.713,0.398", r"bsf = 4.713 is impossible .* 2.357 times .* BSF is half of it"),
         ("orders 3.585,5.415,7.2,0.398", "is impossible with .* bpfi must be above bpfo"),
         ("22230", "is not known.*'s dimensions with bearing=.* or its orders with bearing="),
