@@ -1,6 +1,9 @@
 """Prose in Markdown, blocks and tables from frames; pages of studies with and without a result or a study."""
 
 import math
+import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import srbval
 from srbval.bearing import load_bearing
 from srbval.report import blocks
 from srbval.report.blocks import Badge, Callout, Figure, Paragraph, TableColumn, Tone
@@ -20,6 +24,7 @@ from srbval.report.pages import Page, join_data, origin_line
 from srbval.report.plain import literal, mask_controls, spans
 from srbval.report.prose import Prose
 from srbval.storage.stored_result import StoredResult, newest_result
+from srbval.studies.harness import pages, study_names
 
 SOURCE = """# Cage speed of {bearing} {#cage-speed}
 
@@ -133,6 +138,49 @@ def test_a_study_page_starts_with_the_origin_or_the_command(monkeypatch):
     (remark,) = page.section({}).blocks
     assert isinstance(remark, Callout)
     assert "`srbval evidence naming`" in remark.text
+
+
+PACKAGE = Path(srbval.__file__).parent
+ASSEMBLE = """
+import srbval.cli, srbval.report.reports
+from srbval.report.pages import join_data, load_newest_results
+from srbval.studies.harness import pages, study_names
+found = pages()
+results = load_newest_results(found)
+sections = {(section := page.section(results)).id: section for page in found}
+assert len(sections) == len(found) and all(section.blocks for section in sections.values())
+join_data({}, (page.report_data(results) for page in found))
+print(",".join(page.name for page in found), ",".join(study_names()))
+"""
+
+
+def without(study: str, folder: Path) -> Path:
+    """Copy the package without one study's folder, and link what ships beside it."""
+    shutil.copytree(PACKAGE, folder / PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__", "docs"))
+    shutil.rmtree(folder / PACKAGE.name / "studies" / study)
+    for name in ("reports", "data_manifest"):
+        (folder / name).symlink_to(PACKAGE.parent / name)
+    return folder
+
+
+STUDIES = [pytest.param(name, marks=[pytest.mark.long_form] * (place > 0)) for place, name in enumerate(study_names())]
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_the_report_is_without_the_page_of_a_study_that_is_not_there_and_the_rest_stays(study, tmp_path):
+    tree = without(study, tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-c", ASSEMBLE],
+        cwd=tree,
+        env=os.environ | {"PYTHONPATH": str(tree)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    shown, left = (names.split(",") for names in done.stdout.split())
+    assert left == [name for name in study_names() if name != study]
+    assert shown == [page.name for page in pages() if page.name != study]
 
 
 def figure(**changes):
