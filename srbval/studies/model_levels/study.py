@@ -1,8 +1,7 @@
 """Errors of every model on random scenes near a bundled scene, against the reference model; theory: "Choosing a model".
 
-A scene is the input of a simulation. A row of the results is one model at one random speed, load and defect height,
-with a run for every kind of defect. The rollers have the diameter that leaves the scene's radial play; for the scene
-`paper` other rows use the diameter printed in the paper.
+A row of the results is one model at one random speed, load and defect height, with a run for every kind of defect. The
+rollers' diameter leaves the scene's radial play; with the scene `paper` other rows have the printed diameter.
 """
 
 import math
