@@ -62,9 +62,9 @@ class SphericalRollerGeometry(Limited):
             )
         if not abs(self.zero_play_diameter_m / self.roller_diameter_m - 1) <= FIT_TOLERANCE:
             raise ConfigurationError(
-                f"the gap between the raceways is {self.zero_play_diameter_m:.6g} m, the roller diameter "
-                f"{self.roller_diameter_m:.6g} m; they must agree within {FIT_TOLERANCE:.0%}. Usually a roller's "
-                "centre is midway between the bearing's centre and the centre of the inner profile: "
+                f"the gap between the raceways is {self.zero_play_diameter_m:.6g} m; it must be the roller diameter, "
+                f"{self.roller_diameter_m:.6g} m, within {FIT_TOLERANCE:.0%}. Correct the dimensions; if a roller's "
+                "centre is, as usual, midway between the bearing's centre and the inner profile's centre: "
                 f"inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
                 f"inner_centre_axial_m = {2 * self.pitch_radius_m * math.tan(self.tilt_rad):.6g}."
             )

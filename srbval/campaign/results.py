@@ -146,7 +146,7 @@ def read_case_result(path: Path) -> CaseResult:
             raise ValueError(f"the file contains the result of case {result.key[:32]!r}")
         return result
     except (OSError, ValueError, ConfigurationError) as error:
-        raise DataError(f"{path}: damaged: it is not a result of this case ({error}).") from None
+        raise DataError(f"{path}: damaged result of a case ({error}). Run the campaign again to replace it.") from None
 
 
 def read_intact_result(path: Path) -> CaseResult | None:

@@ -26,7 +26,7 @@ from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, code_version, read_case_result, read_intact_result
 from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.models.run import USABLE, RunStatus, works
+from srbval.models.run import USABLE, WORKING, RunStatus, works
 from srbval.progress import Progress, silent
 from srbval.recordings.manifest import CAMPAIGN_JSON, RESULTS_FOLDER
 from srbval.storage.files import atomic_write, remove_unfinished
@@ -114,8 +114,8 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
         rates.add(float(one.attrs["fs_hz"]))
         found[case.index] = one.drop_attrs(deep=False).assign_coords(labels)
     if not found:
-        advice = 'Run the campaign with outputs = ["acceleration"].'
-        raise DataError(f"{table.folder}: no accurate case has signals. {advice}")
+        advice = 'Run the campaign with outputs = ["acceleration"], or use to_xarray(signals=False).'
+        raise DataError(f"{table.folder}: no case with the status {' or '.join(WORKING)} has stored signals. {advice}")
     if len(rates) > 1:
         listed = ", ".join(f"{hz:g}" for hz in rates)
         raise DataError(f"{table.folder}: cases differ in output_rate ({listed} Hz). Use to_xarray(signals=False).")

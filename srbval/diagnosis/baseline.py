@@ -201,7 +201,7 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     if given.fault:
         return BaselineComparison(sentence=f"The healthy record {name} has a fault: nothing is compared with it.")
     if healthy.processed.band_hz != analysis.processed.band_hz:
-        raise ValueError(f"bands of both records differ: {analysis.processed.band_hz}, {healthy.processed.band_hz} Hz.")
+        raise ValueError(f"analyse the healthy record {name} in the record's band, {analysis.processed.band_hz} Hz.")
     if given.conditions:
         return BaselineComparison(
             sentence=f"The healthy record {name} was taken at {', '.join(given.conditions)}: levels at different "

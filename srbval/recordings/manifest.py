@@ -240,7 +240,7 @@ def _parse_manifest(content: bytes) -> tuple[RegisteredRecording, ...]:
     """Entries in the content of a manifest; cached, because a command may read the manifest for every file."""
     document = parse_json(content)
     if document["schema_version"] != MANIFEST_SCHEMA:
-        raise ValueError(f"its schema version is {document['schema_version']}; only {MANIFEST_SCHEMA} can be read")
+        raise ValueError(f"schema_version = {document['schema_version']} instead of {MANIFEST_SCHEMA}")
     return tuple(build(RegisteredRecording, table, "recordings") for table in document["recordings"])
 
 

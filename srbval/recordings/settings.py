@@ -95,7 +95,9 @@ class RecordingSettings:
         if self.skip_s is not None and not (0 <= self.skip_s < math.inf):
             raise ConfigurationError(f"skip_s = {self.skip_s:g} must be a time of 0 s or more.")
         if self.derivative not in (None, *DERIVATIVES.values()):
-            raise ConfigurationError(f"derivative {self.derivative} must be 1 (velocities) or 2 (positions).")
+            raise ConfigurationError(
+                f"derivative = {self.derivative} must be 1 (to differentiate velocities once) or 2 (positions twice)."
+            )
         if self.unit is not None and self.unit not in UNITS:
             if (known := known_unit(self.unit)) not in UNITS:
                 raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")

@@ -128,7 +128,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
         fs_hz = reading.fs_hz if channel.samples.size == main.samples.size else channel.fs_hz
     try:
         if fs_hz is None:
-            raise DataError("the sampling rate of this channel is not known.")
+            raise DataError("the file states no sampling rate for the tachometer channel; store it in the file.")
         if channel.rotates:
             values_hz = channel.samples if channel.unit == "Hz" else np.gradient(channel.samples) * fs_hz
             signal, said = SpeedSignal(values_hz=values_hz, rate_hz=fs_hz), "a speed signal"
@@ -196,7 +196,7 @@ def pulse_times(samples: FloatArray) -> FloatArray:
     for _ in range(4):  # the levels are the medians below and above; spikes do not move them
         below = samples < middle
         if not 0 < below.sum() < samples.size:
-            raise DataError("a constant signal without pulses.")
+            raise DataError("the tachometer signal is constant, without pulses; choose another channel with --tacho.")
         low, high = float(np.median(samples[below])), float(np.median(samples[~below]))
         middle, swing = (low + high) / 2, high - low
     sure = np.flatnonzero(np.abs(samples - middle) > HYSTERESIS * swing)

@@ -130,8 +130,8 @@ class Kurtogram:
         """Most impulsive band [Hz]; `DataError` if the kurtogram of the record contains no band."""
         if self.kurtosis.size == 0:
             raise DataError(
-                "no band of the kurtogram is wide enough for the fault lines and so short a record; use a longer "
-                "record or a higher sampling rate."
+                "the kurtogram has no band: each must contain harmonics of the fault lines, be wider if the record is "
+                "shorter, and end below half the sampling rate. Use a longer record or a higher sampling rate."
             )
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
         return float(low), float(high)

@@ -177,7 +177,7 @@ def build(cls: type[T], table: object, where: str) -> T:
             raise UnknownNameError.of(f"{where}: unknown key {key!r}", key, spelling)
         name = spelling[key]
         if name in values:
-            raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
+            raise ConfigurationError(f"{where}: give only one of the keys {without_unit(fields[name])!r} and {name!r}.")
         values[name] = _read_value(raw, hints[name], f"{where}.{key}", partial(_read_number, fields[name], key))
     required = (n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING)
     missing = [n for n in required if n not in values]

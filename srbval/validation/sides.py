@@ -66,8 +66,8 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
                 raise
             asked = "; ".join(str(question) for question in error.questions if question != BEARING_QUESTION)
             raise DataError(
-                f"{side} side, {error.subject}: this is missing: {asked}. Put the key into [{side}] of the case, or "
-                f"state it for one command, such as `srbval validate CASE.toml --set {side}.channel=NAME`."
+                f"{side} side: information about {error.subject} is missing: {asked}. Put it into [{side}] of the case "
+                f"(channel = 'NAME' for --channel), or use `srbval validate CASE.toml --set {side}.channel=NAME`."
             ) from None
     for recording in found if measured else ():
         if recording.origin is not Origin.MEASURED:

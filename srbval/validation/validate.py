@@ -160,7 +160,7 @@ def validate(
     elif not isinstance(case, ValidationCase):
         case = load_case(case, changes)
     elif changes:
-        raise ConfigurationError("changes apply to the file of a case, not to a ValidationCase object.")
+        raise ConfigurationError("the argument changes needs a case file; use dataclasses.replace on a ValidationCase.")
     case = dataclasses.replace(case, pair=tuple(one for pair in case.pair for one in registered_pairs(pair)))
     stored = newest_result("inputs")
     effects = effects_of(stored.content) if stored is not None else {}

@@ -317,7 +317,7 @@ def test_a_set_point_is_not_a_measured_speed(machine):
     [
         ({"rpm_tolerance_pct": 1.0}, "--rpm.*at most 10 %"),
         ({"rpm": 1500.0, "rpm_tolerance_pct": 11.0}, "--rpm.*at most 10 %"),
-        ({"derivative": 3}, "derivative 3 must be 1 .velocities. or 2"),
+        ({"derivative": 3}, "derivative = 3 must be 1 .to differentiate velocities once. or 2"),
         ({"resample_hz": 0.0}, "resample_hz = 0 must be a positive number"),
         ({"skip_s": -1.0}, "skip_s = -1 must be a time of 0 s or more"),
     ],

@@ -91,7 +91,7 @@ def test_what_was_written_as_json_is_read_again():
         ({"names": "a"}, r"t\.names: expected a list"),
         ({"parts": [{"radial": 5.0}]}, r"5\.0 has no unit.*radial_n"),
         ({"parts": [{"radial_n": "5 N"}]}, "number in SI"),
-        ({"parts": [{"radial": "5 N", "radial_n": 5.0}]}, "given twice"),
+        ({"parts": [{"radial": "5 N", "radial_n": 5.0}]}, "only one of the keys 'radial' and 'radial_n'"),
         ({"parts": [{"radail": "5 N"}]}, "did you mean 'radial'"),
         ({"parts": [{}]}, "missing key 'radial_n'"),
         ({"parts": [3]}, "expected a table"),

@@ -116,11 +116,14 @@ def candidate_windows(
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))
     needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
-    if needed > MAX_CANDIDATE_BYTES or 2 * half >= count:
+    if 2 * half >= count:
+        reach = f"a roller could touch {2 * half + 1} points of a circle, which has only {count} points"
+        raise ConfigurationError(f"{reach}: use lower defects or a larger bearing.")
+    if needed > MAX_CANDIDATE_BYTES:
         raise ConfigurationError(
-            f"{count} points per circle: a roller may touch {2 * half + 1} of them (limit: {count}); the tables of "
-            f"points, with refinement {finest:.4g} in defects, need {needed / 1e6:.4g} MB of memory (limit: "
-            f"{MAX_CANDIDATE_BYTES / 1e6:g} MB). Use fewer points, smaller or less refined defects or a larger bearing."
+            f"the tables of contact points, with {count} points per circle and refinement = {finest:.4g} of defects, "
+            f"need {needed / 1e6:.4g} MB of memory; the limit is {MAX_CANDIDATE_BYTES / 1e6:g} MB. "
+            "Use fewer points per circle, or smaller or less refined defects."
         )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
     wide = np.arange(-half, half + 1)

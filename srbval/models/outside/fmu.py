@@ -50,7 +50,7 @@ class FmuVariable(NamedTuple):
     def number(self, value: Any) -> float:
         """Convert a setting to a number in the variable's unit; `ConfigurationError` for a word that has no number."""
         if isinstance(value, str) and value not in self.codes:
-            raise ConfigurationError(f"{self.key} = {value!r} has no number in the FMU's TOML file; add one.")
+            raise ConfigurationError(f"{self.key} = {value!r} needs a number: add {value} = NUMBER to the FMU's TOML.")
         return float(self.codes.get(value, value)) / self.unit
 
 

@@ -119,7 +119,7 @@ def _sensors(
     """Samples by channel; channel to analyse: the sensor at the tested bearing or the only channel, None if unknown."""
     rates = {rate_hz for _, rate_hz in signals.values()}
     if len(rates) > 1:
-        raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")
+        raise DataError(f"{raw.path}: several sampling rates, {sorted(rates)} Hz; export signals of one rate per file.")
     layout = description.channels if description is not None else ()
     named = {f"{name}[{i}]": c for name, (columns, _) in signals.items() for i, c in enumerate(columns, 1)}
     if len(signals) == 1 and len(named) == len(layout):

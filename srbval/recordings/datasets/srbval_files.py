@@ -97,8 +97,8 @@ def _check_rate(raw: RawFile) -> None:
     if not abs(fs_hz * seconds / (times_s.size - 1) - 1) < RATE_TOLERANCE:
         raise DataError(
             f"{raw.path}: the times of {times_s.size} samples last {seconds:.9g} s, which contradicts the rate in "
-            f"the attribute fs_hz, {fs_hz:.9g} Hz. Set the attribute to the rate of the stored samples; if "
-            "samples were dropped, low-pass filter the signal before."
+            f"the attribute fs_hz, {fs_hz:.9g} Hz. Set the attribute to the rate of the stored samples. If "
+            "only every nth sample of a signal was stored, low-pass filter the signal and store it again."
         )
 
 
