@@ -143,7 +143,7 @@ def read_case_result(path: Path) -> CaseResult:
             raise ValueError("it has no checksum" if summary is None else "it is not a file")
         result = build(CaseResult, parse_json(summary), "result")
         if result.key != path.stem:
-            raise ValueError(f"the file contains the result of case {result.key[:32]!r}")
+            raise ValueError(f"it contains the result of another case, {result.key[:32]!r}")
         return result
     except (OSError, ValueError, ConfigurationError) as error:
         raise DataError(f"{path}: damaged result of a case ({error}). Run the campaign again to replace it.") from None

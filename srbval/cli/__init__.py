@@ -98,11 +98,12 @@ def internal_error(error: BaseException) -> str:
     """Write the traceback of an unexpected error to a file and return a message that names the file."""
     where = "the command"
     with contextlib.suppress(OSError):
-        handle, where = tempfile.mkstemp(prefix="srbval-error-", suffix=".txt")
+        handle, path = tempfile.mkstemp(prefix="srbval-error-", suffix=".txt")
         with open(handle, "w", encoding="utf-8", errors="backslashreplace") as file:
             file.write("".join(traceback.format_exception(error)))
+        where = f"the file {path}"
     problem = f"{type(error).__name__}: {error}"[:400]
-    return str(SrbvalError(f"an error in srbval itself, {problem}. Please report it with {where}."))
+    return str(SrbvalError(f"an error in srbval itself, {problem}. Please send {where} to the authors of srbval."))
 
 
 @contextlib.contextmanager

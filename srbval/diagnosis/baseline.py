@@ -143,9 +143,9 @@ def baseline_of(analysis: Analysis, healthy: RecordSource) -> Baseline:
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
             f"{' and '.join(unscaled)}: samples are counts of an analogue-digital converter without a scale, so levels "
-            "cannot be compared. State the value of one count (WAV files: of full scale) in the given unit: --scale F "
-            "for the record, --healthy-scale F for the healthy record. Or state --unit unknown: then only modulation "
-            "depths are compared."
+            "cannot be compared. State the value of one count (WAV files: of full scale) in the unit of --unit (or, "
+            "without --unit, in the file's unit): --scale F for the record, --healthy-scale F for the healthy record. "
+            "Or state --unit unknown: then only modulation depths are compared."
         )
     found = analyse_by_parts(healthy, analysis.bearing, band_hz=processed.band_hz)
     compared = (

@@ -407,7 +407,7 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     for number, row in enumerate(body, 1):
         try:
             if len(row) != len(names):
-                raise ConfigurationError(f"it has {len(row)} fields, the header {len(names)}")
+                raise ConfigurationError(f"the row has {len(row)} fields, the header {len(names)}; make them equal")
             stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip()}
             file = Path(os.path.abspath(folder / stated.pop(FILE_COLUMN, "")))
             if not file.is_file():

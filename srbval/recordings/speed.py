@@ -41,7 +41,10 @@ def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> Shaf
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")
     mean = float(np.mean(speed_hz))
     if not 0 < abs(mean) < LIMIT_HZ:
-        raise DataError(f"speed signal with a mean of {mean * RPM_PER_HZ:.6g} rpm is not a shaft speed.")
+        found = f"the mean of the speed signal is {mean * RPM_PER_HZ:.6g} rpm"
+        raise DataError(
+            f"{found}; its magnitude must be above 0 and below {LIMIT_HZ * RPM_PER_HZ:.0f} rpm: check the unit."
+        )
     quarter = speed_hz.size // 4
     drift = float(np.mean(speed_hz[-quarter:]) - np.mean(speed_hz[:quarter]))
     sign = math.copysign(1.0, mean)  # fault lines do not depend on the direction of rotation
@@ -165,8 +168,8 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
     stride = max(1, round(pulses_per_rev))
     marks = times[::stride]
     if marks.size < LEAST_TURNS + 1:
-        turned = times.size / pulses_per_rev
-        raise DataError(f"{times.size} pulses, {turned:.3g} revolutions; {LEAST_TURNS} revolutions are needed.")
+        found = f"{times.size} pulses, {pulses_per_rev:g} per turn, are {times.size / pulses_per_rev:.3g} turns"
+        raise DataError(f"{found} of the shaft; {LEAST_TURNS} are needed: use more samples, or check --pulses-per-rev.")
     intervals = np.diff(times)
     usual = median_filter(intervals, size=min(2 * NEIGHBOURS * stride + 1, intervals.size), mode="nearest")
     odd = np.flatnonzero(np.abs(intervals / usual - 1) > ODD_INTERVAL)

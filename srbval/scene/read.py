@@ -77,9 +77,9 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
         return bundled_table(bundled[name])
     if not Path(name).suffix and name == Path(name).name:
         close = closest_word(name, bundled)
-        meant = f"; did you mean {close!r}? Known" if close else ". Known"
+        hint = f"; did you mean {close!r}?" if close else "."
         raise UnknownNameError(
-            f"{what} {name!r} is not known{meant}: {', '.join(bundled)}. For a file write {name}.toml or ./{name}."
+            f"{what} {name!r} is not known{hint} Known: {', '.join(bundled)}. For a file write {name}.toml or ./{name}."
         )
     return read_toml(Path(folder) / name)
 

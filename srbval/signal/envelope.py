@@ -20,7 +20,7 @@ FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {FILTER_ORDER}, 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
     """Combine signals [n] of two perpendicular radial axes to the signal at `angle_rad` from the first axis."""
     if first.shape != second.shape:
-        raise DataError(f"the two axes differ in length: {first.size} and {second.size} samples.")
+        raise DataError(f"signals of two sensor axes must be equally long, not {first.size} and {second.size} samples.")
     return math.cos(angle_rad) * first + math.sin(angle_rad) * second
 
 

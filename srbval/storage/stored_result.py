@@ -82,7 +82,7 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
 def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
     """Read program parts' behaviour from JSON, {part: {name: value or null for NaN}}; `ValueError` if malformed."""
     if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
-        raise ValueError("not a fingerprint: not a table of tables")
+        raise ValueError("not a table of tables")
     return {
         part: {name: math.nan if value is None else value for name, value in values.items()}
         for part, values in table.items()

@@ -138,8 +138,8 @@ def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
     """Parse the `content` of the TOML file `path`; raises `ConfigurationError` if it is malformed."""
     try:
         text = content.decode("utf-8-sig")
-        if LONG_KEY.search(text):
-            raise ValueError(f"a key has more than {LONGEST_KEY} parts")
+        if long := LONG_KEY.search(text):
+            raise ValueError(f"the key {long[0][:40]!r}... has more than {LONGEST_KEY} parts separated by dots")
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         why = "nested too deep" if isinstance(error, RecursionError) else str(error)

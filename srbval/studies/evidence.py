@@ -57,8 +57,8 @@ def recompute(
     recorded = [study.name for study in studies if study.kind is not ResultKind.EVIDENCE]
     if names and recorded:
         raise ConfigurationError(
-            f"{recorded[0]} needs recordings that are not part of srbval; if they are registered, run "
-            f"srbval study run {recorded[0]}"
+            f"study {recorded[0]} needs recordings that are not part of srbval, so it is not computed here. Register "
+            f"them with `srbval data add DIR`, then run `srbval study run {recorded[0]}`."
         )
     revision, now = git_revision(), fingerprint(jobs=jobs, progress=progress)
     states = [(one, _describe(one.name, newest_result(one.name), now)) for one in studies if one.name not in recorded]

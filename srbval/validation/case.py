@@ -179,7 +179,7 @@ def _changed(document: dict[str, Any], changes: Mapping[str, Any] | None) -> dic
         table, _, name = key.rpartition(".")
         owner = document.setdefault(table, {}) if table else document
         if not isinstance(owner, dict):
-            raise ConfigurationError(f"{key}: the case has no table [{table}].")
+            raise ConfigurationError(f"{key}: {table!r} of the case is not a table; change {table!r} as a whole.")
         owner[name] = value
     return document
 

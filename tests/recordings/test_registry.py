@@ -362,7 +362,7 @@ WRONG_ROWS += ("a.npy;;;1;;;;", "a.npy;;;2;;;;")
             HEADER,
             WRONG_ROWS,
             r"5 of 6 rows cannot be used: row 1: .*rusty.*row 2: .*none\.npy: no such file.*row 3: .*fast.*"
-            r"row 4: it has 2 fields, the header 8.*row 6: a\.npy is named twice",
+            r"row 4: the row has 2 fields, the header 8; .*row 6: a\.npy is named twice",
         ),
         (HEADER, ("a.npy;;skf-9999;;;;;",), "bearing 'skf-9999' is not known"),
     ],

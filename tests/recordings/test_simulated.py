@@ -297,7 +297,7 @@ def test_objects_of_matlab(tmp_path, monkeypatch):
     import pandas as pd
 
     monkeypatch.setitem(sys.modules, "matio", None)
-    with pytest.raises(DataError, match=r"need the library mat-io \(.*install mat-io\)\. Alternative: export"):
+    with pytest.raises(DataError, match=r"need the library mat-io \(.*install mat-io\)\. A signal x can also be"):
         add_objects(tmp_path, {})
     assert "left out" in add_objects(tmp_path, {"x": X})[0]
     info = types.SimpleNamespace(
@@ -427,7 +427,7 @@ def without_one():
     [
         (without_one(), r"1 of \d+ intervals between pulses .* pulses are missing"),
         (np.ones(1000), "signal is constant"),
-        (pulses(1.0)[:3000], r"pulses, .* revolutions; 4 revolutions are needed"),
+        (pulses(1.0)[:3000], r"pulses, 1 per turn, are .* turns of the shaft; 4 are needed"),
     ],
 )
 def test_missing_pulses_and_none(signal, said):

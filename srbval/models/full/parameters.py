@@ -223,8 +223,8 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
     diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
     if not 0.9 < diameter / geometry.zero_play_diameter_m < 1.01:
         raise ConfigurationError(
-            f"radial_play_m = {scene.contact.radial_play_m} leaves a roller diameter of {diameter:.6g} m in a gap of "
-            f"{geometry.zero_play_diameter_m:.6g} m; the diameter must be 90 % to 101 % of the gap: change the play."
+            f"radial_play_m = {scene.contact.radial_play_m} must be -1 % to 10 % of the gap between the races, "
+            f"{geometry.zero_play_diameter_m:.6g} m; the rest of the gap is the roller diameter, here {diameter:.6g} m."
         )
     return diameter
 

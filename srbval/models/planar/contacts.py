@@ -260,8 +260,8 @@ class ElementSlot:
         """
         if defect.extent_m is None:
             raise ConfigurationError(
-                f"a defect of {defect.points} points: races of this bearing's model have no points; give the defect's "
-                "length, for example extent = '0.5 mm'."
+                f"the defect has no extent, only points = {defect.points}, but races of ball and cylindrical roller "
+                "bearings are not modelled as points: give the defect's length, for example extent = '0.5 mm'."
             )
         if defect.shape is DefectShape.COSINE:
             raise ConfigurationError("defect shape = 'cosine': use 'flat' or 'hole' with balls or cylindrical rollers.")

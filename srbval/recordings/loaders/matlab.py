@@ -86,8 +86,8 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
         return (f"left out: MATLAB objects, {why}",) if why else ()
     raise DataError(
         f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), "
-        f"{why or f'with fewer than {MIN_SIGNAL_SAMPLES} samples'}. Alternative: export the signals as a table from "
-        "MATLAB, writetable(timeseries2timetable(x), 'x.csv')"
+        f"{why or f'and no signal of {MIN_SIGNAL_SAMPLES} or more samples was found in them'}. A signal x can also be "
+        "exported from MATLAB as a CSV table: writetable(timeseries2timetable(x), 'x.csv')"
     )
 
 
