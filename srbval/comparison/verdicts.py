@@ -70,8 +70,8 @@ def none_missed(rows: Iterable[Row]) -> bool:
 def verdict(value: ComparedValue, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
     """Judge the error of one compared value in the runs of one scene (`variant`), in per cent of `scale`.
 
-    `scale` is the rig's cage ratio. In the result, `reversed_by` names inputs of which one fixed value gives the
-    verdict met and another missed; `changed_by` names inputs that change the verdict if fixed at their nominal value.
+    `scale` is the rig's cage ratio. In the result, `reversed_by` names inputs with which the verdict is ``met`` at one
+    fixed value and ``missed`` at another; `changed_by` names inputs that change it if fixed at their nominal value.
     """
     weights = of_model(variant, readings, value.weights)
 

@@ -105,7 +105,7 @@ class Statics:
         return slide_n, model.ring_mass * found.rate[layout.ring_rate], float(found.totals[col.DEEPEST])
 
     def slide_stiffness(self, slide: FloatArray, ring: FloatArray, slide_n: FloatArray) -> FloatArray:
-        """Compute each roller's stiffness to outward displacement [N/m]; `slide_n`: outward forces at `slide` [N]."""
+        """Compute each roller's stiffness to radial displacement `slide` [N/m]; `slide_n`: radial forces there [N]."""
         return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
 
 

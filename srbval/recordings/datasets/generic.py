@@ -171,7 +171,7 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
-    """Shaft speed [rpm], and False because its unit is not certain, if `name` means a shaft speed; otherwise None."""
+    """Shaft speed [rpm] if `name` means one, with False as a sign that its unit is not certain; otherwise None."""
     bare, unit = split_unit(name)
     plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
     said = str(value).split()
