@@ -59,8 +59,8 @@ class Parser(argparse.ArgumentParser):
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print the result as one JSON document")
         export: dict[str, Any] = {"metavar": "OUT.csv|xlsx", "type": "table", "default": default or None}
-        about = "write the result to this CSV or Excel file; if it has several tables, each gets its own file or sheet"
-        added.add_argument("--export", "--csv", help=about, **export)
+        words = "write the result to this CSV or Excel file; if it has several tables, each gets its own file or sheet"
+        added.add_argument("--export", "--csv", help=words, **export)
         for group in (*table.get("groups", ()), ""):
             arguments = groups[group] if group else table.get("arguments", {})
             to = added.add_argument_group(group) if group else added
