@@ -284,7 +284,7 @@ DURATION_S, LINE_BINS = 0.25, 2.5  # windows of 10 Hz about lines 117 Hz apart
     [("outer", "25.7 mm", "26.4 mm"), ("inner", "19.5 mm", "19.9 mm")],  # around 1.0148 and 0.7672 m
 )
 def test_a_wave_shows_at_or_beside_multiples_of_its_races_passage(race, shortest, longest):
-    """Of order 39, i Z + 1 for i = 2: the power that it adds to the ring's displacement."""
+    """A wave of order 39 (i Z + 1 for i = 2) adds nearly all of its power to the ring's displacement there."""
     round_ring, _ = movement()
     wavy, cage_hz = movement(**{f"{race}_waviness_m": 1e-7, "shortest": shortest, "longest": longest})
     added = (wavy - round_ring) * np.hanning(len(wavy))[:, None]

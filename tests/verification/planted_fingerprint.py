@@ -74,7 +74,7 @@ def store_unharmed(folder: Path) -> None:
 
 
 def effect(error: dict[str, str], folder: Path) -> str:
-    """What the planted error does in this process."""
+    """Plant an error in this process and return its effect on the fingerprint as text."""
     plant(error)
     from srbval.storage.stored_result import RELATIVE_TOLERANCE
 

@@ -70,7 +70,7 @@ def supplied(totals: FloatArray) -> float:
 
 
 def stored_energy(model: Parameters, world: World, t: float, y: FloatArray) -> float:
-    """Of the bodies, in world axes, and in the model's contacts [J]."""
+    """Sum the mechanical energy of the bodies, in world axes, and the elastic energy in the contacts [J]."""
     return world.mechanical_energy(y) + float(rates(model, t, y).totals[col.CONTACT_ENERGY])
 
 

@@ -66,7 +66,7 @@ class Pose(NamedTuple):
 
 
 def balanced_pose(bearing: SlicedBearing, number: int, ring_m: FloatArray) -> Pose:
-    """Of one roller, between races whose outer one is displaced by `ring_m` [3]."""
+    """Place a roller in balance between the races; the outer race is displaced by `ring_m`, [3]."""
     length, profile = geometry().roller_width_m, bearing.outer_osculation * geometry().raceway_radius_m
     radii, *both = bearing.arcs(ring_m)
     centres = np.stack(both, axis=2)[:, number]
@@ -74,7 +74,7 @@ def balanced_pose(bearing: SlicedBearing, number: int, ring_m: FloatArray) -> Po
     half = bearing.roller_m - profile + np.sqrt(profile**2 - x**2)
 
     def forces(pose: FloatArray) -> tuple[FloatArray, float]:
-        """Of both races on the roller, [outer and inner, 2] along slot and axis [N], and their moment [N m]."""
+        """Compute the forces of both races on the roller [N], [outer and inner, 2: radial, axial], and moment [N m]."""
         turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
         found, moment = np.zeros((2, 2)), 0.0
         for race, sign in enumerate((1.0, -1.0)):

@@ -45,9 +45,9 @@ Stepper = Callable[[Parameters, World, FloatArray, float, float, FloatArray], tu
 def powers_of(
     model: Parameters, world: World, t: float, y: FloatArray, beyond: FloatArray, damping: FloatArray
 ) -> FloatArray:
-    """Of drive and all losses [W], and their part from `beyond`, [2 parts, 2]: force at `y`, linearised for speeds.
+    """Powers of the drive and of all losses [W], [2, 2]: in total, and the part that the change `beyond` adds.
 
-    `beyond`: what the speeds are changed by, for friction and damping; `damping`: their matrix, with the shaft.
+    `beyond`: change of the speeds by friction and damping, whose forces are linearised with the matrix `damping`.
     """
     totals, more = rates(model, t, y).totals, np.append(beyond, 0.0)
     speeds, change_n = np.append(y[len(beyond) :], world.shaft(t)[0]), damping @ more

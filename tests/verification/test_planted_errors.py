@@ -24,7 +24,7 @@ UNHARMED = {"what": "nothing", "file": "motion_kernel.py", "old": "", "new": ""}
 
 @pytest.fixture(scope="module")
 def outcomes(request):
-    """By error: the result to come of `run_tests`; of the errors whose tests were asked for, and without an error."""
+    """Pending results of `run_tests` by error: without an error, and for each error whose test was requested."""
     if not hasattr(os, "fork"):
         pytest.skip("no fork here")
     asked = {item.name for item in request.session.items}

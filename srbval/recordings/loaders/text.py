@@ -114,7 +114,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
     cut_row, cut_out = 0, list[NDArray[np.float64]]()
     if middle is not None:
         cut_row = table.lines.index(cut)
-        if table.lines[cut_row - 1] != cut - 1 or len(columns) < len(table.kinds):  # few: perhaps channels
+        if table.lines[cut_row - 1] != cut - 1 or len(columns) < len(table.kinds):  # or each row may be a channel
             raise ValueError("not one table")
         cut_out = [_read_regular(block, table, comma=comma) for block in middle]
     names = names or [""] * len(columns)
