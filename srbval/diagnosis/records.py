@@ -181,7 +181,7 @@ def answers_of(
 
     A file without a stated channel has one document per channel. Raises an error if all files fail.
     """
-    register = repr(listing(or_none=True).recordings)
+    register = repr(listing().recordings)
     contents = {request: _dependencies(request, register) for request in requests}
     answers: dict[RecordRequest, list[dict[str, Any]] | FailedFile] = {
         request: found for request, content in contents.items() if content and (found := STORE.load(content, list))

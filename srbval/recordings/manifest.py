@@ -18,7 +18,7 @@ from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Origin
 from srbval.recordings.settings import RecordingSettings, apply_settings, open_for_analysis, open_questions
 from srbval.recordings.speed import RPM_PER_HZ
-from srbval.storage.files import file_sha256, remove_unfinished
+from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json, write_json
 from srbval.storage.tables import build
 
@@ -26,12 +26,6 @@ MANIFEST_SCHEMA = 1
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
 CAMPAIGN_JSON, RESULTS_FOLDER = "srbval-campaign.json", "cases"  # file and folder within a campaign's folder
-OUTPUT_MARK_BYTES = 1000
-# Output of srbval: its name, a file that identifies its folder by a mark, and the names of its parts in the folder.
-OWN_OUTPUT = (
-    ("report", "report.html", b'<meta name="generator" content="srbval', ("report.pdf", "report.json", "figures")),
-    ("campaign", CAMPAIGN_JSON, b'"campaign"', ("results.csv", "lock", RESULTS_FOLDER)),
-)
 
 
 class FileStatus(enum.StrEnum):
@@ -51,8 +45,8 @@ class RegisteredRecording:
 
     `registered` is true if the user registered the file; any other entry only saves reading an unchanged file again.
     `sha256` and `size_bytes` are from the first reading. `reason` explains a `status` other than ok. For an ok file it
-    lists missing facts that an analysis needs, and `settings` that cannot be applied, e.g. a channel that the file does
-    not have. A fact is None if neither file nor user states it. `cautions` are warnings, e.g. of clipped samples.
+    lists missing facts that an analysis needs. A fact is None if neither file nor user states it. `cautions` are
+    warnings, e.g. of clipped samples.
     """
 
     file: str
@@ -116,8 +110,6 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
             return entry.with_status(FileStatus.TRUNCATED, text)
         if not path.is_file():
             return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
-        if output := _own_output(path):
-            return entry.with_status(FileStatus.NO_RECORDING, output)
         sha256 = file_sha256(path)
         if entry.sha256 not in ("", sha256):
             text = (
@@ -145,24 +137,13 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
 
 
 def _describe_contents(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
-    """Add the contents of a file to its `entry`; `reason` lists `settings` that cannot be applied to these contents."""
-    file, wrong = read_file(path), []
-    try:
-        reading = apply_settings(path, file, settings)
-    except DataError:  # apply each setting alone, to keep those that fit
-        stated, settings = settings, RecordingSettings()
-        for name, value in vars(stated).items():
-            try:
-                reading = apply_settings(path, file, replace(settings, **{name: value}))
-                settings = replace(settings, **{name: value})
-            except DataError as error:
-                wrong.append(str(error).removeprefix(f"{path}: "))
-    if questions := (*open_questions(reading), *open_for_analysis(reading)):
-        wrong.append(f"not stated: {'; '.join(map(str, questions))}")
+    """Add the contents of a file to its `entry`; `reason` lists the facts that an analysis needs besides."""
+    reading = apply_settings(path, read_file(path), settings)
+    questions = *open_questions(reading), *open_for_analysis(reading)
     main = reading.main
     return replace(
         entry,
-        reason="; ".join(wrong) or None,
+        reason=f"not stated: {'; '.join(map(str, questions))}" if questions else None,
         format=detect_format(path).name,
         origin=reading.origin,
         dataset=reading.dataset,
@@ -179,17 +160,6 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
         settings=settings or None,
         cautions=reading.all_cautions(),
     )
-
-
-def _own_output(path: Path) -> str | None:
-    """Description of the report or campaign (set of simulations) by srbval that contains the file, or None."""
-    for folder in path.parents[:2]:
-        for what, shown_by, mark, parts in OWN_OUTPUT:
-            if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():
-                with (folder / shown_by).open("rb") as file:
-                    if mark in file.read(OUTPUT_MARK_BYTES):
-                        return f"part of a {what} that srbval wrote, {folder}"
-    return None
 
 
 def size_and_time(path: str | Path) -> tuple[int, int]:
@@ -252,7 +222,6 @@ def update_manifest(change: Callable[[EntriesByFile], EntriesByFile]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with filelock.FileLock(path.with_suffix(".lock"), timeout=LOCK_SECONDS):
-            remove_unfinished(path.parent, path.name.__eq__)
             entries = change(read_manifest())
             recordings = [entries[file] for file in sorted(entries)]
             write_json(path, {"schema_version": MANIFEST_SCHEMA, "recordings": recordings})

@@ -1,4 +1,4 @@
-"""`RawFile`, the arrays and texts of a file before they are interpreted, and limits on their size."""
+"""`RawFile`, the arrays and texts of a file before they are interpreted, and checked samples."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -17,9 +17,7 @@ MAX_CODES = 64
 LARGEST_SAMPLE = 1e100  # above any vibration sample; neither squares nor spectra may overflow
 LONGEST_NAME = 80
 LONGEST_ERROR = 120  # characters quoted of another library's error message
-EXPANSION = 2  # size of the contents divided by the size of the file: measured noise hardly compresses
 LONG_SAMPLES = 2**22  # from which a signal is kept in single precision; also the length of a block
-FREE_BYTES = 128 * 2**20  # to which the contents of even a small file may expand
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,21 +128,3 @@ def printable(text: str, longest: int = LONGEST_NAME) -> str:
 def first_line(error: Exception, longest: int = LONGEST_ERROR) -> str:
     """First line of another library's error message; the name of the error's class if the message is empty."""
     return str(error).split("\n", 1)[0][:longest] or type(error).__name__
-
-
-def memory_limit_bytes(path: Path, expansion: int = EXPANSION) -> int:
-    """Largest memory allowed for a file's contents: `expansion` times the file's size, and `FREE_BYTES` in addition."""
-    return expansion * path.stat().st_size + FREE_BYTES
-
-
-def check_claim(path: Path, claimed_bytes: int, what: str, expansion: int = EXPANSION) -> None:
-    """Raise `DataError` if `claimed_bytes` is more than `expansion` times the size of the file, plus `FREE_BYTES`.
-
-    `claimed_bytes` is the size that the file states for a part of its contents; the error message calls it `what`.
-    """
-    limit = memory_limit_bytes(path, expansion)
-    if claimed_bytes > limit:
-        raise DataError(
-            f"{path}: {what} claims {claimed_bytes} bytes in a file of {path.stat().st_size} bytes; the limit is "
-            f"{limit}. The file is damaged or not a recording."
-        )

@@ -34,7 +34,6 @@ from srbval.recordings.reading import N_PER_KN, scaled
 from srbval.recordings.recording import Origin, Recording
 from srbval.recordings.settings import RecordingSettings, label_table, settings_of
 from srbval.recordings.speed import RPM_PER_HZ
-from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
 
 MAX_WORKERS = 4
@@ -44,6 +43,9 @@ TIMEOUT_S = 30
 MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()
 Registered = tuple[RegisteredRecording, ...]
+# Files by which folders with reports and campaigns (sets of simulations) of srbval are recognised, with their marks.
+OUTPUT_MARKS = {"report.html": b'<meta name="generator" content="srbval', CAMPAIGN_JSON: b'"campaign"'}
+MARK_BYTES = 1000  # the mark is in the beginning of the file
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 RADIAL_KN = 124.8  # under which most of the rig's records were taken
 SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ if no set point is known
@@ -52,14 +54,13 @@ SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may 
 class RegisterListing:
     """Entries of the register of recordings (all, or those changed by a command), sorted by file.
 
-    `unreadable` is the reason if the register could not be read. `left_out` are files that are not recordings.
+    `left_out` are files that are not recordings.
     """
 
-    def __init__(self, entries: Iterable[RegisteredRecording], unreadable: str = "") -> None:
+    def __init__(self, entries: Iterable[RegisteredRecording]) -> None:
         found = sorted(entries, key=lambda entry: entry.file)
         self.recordings = tuple(r for r in found if r.status is not FileStatus.NO_RECORDING)
         self.left_out = tuple(r for r in found if r.status is FileStatus.NO_RECORDING)
-        self.unreadable = unreadable
 
     @property
     def problems(self) -> tuple[RegisteredRecording, ...]:
@@ -79,7 +80,7 @@ def add(
 
     No file is copied. A file whose SHA-256 differs from its first registration is reported as changed. `settings` are
     stored with each file; settings in the file's row of the table (see `label_table`) take precedence. A setting that
-    is not given keeps its stored value, even if the file has moved. `repin` replaces the stored hash and all stored
+    is not given keeps its stored value. `repin` replaces the stored hash and all stored
     settings. Files that are not recordings are in `left_out` of the listing. Raises `DataError` if no file is a
     recording, a file in the table is not a recording, or the register cannot be written; `ConfigurationError` for an
     unknown bearing or an unusable table.
@@ -90,59 +91,40 @@ def add(
         stated = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
     files = {str(path): _with_bearing(given) for path, given in stated.items()}
     known = {} if repin else read_manifest()
-    gone = {entry.sha256: entry for entry in known.values() if entry.sha256 and not os.path.exists(entry.file)}
-    for file in set(files) - set(known) if gone else ():
-        with contextlib.suppress(DataError):  # a file that cannot be read has no hash
-            if moved := gone.get(file_sha256(Path(file))):
-                known[file] = replace(moved, file=file)
     found = RegisterListing(replace(entry, registered=True) for entry in _inspect(files, known, "Register", progress))
     if found.left_out and (table is not None or not found.recordings):
         wrong, first = f"{len(found.left_out)} of {len(files)} files to register", found.left_out[0]
         raise DataError(f"{folder}: {wrong} are no recordings, the first: {first.file}: {first.reason}")
-    hashes = {entry.sha256 for entry in found.recordings if entry.sha256}
-    update_manifest(
-        lambda entries: (
-            {file: e for file, e in entries.items() if e.sha256 not in hashes or os.path.exists(file)}
-            | {entry.file: entry for entry in found.recordings}
-        )
-    )
+    update_manifest(lambda entries: entries | {entry.file: entry for entry in found.recordings})
     return found
 
 
 def remove(name: str | Path) -> RegisterListing:
-    """Remove the entries of a file, a folder or a data set from the register; `DataError` if there are none."""
-    path, wanted = Path(os.path.abspath(name)), str(name)
-    registered = [entry for entry in read_manifest().values() if entry.registered]
-    named = [entry for entry in registered if Path(entry.file).name == wanted]
-    removed = (
-        [entry for entry in registered if Path(entry.file).is_relative_to(path)]
-        or [entry for entry in registered if entry.dataset == wanted]
-        or (named if len(named) == 1 else [])
-    )
+    """Remove the entries of a file or of all files below a folder from the register; `DataError` if there are none."""
+    registered = {file: entry for file, entry in read_manifest().items() if entry.registered}
+    removed = {file: e for file, e in registered.items() if Path(file).is_relative_to(os.path.abspath(name))}
     if not removed:
         raise DataError(
-            f"{wanted}: nothing was removed, because no registered file, folder or data set has this name, or several "
-            f"files have it. Give a path of `srbval data list`. Files listed only because of {RECORDINGS_VARIABLE} are "
-            "not registered."
+            f"{name}: nothing was removed, because no registered file or folder has this path. Give a path of `srbval "
+            f"data list`. Files listed only because of {RECORDINGS_VARIABLE} are not registered."
         )
-    update_manifest(lambda entries: {file: entry for file, entry in entries.items() if entry not in removed})
-    return RegisterListing(removed)
+    update_manifest(lambda entries: {file: entry for file, entry in entries.items() if file not in removed})
+    return RegisterListing(removed.values())
 
 
-def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
+def listing(*, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
     """Compare files with their entries: registered files, and files in the folder ``$SRBVAL_RECORDINGS``.
 
-    Files are hashed if their size or modification time has changed, or always with `hash_all`. With `or_none` an
-    unreadable register counts as empty, and the listing contains the reason in `unreadable`.
+    Files are hashed if their size or modification time has changed, or always with `hash_all`.
     """
-    known, unreadable = _manifest_or_none() if or_none else (read_manifest(), "")
+    known = read_manifest()
     files = [Path(file) for file, entry in known.items() if entry.registered]
     if set_by_user := os.environ.get(RECORDINGS_VARIABLE):
         folder = Path(set_by_user).expanduser()
         if not folder.is_dir():
             raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, which is not a folder. Correct it or unset it.")
         files += files_under(folder)
-    return RegisterListing(_inspect_and_store(files, known, again=hash_all, progress=progress), unreadable)
+    return RegisterListing(_inspect_and_store(files, known, again=hash_all, progress=progress))
 
 
 def verify_recordings(*, progress: Progress = silent) -> RegisterListing:
@@ -152,16 +134,7 @@ def verify_recordings(*, progress: Progress = silent) -> RegisterListing:
 
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     """Entries of the Torino test rig's open recordings, which are installed with the program in compact form."""
-    known, _ = _manifest_or_none()  # the shipped files do not depend on it
-    return RegisterListing(_inspect_and_store(files_under(shipped_folder(RIG_EXCERPTS)), known)).recordings
-
-
-def _manifest_or_none() -> tuple[EntriesByFile, str]:
-    """Entries of the manifest, or no entries and the reason if the manifest cannot be read."""
-    try:
-        return read_manifest(), ""
-    except DataError as error:
-        return {}, str(error).removeprefix(f"{home_folder()}{os.sep}")
+    return RegisterListing(_inspect_and_store(files_under(shipped_folder(RIG_EXCERPTS)), read_manifest())).recordings
 
 
 def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
@@ -194,9 +167,10 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 
 
 def files_under(folder: Path) -> list[Path]:
-    """Files below `folder`, sorted, without hidden files and linked folders; `DataError` if there are none.
+    """Files below `folder`, sorted; `DataError` if there are none.
 
-    In the folder of a campaign (a set of simulations) only the result files are listed.
+    Hidden files, linked folders and everything in folders with a report or a campaign of srbval are left out. Of a
+    campaign's own folder the result files are listed.
     """
     whole = Path(os.path.abspath(folder))
     results = whole / RESULTS_FOLDER
@@ -205,12 +179,19 @@ def files_under(folder: Path) -> list[Path]:
         return [whole]
     if not whole.is_dir():
         raise DataError(f"{folder}: no such folder. Check the path.")
-    found = [
-        path for path in whole.rglob("*") if not path.is_dir() and "/." not in f"/{path.relative_to(whole).as_posix()}"
-    ]
+    paths = [path for path in whole.rglob("*") if "/." not in f"/{path.relative_to(whole).as_posix()}"]
+    outputs = {path.parent for path in paths if path.name in OUTPUT_MARKS and _is_marked(path)}
+    found = sorted(path for path in paths if not path.is_dir() and outputs.isdisjoint(path.parents))
     if not found:
-        raise DataError(f"{folder}: contains no files. Name the folder of the recordings.")
-    return sorted(found)
+        raise DataError(f"{folder}: contains no files to read. Name the folder of the recordings.")
+    return found
+
+
+def _is_marked(path: Path) -> bool:
+    """True if srbval wrote the file, the main file of a report or a campaign."""
+    with contextlib.suppress(OSError), path.open("rb") as stream:
+        return OUTPUT_MARKS[path.name] in stream.read(MARK_BYTES)
+    return False
 
 
 def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
@@ -368,9 +349,8 @@ def registered_settings(
 ) -> RecordingSettings:
     """Merge `settings` with the settings stored in the register for this file; `settings` take precedence.
 
-    If the settings request resampling, `band_hz`, the band of the analysis, replaces the stored band. A register that
-    cannot be read is ignored.
+    If the settings request resampling, `band_hz`, the band of the analysis, replaces the stored band.
     """
-    entry = _manifest_or_none()[0].get(os.path.abspath(path))
+    entry = read_manifest().get(os.path.abspath(path))
     merged = (settings or NO_SETTINGS).over((entry and entry.settings) or NO_SETTINGS)
     return replace(merged, band_hz=band_hz, auto_band=None) if band_hz and merged.resample_hz else merged

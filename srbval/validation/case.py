@@ -225,7 +225,7 @@ def _find_files(name: str, folder: Path, side: str) -> Iterator[Path]:
             raise DataError(f"{side} side: no file fits the pattern {name!r} in {folder.resolve()}.")
         yield from map(Path, found)
         return
-    registers = (listing(or_none=True).recordings, shipped_recordings())  # the user's own recordings first
+    registers = (listing().recordings, shipped_recordings())  # the user's own recordings first
     named = ([one.file for one in register if Path(one.file).name.startswith(name)] for register in registers)
     found = list(dict.fromkeys(next(filter(None, named), ())))
     if len(found) != 1:

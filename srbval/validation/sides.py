@@ -220,7 +220,7 @@ def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
             "the key `file`."
         )
     chosen: dict[tuple[Any, ...], RegisteredRecording] = {}
-    for entry in sorted(rig_recordings(listing(or_none=True).recordings), key=lambda one: -(one.seconds or 0)):
+    for entry in sorted(rig_recordings(listing().recordings), key=lambda one: -(one.seconds or 0)):
         load = entry.radial_kn, entry.axial_kn or 0.0
         point = (entry.nominal_rpm, *load, entry.state is not Fault.HEALTHY, entry.state)
         if None not in point and entry.seconds:

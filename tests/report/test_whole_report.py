@@ -113,7 +113,7 @@ def changed(findings: Findings, **data: Any) -> Findings:
 
 def test_problems_of_the_data_are_named_and_counted(with_rig):
     found = with_rig.document()
-    assert (found["recordings_not_used"], found["register_unreadable"], found["cautions"]) == ([], None, [])
+    assert (found["recordings_not_used"], found["cautions"]) == ([], [])
     assert problems(with_rig.findings) == ([], [])
     gone = [{"file": f"{n}.mat", "status": "missing", "reason": "it is no longer there"} for n in range(MAX_LISTED + 3)]
     titles, items = problems(changed(with_rig.findings, recordings_not_used=gone))
@@ -121,8 +121,6 @@ def test_problems_of_the_data_are_named_and_counted(with_rig):
     assert items[0] == "**0.mat**: missing; it is no longer there"
     assert len(items) == MAX_LISTED + 1
     assert items[-1].startswith("3 more")
-    unreadable = changed(with_rig.findings, register_unreadable="manifest.json: not a manifest of srbval")
-    assert problems(unreadable) == (["The register of recordings cannot be read"], [])
     pair = {"measured": ["set/a.mat"], "measured_facts": {"cautions": ("clipped: 3 of 9", "held: 5")}}
     cautioned = list_cautions([pair, pair])
     assert cautioned == [{"file": "a.mat", "caution": "clipped: 3 of 9"}, {"file": "a.mat", "caution": "held: 5"}]

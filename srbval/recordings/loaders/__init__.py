@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.loaders.arrays import TABLE_EXPANSION, load_json, load_npy, load_npz, load_table
+from srbval.recordings.loaders.arrays import load_json, load_npy, load_npz, load_table
 from srbval.recordings.loaders.hdf5 import load_hdf5
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.loaders.matlab import load_matlab, load_modelica
-from srbval.recordings.loaders.signals import PACKED, load_audio, load_lvm, load_tdms, load_uff
+from srbval.recordings.loaders.signals import load_audio, load_lvm, load_tdms, load_uff
 from srbval.recordings.loaders.text import load_text
 from srbval.recordings.raw import TEXT
 
@@ -22,7 +22,9 @@ _JSON = rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[-\d\[{])"
 _TEXT = rb"\xff\xfe|\xfe\xff|[^\0-\x08\x0b\x0e-\x1f]*\Z"  # UTF-16, or no control characters but white space
 _ARROW = rb"PAR1|ARROW1\0\0"
 _SCIPY, _PYARROW = ("scipy.io.matlab", "scipy"), ("pyarrow.parquet", "pyarrow")
-_COPIED, _OBJECTS = 4, 16  # expansion: in memory twice during the transfer; texts converted to Python objects first
+# Expansion: in memory twice during the transfer; losslessly compressed, or 8 and 16-bit samples become 32 or 64-bit
+# samples; texts converted to Python objects first; compressed columns that store repeated values once.
+_COPIED, _PACKED, _OBJECTS, _COLUMNS = 4, 8, 16, 16
 
 # The first format whose mark matches is used.
 FILE_FORMATS = (
@@ -31,11 +33,11 @@ FILE_FORMATS = (
     FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", _HDF5, load_hdf5, ("h5py", "h5py")),
     FileFormat("MATLAB v5", "MATLAB v5", _MATLAB, load_matlab, _SCIPY, _COPIED),
     FileFormat("Modelica", "Modelica result", _MODELICA, load_modelica, _SCIPY, _COPIED),
-    FileFormat("sound", "WAV, FLAC", _SOUND, load_audio, ("soundfile", "soundfile"), PACKED),
-    FileFormat("TDMS", "TDMS", rb"TDSm", load_tdms, ("nptdms", "npTDMS"), PACKED),
+    FileFormat("sound", "WAV, FLAC", _SOUND, load_audio, ("soundfile", "soundfile"), _PACKED),
+    FileFormat("TDMS", "TDMS", rb"TDSm", load_tdms, ("nptdms", "npTDMS"), _PACKED),
     FileFormat("UFF58", "universal file (UFF, data set 58)", _UFF, load_uff, ("pyuff", "pyuff"), _OBJECTS),
     FileFormat("LabVIEW", "LabVIEW .lvm", rb"LabVIEW Measurement", load_lvm, ("lvm_read", "lvm-read"), _OBJECTS),
-    FileFormat("table in columns", "Parquet, Feather", _ARROW, load_table, _PYARROW, TABLE_EXPANSION),
+    FileFormat("table in columns", "Parquet, Feather", _ARROW, load_table, _PYARROW, _COLUMNS),
     FileFormat("JSON", "JSON", _JSON, load_json, ("pandas", "pandas"), 64),
     FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True),
 )

@@ -8,16 +8,12 @@ import numpy as np
 
 from srbval.errors import DataError
 from srbval.recordings.loaders.matlab import add_objects
-from srbval.recordings.raw import ArrayOrText, RawFile, check_claim
+from srbval.recordings.raw import ArrayOrText, RawFile
 from srbval.recordings.times import stated_rate
 from srbval.recordings.units import is_unit_key
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
-MAX_GROUP_DEPTH = 12
-MAX_ITEMS = 4096  # links of all groups, references followed, root attributes
 MAX_CELLS = 64  # of one dataset of references
-MAX_FILTERS = 6  # of a dataset; each may expand the output of the previous filter
-MAX_TEXT = 65536  # characters; longer texts of codes are cut
 OBJECT_MARK = "MATLAB_object_decode"  # attribute of the references of an object
 SKIPPED = ("#refs#", "#subsystem#")
 
@@ -32,7 +28,7 @@ def load_hdf5(path: Path) -> RawFile:
 
     checked = checked_summary(path) is not None
     with h5py.File(path, "r") as file:
-        reader = _Hdf5Reader(path, file)
+        reader = _Hdf5Reader(file)
     if CHECKSUM in reader.found["attributes"] and not checked:
         raise DataError(f"{path}: no checksum at its end: cut off, or changed by another program. Copy it again.")
     notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
@@ -42,63 +38,44 @@ def load_hdf5(path: Path) -> RawFile:
 class _Hdf5Reader:
     """Reader of an open HDF5 file; `found` contains the fields of the `RawFile` to create."""
 
-    def __init__(self, path: Path, file: Any) -> None:
-        self.path, self.file = path, file
-        self.claimed = self.items = 0
-        self.has_objects = False
+    def __init__(self, file: Any) -> None:
+        self.file = file
+        self.has_objects = self.matlab = False
         self.found: dict[str, Any] = {key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")}
-        members = self._members(file)
-        self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
-        for name, item in members:
-            self._visit(name, item, 1)
-        self.found["attributes"] |= self._attributes(file)
+        self._read("", file)
 
-    def _count(self, items: int) -> None:
-        self.items += items
-        if self.items > MAX_ITEMS:
-            raise DataError(f"{self.path}: more than {MAX_ITEMS} links, references and attributes; not a recording.")
+    def _read(self, name: str, item: Any) -> None:
+        """Add a dataset, or a group and its members, to `found`.
 
-    def _attributes(self, item: Any) -> list[tuple[str, float | str]]:
-        self._count(len(item.attrs))
-        return [(name, value) for name in item.attrs if (value := self._attribute(item, name)) is not None]
+        `visititems` follows no soft and external links, which may leave the file, and visits each member once.
+        """
+        if hasattr(item, "visititems"):
+            item.visititems(lambda key, member: self._add(_join(name, key.replace("/", ".")), member))
+        self._add(name, item)
 
-    def _claim(self, count: int, what: str) -> None:
-        self.claimed += count
-        check_claim(self.path, self.claimed, what)
+    def _add(self, name: str, item: Any) -> None:
+        """Add a dataset, or the attributes of a group, to `found`."""
+        if name.startswith(SKIPPED):
+            return
+        if hasattr(item, "dtype"):
+            self._read_dataset(name, item)
+        elif hasattr(item, "visititems"):
+            self.found["attributes"] |= {_join(name, key): value for key, value in _attributes(item)}
 
-    def _members(self, group: Any) -> list[tuple[str, Any]]:
-        """Names and members of an HDF5 group, without soft and external links (they may leave the file or loop)."""
+    def _read_dataset(self, name: str, dataset: Any) -> None:
+        """Add a dataset of numbers, references or one text to `found`."""
         import h5py
 
-        self._count(len(group))
-        names = [name for name in group if name not in SKIPPED]
-        return [(name, group[name]) for name in names if isinstance(group.get(name, getlink=True), h5py.HardLink)]
-
-    def _visit(self, name: str, item: Any, depth: int) -> None:
-        import h5py
-
-        if depth > MAX_GROUP_DEPTH:
-            raise DataError(f"{self.path}: nested deeper than {MAX_GROUP_DEPTH} groups or references; not a recording.")
-        if isinstance(item, h5py.Group):
-            self.found["attributes"] |= {f"{name}.{key}": value for key, value in self._attributes(item)}
-            for key, member in self._members(item):
-                self._visit(f"{name}.{key}", member, depth + 1)
-        elif isinstance(item, h5py.Dataset) and not (item.shape is None or item.is_virtual or item.external):
-            self._dataset(name, item, depth)
-
-    def _dataset(self, name: str, dataset: Any, depth: int) -> None:
-        """Add a dataset of numbers, references or one text to `found`; `depth` counts the levels above it."""
-        import h5py
-
-        dtype, size = dataset.dtype, math.prod(dataset.shape)
+        if dataset.shape is None or dataset.is_virtual or dataset.external:
+            return
+        dtype, size, is_matlab = dataset.dtype, math.prod(dataset.shape), "MATLAB_class" in dataset.attrs
         references, text = h5py.check_ref_dtype(dtype) is h5py.Reference, h5py.check_string_dtype(dtype) is not None
         is_object = OBJECT_MARK in dataset.attrs
         self.has_objects |= is_object
+        self.matlab |= is_matlab
         if is_object or not (references or (text and size == 1) or dtype.kind in "fiub"):
             return
-        self._claim(size * dtype.itemsize, f"dataset {name!r}")
-        check_claim(self.path, math.prod(dataset.chunks or ()) * dtype.itemsize, f"a chunk of dataset {name!r}")
-        for key, value in self._attributes(dataset):
+        for key, value in _attributes(dataset):
             if is_unit_key(key) and isinstance(value, str):
                 self.found["units"].setdefault(name, value)
             elif stated := stated_rate(key, value):
@@ -111,34 +88,38 @@ class _Hdf5Reader:
             values = np.full(dataset.shape, np.nan, np.float16)
         elif references:
             held = [r for r in np.ravel(dataset[()]) if r][:MAX_CELLS]
-            self._count(len(held))
             for i, reference in enumerate(held, 1):
-                self._visit(name if len(held) == 1 else f"{name}({i})", self.file[reference], depth + 1)
+                self._read(name if len(held) == 1 else f"{name}({i})", self.file[reference])
             return
         elif text:
             values = str(np.asarray(dataset.asstr()[()], object).item())
-            self._claim(len(values), f"text {name!r}")
-        elif "MATLAB_class" in dataset.attrs and self._attribute(dataset, "MATLAB_class") == "char":
-            values = "".join(map(chr, dataset[()].ravel()[:MAX_TEXT]))
+        elif is_matlab and _attribute(dataset, "MATLAB_class") == "char":
+            values = "".join(map(chr, dataset[()].ravel()))
         else:
             values = np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()])
-        self.found["variables"][name] = values.T if self.matlab and isinstance(values, np.ndarray) else values
+        self.found["variables"][name] = values.T if is_matlab and isinstance(values, np.ndarray) else values
 
-    def _attribute(self, item: Any, name: str) -> float | str | None:
-        """Number or text of an attribute with one element; other attributes are not read and return None."""
-        import h5py
 
-        stored = item.attrs.get_id(name)
-        text = h5py.check_string_dtype(stored.dtype) is not None
-        if stored.shape is None or math.prod(stored.shape) != 1 or not (text or stored.dtype.kind in "fiu"):
-            return None
-        self._claim(stored.dtype.itemsize, f"attribute {name!r}")
-        value = np.asarray(item.attrs[name], object).item()
-        if isinstance(value, bytes | str):
-            value = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
-            self._claim(len(value), f"attribute {name!r}")
-            return value
-        return float(value)
+def _join(*names: str) -> str:
+    return ".".join(filter(None, names))
+
+
+def _attributes(item: Any) -> list[tuple[str, float | str]]:
+    return [(name, value) for name in item.attrs if (value := _attribute(item, name)) is not None]
+
+
+def _attribute(item: Any, name: str) -> float | str | None:
+    """Number or text of an attribute with one element; other attributes are not read and return None."""
+    import h5py
+
+    stored = item.attrs.get_id(name)
+    text = h5py.check_string_dtype(stored.dtype) is not None
+    if stored.shape is None or math.prod(stored.shape) != 1 or not (text or stored.dtype.kind in "fiu"):
+        return None
+    value = np.asarray(item.attrs[name], object).item()
+    if isinstance(value, bytes | str):
+        return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+    return float(value)
 
 
 def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
@@ -147,8 +128,6 @@ def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
 
     settings = dataset.id.get_create_plist()
     filters = [settings.get_filter(i)[0] for i in range(settings.get_nfilters())]
-    if len(filters) > MAX_FILTERS:
-        return f"{name!r} is compressed by {len(filters)} filters; at most {MAX_FILTERS} are read; not a recording."
     if missing := [code for code in filters if not h5py.h5z.filter_avail(code)]:
         return f"{name!r} is compressed by filter {missing[0]}, not installed. Decompress: h5repack -f NONE IN OUT"
     if size == 0:

@@ -1,7 +1,5 @@
 """Loaders for MATLAB v5 files, including MATLAB objects, and for Modelica result files (MATLAB v4 files)."""
 
-import contextlib
-import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.raw import ArrayOrText, RawFile, check_claim, first_line
+from srbval.recordings.raw import ArrayOrText, RawFile, first_line
 from srbval.recordings.times import is_time
 from srbval.storage.installation import pip_command
 
@@ -26,11 +24,8 @@ _MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at t
 
 def load_matlab(path: Path) -> RawFile:
     """Read all numeric arrays and texts of a MATLAB v5 file, also in (nested) structs and in objects."""
-    from scipy.io import loadmat, whosmat
+    from scipy.io import loadmat
 
-    with contextlib.suppress(TypeError):  # raised for objects, which have no shape; memory is limited anyway
-        for name, shape, _ in whosmat(path):
-            check_claim(path, math.prod(shape), f"{name!r}")
     variables: dict[str, ArrayOrText] = {}
     contents = loadmat(path)
     for name, value in contents.items():

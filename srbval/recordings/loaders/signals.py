@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.raw import ArrayOrText, RawFile, check_claim
+from srbval.recordings.raw import ArrayOrText, RawFile
 from srbval.recordings.times import stated_rate
 from srbval.recordings.units import is_unit_key
 
-PACKED = 8  # expansion: losslessly compressed, or 8 and 16-bit samples become 32 or 64-bit samples
 BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 NEVER_WRITTEN = 0xFFFF_FF00  # least size in a header that was never completed, as in a stream
 MAX_CHANNELS = 256
@@ -38,7 +37,6 @@ def load_audio(path: Path) -> RawFile:
     with soundfile.SoundFile(path) as file:
         bits, frames = BITS.get(file.subtype), file.frames
         kind = "float32" if file.subtype == "FLOAT" or (bits and bits <= 24) else "float64"
-        check_claim(path, frames * file.channels * np.dtype(kind).itemsize, "its header", PACKED)
         cautions: tuple[str, ...] = ()
         # libsndfile only logs that a file is shorter than its header states
         for name, claimed, there in ((m[1], int(m[2]), int(m[3])) for m in _SIZES.finditer(file.extra_info)):
@@ -90,7 +88,6 @@ def load_tdms(path: Path) -> RawFile:
         }
         if len(channels) > MAX_CHANNELS:
             raise DataError(f"{path}: {len(channels)} channels; {MAX_CHANNELS} are read at most.")
-        check_claim(path, sum(c.dtype.itemsize * len(c) for c in channels.values()), "its channels", PACKED)
         stated = {name: _plain_properties(c.properties) for name, c in channels.items()}
         shared = [set(properties.items()) for properties in stated.values()]
         common = dict(set.intersection(*shared)) if shared else {}

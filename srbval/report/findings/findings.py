@@ -115,7 +115,6 @@ def compared_rows(
         "recordings_not_used": [
             {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
         ],
-        "register_unreadable": register.unreadable or None,
         "bias": biases(every, used_for="withheld"),
         "sensitivity": list(effects_of(stored).values()),
         "pictures": [row for state in models for row in picture_rows(state, found.sides_of(state), levels)],

@@ -45,7 +45,7 @@ def gather(
         )
     bearing, results = load_bearing(DEFAULT_BEARING), load_newest_results(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
-        register = listing(or_none=True)
+        register = listing()
         of_rig = rig_recordings(register.recordings)
         chosen = choose_rig_recordings(of_rig)
     cases = paper_cases(seconds)

@@ -51,8 +51,6 @@ def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] 
     The model's levels were fitted to the record, or it was unknown before its comparison with the model (blind), or
     neither (seen).
     """
-    if findings.data["register_unreadable"]:
-        yield RECORD_TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
     for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
         if rows:
             yield RECORD_TEXTS.callout(name, tone=Tone.WARNING, files=len({row["file"] for row in rows}))
