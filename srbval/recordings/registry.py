@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import os
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -43,9 +44,7 @@ TIMEOUT_S = 30
 MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()
 Registered = tuple[RegisteredRecording, ...]
-# Files by which folders with reports and campaigns (sets of simulations) of srbval are recognised, with their marks.
-OUTPUT_MARKS = {"report.html": b'<meta name="generator" content="srbval', CAMPAIGN_JSON: b'"campaign"'}
-MARK_BYTES = 1000  # the mark is in the beginning of the file
+REPORT_PARTS = {"report.html", "report.json", "figures"}  # by which the folder of a report is recognised
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 RADIAL_KN = 124.8  # under which most of the rig's records were taken
 SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ if no set point is known
@@ -80,10 +79,9 @@ def add(
 
     No file is copied. A file whose SHA-256 differs from its first registration is reported as changed. `settings` are
     stored with each file; settings in the file's row of the table (see `label_table`) take precedence. A setting that
-    is not given keeps its stored value. `repin` replaces the stored hash and all stored
-    settings. Files that are not recordings are in `left_out` of the listing. Raises `DataError` if no file is a
-    recording, a file in the table is not a recording, or the register cannot be written; `ConfigurationError` for an
-    unknown bearing or an unusable table.
+    is not given keeps its stored value. `repin` replaces the stored hash and all stored settings. Files that are not
+    recordings are in `left_out` of the listing. Raises `DataError` if no file is a recording, a file in the table is
+    not a recording, or the register cannot be written; `ConfigurationError` for an unknown bearing or a wrong table.
     """
     if table is None:
         stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
@@ -180,18 +178,13 @@ def files_under(folder: Path) -> list[Path]:
     if not whole.is_dir():
         raise DataError(f"{folder}: no such folder. Check the path.")
     paths = [path for path in whole.rglob("*") if "/." not in f"/{path.relative_to(whole).as_posix()}"]
-    outputs = {path.parent for path in paths if path.name in OUTPUT_MARKS and _is_marked(path)}
+    parts = Counter(path.parent for path in paths if path.name in REPORT_PARTS)
+    outputs = {path.parent for path in paths if path.name == CAMPAIGN_JSON}
+    outputs |= {parent for parent, count in parts.items() if count == len(REPORT_PARTS)}
     found = sorted(path for path in paths if not path.is_dir() and outputs.isdisjoint(path.parents))
     if not found:
         raise DataError(f"{folder}: contains no files to read. Name the folder of the recordings.")
     return found
-
-
-def _is_marked(path: Path) -> bool:
-    """True if srbval wrote the file, the main file of a report or a campaign."""
-    with contextlib.suppress(OSError), path.open("rb") as stream:
-        return OUTPUT_MARKS[path.name] in stream.read(MARK_BYTES)
-    return False
 
 
 def _with_bearing(settings: RecordingSettings) -> RecordingSettings:

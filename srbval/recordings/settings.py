@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import difflib
 import math
 import os
 import re
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_mean
+from srbval.errors import ConfigurationError, DataError, OpenQuestion, closest_word, did_you_mean
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import Origin
@@ -27,17 +26,16 @@ from srbval.recordings.times import PLAUSIBLE_HZ
 from srbval.recordings.units import CONVERTER_COUNTS, DERIVATIVES, FINE_UNITS, UNITS, UNKNOWN, known_unit, split_unit
 from srbval.storage.files import read_limited
 from srbval.storage.json_files import to_json
-from srbval.storage.tables import build
+from srbval.storage.tables import Limited, build, limited
 
 FILE_COLUMN = "file"  # column of a table of labels
 ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a channel of a rotation
-NAMED_CHANNELS, MAX_SUGGESTIONS = 16, 5
+NAMED_CHANNELS = 16
 LIKELY_HZ = 25600.0  # rate in the example of a question
 LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by name
 VOLTAGES = ("V", "mV", "uV")
 MV_PER_V = 1e3
 DERIVATIVE_UNITS = {1: "m/s", 2: "m"}  # default units by the stated order of the derivative
-POSITIVE = ("fs_hz", "rpm", "rpm_tolerance_pct", "scale", "sensitivity_mv_per_g", "pulses_per_rev", "resample_hz")
 NOTED = ("unit", "scale", "sensitivity_mv_per_g", "state", "bearing", "radial_kn", "axial_kn", "band_hz")
 SETTING_LABELS = {"sensitivity_mv_per_g": "sensitivity [mV/g]", "band_hz": "demodulation band [Hz]"}
 SETTING_LABELS |= {f"{direction}_kn": f"{direction} load [kN]" for direction in ("radial", "axial")}
@@ -46,7 +44,7 @@ SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --p
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordingSettings:
+class RecordingSettings(Limited):
     """Statements of the user about a record; None if not stated. Raises `ConfigurationError` for an impossible value.
 
     The samples times `scale` have the unit `unit`; `sensitivity_mv_per_g` converts V or mV to g. `tacho` is the
@@ -61,14 +59,14 @@ class RecordingSettings:
     """
 
     channel: str | None = None
-    fs_hz: float | None = None
+    fs_hz: float | None = limited(above=0, default=None)
     unit: str | None = None
-    rpm: float | None = None
-    rpm_tolerance_pct: float | None = None
-    scale: float | None = None
-    sensitivity_mv_per_g: float | None = None
+    rpm: float | None = limited(above=0, default=None)
+    rpm_tolerance_pct: float | None = limited(above=0, most=MOST_TOLERANCE_PCT, default=None)
+    scale: float | None = limited(above=0, default=None)
+    sensitivity_mv_per_g: float | None = limited(above=0, default=None)
     tacho: str | None = None
-    pulses_per_rev: float | None = None
+    pulses_per_rev: float | None = limited(above=0, default=None)
     state: Fault | None = None
     bearing: str | None = None
     radial_kn: float | None = None
@@ -76,28 +74,16 @@ class RecordingSettings:
     band_hz: tuple[float, float] | None = None
     auto_band: bool | None = None
     origin: Origin | None = None
-    resample_hz: float | None = None
-    skip_s: float | None = None
-    derivative: int | None = None
+    resample_hz: float | None = limited(above=0, default=None)
+    skip_s: float | None = limited(least=0, default=None)
+    derivative: int | None = limited(least=1, most=2, default=None)
     cage_channel: str | None = None
     shaft_channel: str | None = None
 
     def __post_init__(self) -> None:
-        for name in POSITIVE:
-            value = getattr(self, name)
-            if value is not None and not (0 < value < math.inf):
-                raise ConfigurationError(f"{name} = {value:g} must be a positive number.")
-        if self.rpm_tolerance_pct is not None and (self.rpm is None or self.rpm_tolerance_pct > MOST_TOLERANCE_PCT):
-            raise ConfigurationError(
-                f"a speed tolerance needs the speed, --rpm ({'not given' if self.rpm is None else f'{self.rpm:g}'}), "
-                f"and must be at most {MOST_TOLERANCE_PCT:g} %; it is {self.rpm_tolerance_pct:g} %."
-            )
-        if self.skip_s is not None and not (0 <= self.skip_s < math.inf):
-            raise ConfigurationError(f"skip_s = {self.skip_s:g} must be a time of 0 s or more.")
-        if self.derivative not in (None, *DERIVATIVES.values()):
-            raise ConfigurationError(
-                f"derivative = {self.derivative} must be 1 (to differentiate velocities once) or 2 (positions twice)."
-            )
+        super().__post_init__()
+        if self.rpm_tolerance_pct is not None and self.rpm is None:
+            raise ConfigurationError(f"a speed tolerance, {self.rpm_tolerance_pct:g} %, needs the speed: --rpm R.")
         if self.unit is not None and self.unit not in UNITS:
             if (known := known_unit(self.unit)) not in UNITS:
                 raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
@@ -372,11 +358,9 @@ def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
     lower = [name for name in reading.channels if wanted.lower() in (name.lower(), split_unit(name)[0].lower())]
     if len(lower) == 1:
         return lower[0]
-    known, held = list(reading.channels), "it has"
-    if len(known) > NAMED_CHANNELS:
-        held = f"the most similar of {len(known)} names are"
-        known = difflib.get_close_matches(wanted, known, MAX_SUGGESTIONS, cutoff=0.0)
-    raise DataError(f"{path}: no channel {printable(wanted)!r}; {held} {', '.join(_printable_names(known))}.")
+    close, held = closest_word(wanted, reading.channels), ", ".join(_printable_names(reading.channels))
+    hint = f" Did you mean {printable(close)!r}?" if close else ""
+    raise DataError(f"{path}: no channel {printable(wanted)!r}; it has {held}.{hint}")
 
 
 def _printable_names(channels: Iterable[str]) -> list[str]:
