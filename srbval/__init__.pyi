@@ -33,8 +33,8 @@ from srbval.report.findings.gather import gather
 from srbval.report.reports import report, report_case, trend, write_plot, write_trend
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
+from srbval.studies.bench import bench, stability
 from srbval.studies.harness import run_study
-from srbval.studies.outside import bench, stability
 from srbval.validation.case import ValidationCase, load_case
 from srbval.validation.validate import Validation, validate
 

@@ -18,9 +18,9 @@ from srbval.storage.content_store import stored_results
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.stored_result import ResultKind, reference_fingerprint
+from srbval.studies.bench import bench, draw_study, stability
 from srbval.studies.evidence import State, recompute, result_states
 from srbval.studies.harness import StudyResult, load_study, make_result, study_names
-from srbval.studies.outside import bench, draw_study, stability
 from srbval.studies.scale import measure_scale
 
 MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --json contains all
@@ -127,7 +127,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     with ProgressDisplay() as shown, stored_results(fresh=given.fresh):
         progress = prefix_tasks(shown, name.replace("_", " ").capitalize())
         scale = getattr(given, "scale", False)
-        if scale or getattr(given, "model", None) or (name == STUDY_BY_COMMAND["bench"] and given.quick):
+        if scale or getattr(given, "model", None) or getattr(given, "quick", False):
             found, stored = _run_variant(name, given, progress, shown.message)
         else:
             shown.message(f"about {asked.minutes:g} minutes on two cores for all, and half a minute once to compile")

@@ -24,38 +24,16 @@ from srbval.processes.machine import load_average, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.installation import child_environment, git_revision
+from srbval.storage.tables import read_toml
 from srbval.studies.harness import StudyResult, result_origin
 from srbval.sweep.sweep import records
 
 FS_HZ, IMPACTS_HZ, BLOCK_S = 20480, 97.0, 2.0  # of the records: repeated blocks of impacts in noise
-RECORD = f"--bearing {DEFAULT_BEARING} --rpm 710 --fs {FS_HZ} --unit g"
-RUN = "simulate {} --defect outer --fresh -o run.h5 --seconds "
+TABLE = read_toml(Path(__file__).with_name("scale.toml"))
 BEARING = (FOLDER / "known" / f"{DEFAULT_BEARING}.toml").read_text("utf-8")
-CAMPAIGN = (
-    'name = "scale"\noutputs = ["summary"]\n[scene]\nmodel = "kinematic"\nduration = "0.2 s"\nsettle = "0 s"\n'
-    '[[axes]]\nkind = "latin-hypercube"\nsamples = SIZE\nranges.shaft_speed = ["200 rpm", "1500 rpm"]\n'
-)
-FILES = {  # input files of the commands
-    "rollers.toml": 'bearing = "bearing.toml"\n',
-    "bearing.toml": BEARING.replace("rollers_per_row = 19", "rollers_per_row = SIZE"),
-    "points.toml": "contact.points_per_circle = SIZE\n",
-    "cases.toml": CAMPAIGN,
-    "thousand.toml": CAMPAIGN.replace("SIZE", "1000"),
-    "planar.toml": CAMPAIGN.replace("kinematic", "planar").replace("0.2 s", "4 s").replace("SIZE", "64"),
-}
+FILES = TABLE["files"] | {"bearing.toml": BEARING.replace("rollers_per_row = 19", "rollers_per_row = SIZE")}
+COMPILING = "simulate --defect outer --fresh -o run.h5 --seconds 0.02"  # run before all others
 JOBS = tuple(2**k for k in range(usable_cores().bit_length() + 1))  # 1, 2, 4, ... until more processes than cores
-RUN_CASES = "campaign run cases.toml -o cases-{0}"
-COST_SERIES: dict[str, tuple[str, tuple[float, ...]]] = {  # command and sizes; with `quick` only the first
-    "a run of the full model, by simulated seconds": (RUN.format("") + "{}", (1, 2, 4, 8)),
-    "a run of 4 s, by rollers in a row": (RUN.format("rollers.toml") + "4", (10, 13, 16, 19)),
-    "a run of 4 s, by points of a circle": (RUN.format("points.toml") + "4", (500, 2000, 8000)),
-    "a campaign, by kinematic cases": (RUN_CASES, (100, 1000, 10_000)),
-    "the same campaign again, all its cases done": (RUN_CASES, (100, 1000, 10_000)),
-    "1000 kinematic cases, by processes": ("campaign run thousand.toml -o by-{0} --jobs {0}", JOBS),
-    "64 planar cases of 4 s, by processes": ("campaign run planar.toml -o planar-by-{0} --jobs {0}", JOBS),
-    "a record, by minutes": ("analyse record-{}.npy " + RECORD, (1 / 30, 1, 10, 60)),
-    "a folder of records of 2 s, by files": ("analyse files-{} " + RECORD, (10, 100, 1000)),
-}
 # A process's memory includes the process from which it was forked, so a small process starts the command.
 ALONE = """import os, sys
 said = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
@@ -71,14 +49,16 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
     """Measure the cost of commands for growing inputs and more processes; if `quick`, for the smallest only."""
     if not hasattr(os, "wait4"):
         raise ConfigurationError("bench --scale runs on Linux and macOS only: other systems do not report memory.")
-    wanted = [(name, command, n) for name, (command, own) in COST_SERIES.items() for n in own[: 1 if quick else None]]
+    sizes = {name: about.get("sizes", JOBS)[: 1 if quick else None] for name, about in TABLE["series"].items()}
+    wanted = [(name, size) for name, of_series in sizes.items() for size in of_series]
     rows, load = list[Row](), load_average()
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as folder:
-        _measure_command(RUN.format("") + "0.02", Path(folder))  # compiles the kernels
-        for series, command, size in wanted:
+        _measure_command(COMPILING, Path(folder))
+        for series, size in wanted:
             progress("cost against size", len(rows) / len(wanted))
-            _write_inputs(Path(folder), command.format(size).split()[1], size)
-            rows.append({"series": series, "size": size} | _measure_command(command.format(size), Path(folder)))
+            command = TABLE["series"][series]["command"].replace("SIZE", str(size))
+            _write_inputs(Path(folder), command.split()[1], size)
+            rows.append({"series": series, "size": size} | _measure_command(command, Path(folder)))
     steps = pd.DataFrame(rows).groupby("series")[["cpu_s", "size"]].diff()
     rows = records(pd.DataFrame(rows).assign(cpu_per_unit_s=steps["cpu_s"] / steps["size"]))
     content = result_origin("scale", "srbval bench --scale", git_revision()) | {"rows": rows}

@@ -50,17 +50,10 @@ def test_a_band_that_is_not_shown_counts_by_the_least_error_that_it_allows():
     assert rows.error.tolist()[:5] == [3.0, -5.0, 9.0, 0.0, 6.0]
     assert rows.uncertainty.tolist() == pytest.approx([1.0] * 8)
     assert count_within(rows) == {
-        "locked": {"within": 2, "of": 4, "reachable": 4},
+        "locked": {"within": 2, "of": 4},
         "harmonics": {"within": 1, "of": 1},
         "totals": {"within": 0, "of": 1, "healthy_alone": 1},
     }
-
-
-def test_reachable_is_what_the_best_gain_of_each_band_reaches_for_all_records_at_once():
-    for *errors, hidden, expected in ((9.0, 2.0, [], 2), (9.0, 2.0, -5.5, [], 2), (9.0, 16.0, [9.0], 3)):
-        rows = [row("locked 1000 Hz", error, record=f"R{i}") for i, error in enumerate(errors)]
-        rows += [row("locked 1000 Hz", error, shown=False, record="hidden") for error in hidden]
-        assert count_within(compared(*rows)[0])["locked"]["reachable"] == expected
 
 
 def test_a_planted_level_is_unexplained_and_scatter_is_not():

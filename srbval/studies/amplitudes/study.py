@@ -10,6 +10,7 @@ run and path cancel. The sets are the scene's own inputs, the same with a finer 
 random draws of all inputs and of the position of each record's defect.
 """
 
+import itertools
 import math
 from argparse import Namespace
 from collections.abc import Iterable, Mapping
@@ -21,26 +22,28 @@ import pandas as pd
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.comparison import PRIOR, VERDICT
-from srbval.errors import DataError, NumericsError
+from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.path import amplitudes as read
+from srbval.path.amplitudes import WHOLE_HZ
 from srbval.path.identify import Pair, identify, line_order
 from srbval.path.identify import record_behind_path as behind
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.reading.locked import without_passage_lines
-from srbval.recordings import Recording
-from srbval.recordings.registry import find_recording, load_entry
+from srbval.recordings import Recording, load_recording
 from srbval.scene import Scene, SensorPath, load_scene, merge, rig_inputs
 from srbval.scene import draw_rig_changes as draws
 from srbval.signal import NORMAL_95
+from srbval.storage.installation import shipped_folder
 from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import sweep
 
 BEARING = load_bearing(DEFAULT_BEARING)
-RPM, FAULTS = (877.0, 353.0), (Fault.OUTER, Fault.INNER, Fault.ROLLER)
+FOLDER, BEARING = shipped_folder("data_manifest/rig_excerpts"), load_bearing(DEFAULT_BEARING)
+RPM, FAULTS = (877, 353), {Fault.OUTER: "OR", Fault.INNER: "IR", Fault.ROLLER: "Roller"}
 GAINS, RATIO = 0, 1  # positions of the records from which the path is identified
 SECONDS, STEP_S = 2.0, 1 / 61_440  # for the longest contacts drawn the scene's own step is too long
 NOMINAL, FINER = "nominal", "finer"
@@ -48,7 +51,6 @@ CHANGES = {NOMINAL: {}, FINER: {"solver": {"step_s": STEP_S / 2}, "line_contact"
 POWER, PATH_DRAWS, SEED = 4, 24, 23  # 2^POWER draws of the inputs
 KINDS = {"locked": "locked level", "harmonic": "harmonic pattern", "total": "total level"}  # by first words
 OWN_PARTS = ["reading", "mounting", "numerics", "path"]  # of the uncertainty of each band, independent of other bands
-SHIFTS_DB = np.arange(-400, 401) / 10  # trial gains of a band, of which the best is chosen
 
 
 class RigRecord(NamedTuple):
@@ -77,31 +79,22 @@ class RigRecord(NamedTuple):
 def rig_records() -> tuple[RigRecord, ...]:
     """Load all fault records with the lines of roller passages removed, highest speed first."""
     found = []
-    for rpm in RPM:
-        healthy = without_passage_lines(_load(Fault.HEALTHY, rpm), BEARING, None, read.WHOLE_HZ)
-        for state in FAULTS:
-            record = _load(state, rpm)
-            line = analyse(record, bearing=BEARING, band_hz=read.WHOLE_HZ).line_of(state)
-            assert record.speed is not None  # all records of the rig have a tachometer
-            order = (line.found_hz or line.kinematic_hz) / record.speed.value_hz
-            clean = without_passage_lines(record, BEARING, order, read.WHOLE_HZ)
-            found.append(RigRecord(clean, healthy, state, record.speed.value_hz, order, line.detected))
+    for rpm, (state, code) in itertools.product(RPM, FAULTS.items()):
+        healthy, record = (load_recording(FOLDER / f"{name}_{rpm}rpm_sample.h5") for name in ("H", code))
+        line, shaft_hz = analyse(record, bearing=BEARING, band_hz=WHOLE_HZ).line_of(state), record.known_speed.value_hz
+        order = (line.found_hz or line.kinematic_hz) / shaft_hz
+        own, alone = (
+            without_passage_lines(one, BEARING, at, WHOLE_HZ) for one, at in ((record, order), (healthy, None))
+        )
+        found.append(RigRecord(own, alone, state, shaft_hz, order, line.detected))
     return tuple(found)
-
-
-def _load(state: Fault, rpm: float) -> Recording:
-    entry = find_recording(state=state, nominal_rpm=rpm)
-    if entry is None:
-        raise DataError(f"{state} {rpm:g} rpm: not registered; run srbval data fetch torino-excerpts.")
-    return load_entry(entry)
 
 
 def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
     """Make the scenes of a case, one for each record: its speed and defect position, with the inputs of the case."""
     found, inputs = [], case["inputs"]
     for place, one in enumerate(rig_records()):
-        changes = CHANGES.get(inputs) or {}
-        if inputs not in CHANGES:
+        if (changes := CHANGES.get(inputs)) is None:
             angles = draws(rig_inputs("position"), POWER + 3)
             changes = merge(draws(rig_inputs(), POWER)[int(inputs)], angles[place * 2**POWER + int(inputs)])
         speed = {"shaft_speed_rad_s": 2 * math.pi * one.shaft_hz}
@@ -133,7 +126,7 @@ def _levels_behind(runs: Iterable[Run], path: SensorPath) -> dict[str, float]:
     found = {}
     for one, run in zip(rig_records(), runs, strict=True):
         order = line_order(run, BEARING)
-        shown = without_passage_lines(behind(run, path), BEARING, order, read.WHOLE_HZ)
+        shown = without_passage_lines(behind(run, path), BEARING, order, WHOLE_HZ)
         for name, value in one.quantities(shown, order, one.healthy).items():
             found[f"{one.record.name} {name}"] = value.value
     return found
@@ -189,15 +182,10 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
     """Count the quantities that were not fitted, by kind, and how many have an error of at most `VERDICT.near_db`.
 
     A power that repeats with the fault counts even if the record's noise hides it; a hidden harmonic does not count.
-    ``reachable`` is the number of such powers with a small error if every frequency band has its best gain.
     """
     locked, harmonics, totals = (rows[(rows.kind == kind) & (rows.used_for == "withheld")] for kind in KINDS.values())
     of_kind = {"locked": locked, "harmonics": harmonics[harmonics.rig_present], "totals": totals}
     found = {name: {"within": int(of.within.sum()), "of": len(of)} for name, of in of_kind.items()}
-    present = locked.rig_present.to_numpy(bool)[:, None]
-    off = (locked.model - locked.rig.where(locked.rig_present, locked["least"])).to_numpy()[:, None] + SHIFTS_DB
-    near = pd.DataFrame((off <= VERDICT.near_db) & ((off >= -VERDICT.near_db) | ~present))
-    found["locked"]["reachable"] = int(near.groupby(locked.quantity.to_numpy()).sum().max(axis=1).sum())
     found["totals"]["healthy_alone"] = int(((totals.healthy - totals.rig).abs() <= VERDICT.near_db).sum())
     return found
 

@@ -7,7 +7,7 @@ rollers' diameter leaves the scene's radial play; with the scene `paper` other r
 import math
 from argparse import Namespace
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,21 +21,21 @@ from srbval.plan.questions import MEANING, Question, asked_of, error_pct
 from srbval.plan.questions import answer_questions as answers
 from srbval.progress import Progress
 from srbval.recordings import recording_from_run
-from srbval.scene import Scene, load_scene, merge
+from srbval.scene import Scene, load_scene
 from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import Case, draws, sweep
 
 POINTS = 19  # the largest of 19 errors bounds the next error with a probability of 95 %
 RANGES = {"rpm": (353.0, 997.0), "radial_kn": (62.4, 124.8)}  # the rig's speeds but the slowest ones; Table 5
-REFERENCE = "reference"  # name of its rows
+REFERENCE, FINEST = "reference", {"line_contact": {"slices": 21}}  # name of its rows, their setting of `slices`
 OF_SCENES = ("base", "fit", "kind")  # columns: what exchangeable scenes have in common
 SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """Bundled scene on which `models` are compared with the model `reference`; `finest`: settings of the reference."""
+    """Bundled scene on which `models` are compared with the model `reference`."""
 
     reference: str
     models: tuple[str, ...]
@@ -43,11 +43,10 @@ class Base:
     fits: tuple[str, ...] = ("play",)
     kinds: tuple[Fault, ...] = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
     height_mm: tuple[float, float] = (-0.5, -0.5)
-    finest: Mapping[str, Any] = field(default_factory=lambda: {"line_contact": {"slices": 21}})
 
 
 BASES = {
-    "paper": Base(reference="full", models=MODELS[:-1], fits=("play", "printed"), height_mm=(0.1, 0.2), finest={}),
+    "paper": Base(reference="full", models=MODELS[:-1], fits=("play", "printed"), height_mm=(0.1, 0.2)),
     "rig": Base(reference="slices", models=MODELS),
     "rig-oil": Base(reference="slices", models=MODELS, seconds=1.0, kinds=(Fault.HEALTHY,)),
 }
@@ -79,7 +78,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
         "defect": {"kind": kind.scene_word, "height_m": case["height_mm"] / 1e3},
         "solver": {"step_s": step_s / 2 if right else step_s},
     }
-    return load_scene(case["base"], merge(changes, base.finest) if right else changes)
+    return load_scene(case["base"], changes | FINEST if right else changes)
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:

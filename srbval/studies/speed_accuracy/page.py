@@ -10,6 +10,7 @@ from srbval.report.blocks import Badge, Block
 from srbval.report.figures.style import INK, SERIES, VERMILION, PanelData, new_figure, panel
 from srbval.report.pages import Page
 from srbval.report.prose import Prose
+from srbval.studies.bench import pareto_front
 from srbval.sweep.scenes import PAPER
 
 SIZE_INCHES = (7.6, 4.2)
@@ -17,11 +18,12 @@ CHART_SCENES = {"interference-outer": "paper's scene", "rig-outer": "rig's scene
 TICKS = (0.25, 0.5, 1, 2, 4)  # CPU seconds per simulated second
 COST = "cpu_per_simulated_s"
 ERRORS = {"level_db": "Error of the level, dB", "line_pct": "Error of BPFO, %"}
+PAPER_S = PAPER.wall_s / PAPER.simulated_s
 MIN_DRAWN_ERROR = 1e-6  # smaller errors are drawn at this value
 
 
-def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> PanelData:
-    """Draw errors over CPU time by scene and solver, with the paper's time `paper_s` per simulated second in the title.
+def chart(runs: pd.DataFrame) -> PanelData:
+    """Draw errors over CPU time by scene and solver, with the paper's time per simulated second in the title.
 
     Filled markers are runs that `simulate` accepts, hollow ones are not; a ring marks the default solver and step.
     """
@@ -37,7 +39,7 @@ def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s)
             axes.set_xticks(TICKS, labels=[f"{x:g}" for x in TICKS])
             axes.minorticks_off()
         column[0].set_title(CHART_SCENES.get(scene, scene), fontsize=8.5, loc="left")
-        column[0].set_title(f"the paper: {paper_s:,.0f} s →", fontsize=8.5, loc="right", color=VERMILION)
+        column[0].set_title(f"the paper: {PAPER_S:,.0f} s →", fontsize=8.5, loc="right", color=VERMILION)
         column[1].set_xlabel("Processor s per simulated s")
     named = figure.axes[0].get_legend_handles_labels()
     figure.legend(*named, loc="outside lower center", ncols=7, frameon=False, fontsize=7.5)
@@ -55,7 +57,7 @@ def _draw_errors(axes: Any, runs: pd.DataFrame, error: str, looks: Mapping[str, 
         (mark, colour), height = looks[str(series)], line[error].clip(lower=MIN_DRAWN_ERROR)
         axes.plot(line[COST], height, f"{mark}-", color=colour, ms=5, mfc="none", lw=0.5, label=series)
         axes.plot(line[COST].where(line["ok"].astype(bool)), height, mark, color=colour, ms=5)
-    front = front_of(runs[known & runs["ok"].astype(bool)], error)
+    front = pareto_front(runs, error)
     axes.step(front[COST], front[error].clip(lower=MIN_DRAWN_ERROR), where="post", color=INK, lw=1.2)
     default = runs[known & (runs.get("mark") == "the default")] if "mark" in runs else runs[:0]
     axes.plot(default[COST], default[error].clip(lower=MIN_DRAWN_ERROR), "o", mfc="none", mec=INK, ms=11)
@@ -66,21 +68,14 @@ def _draw_errors(axes: Any, runs: pd.DataFrame, error: str, looks: Mapping[str, 
         axes.annotate(text, at, (-5, 0), "axes fraction", "offset points", ha="right", va="center", fontsize=6.5)
 
 
-def front_of(runs: pd.DataFrame, error: str) -> pd.DataFrame:
-    """Pareto front: runs for which no other run is both cheaper and more accurate, cheapest first."""
-    ordered = runs.sort_values(COST)
-    return ordered[ordered[error] < ordered[error].cummin().shift(fill_value=float("inf"))]
-
-
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     """Build the page: chart of all runs, and table of the default and of the paper's solver."""
     numbers = (COST, "cage_error", "band_rms_error_db")
-    runs, paper = pd.DataFrame(content["runs"]).astype(dict.fromkeys(numbers, float)), content["paper"]
+    runs = pd.DataFrame(content["runs"]).astype(dict.fromkeys(numbers, float))
     own = [row["own_cage_error"] for row in content["reference"].values() if row["own_cage_error"] is not None]
-    values = {"runs": len(runs), "works": int(runs["ok"].sum()), "own_pct": 100 * max(own), **paper}
-    values |= {"steps_per_s": 1 / paper["step_s"], "paper_s": paper["wall_s"] / paper["simulated_s"]}
-    yield prose.paragraph("intro", **values)
-    yield prose.figure("speed-accuracy-chart", panel(chart)(runs, values["paper_s"]), badge=Badge.SIMULATED)
+    values = {"runs": len(runs), "works": int(runs["ok"].sum()), "own_pct": 100 * max(own), "paper_s": PAPER_S}
+    yield prose.paragraph("intro", **values, **vars(PAPER), steps_per_s=1 / PAPER.step_s)
+    yield prose.figure("speed-accuracy-chart", panel(chart)(runs), badge=Badge.SIMULATED)
     shown = runs[runs["scene"].isin(CHART_SCENES) & (runs["mark"] != "")]
     noted = shown.assign(
         steps_per_s=1 / shown["dt_s"], solver_note=shown["mark"], scene=shown["scene"].map(CHART_SCENES)

@@ -1,4 +1,4 @@
-"""A model from outside in the chart and in the map: its own errors, its cost in turns, failures never fast, Ctrl-C."""
+"""Models in the chart and in the map: its own errors, its cost in turns, failures never fast, Ctrl-C."""
 
 import os
 import re
@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from srbval import paper_scene
 from srbval.processes.worker import WorkerProcess
 from srbval.storage.stored_result import ResultKind, read_result
 from srbval.studies import scale
-from srbval.studies.outside import judge_step_error
+from srbval.studies.bench import errors, judge_step_error, with_fronts
 from srbval.sweep.pool import attempt, side_by_side
 from tests.marked import marked, until
 
@@ -87,6 +88,24 @@ def test_the_quick_chart_of_the_bundled_model_goes_on_where_it_was_stopped(srbva
     found = srbval_json("bench", "--quick", "--solvers", "imex2", "ode4", "ode1")
     assert [row["ok"] for row in found["runs"]] == [True, False, False]
     assert srbval_text("bench", "--quick", "--solvers", "imex2", "ode4").out == first.out, "costs are read, too"
+
+
+def test_errors_are_relative_and_what_is_missing_has_none():
+    right = {"cage_ratio": 0.43, "band_rms_m_s2": 1.4}
+    expected = {"cage_error": 1e-3, "line_error_pct": 0.1, "band_rms_error": 9.0, "band_rms_error_db": 20.0}
+    found = errors({"cage_ratio": 0.43 * 0.999, "band_rms_m_s2": 1.4 * 10}, right)
+    assert found == pytest.approx(expected)
+    assert errors({"cage_ratio": 0.43, "band_rms_m_s2": None}, right)["band_rms_error_db"] is None
+
+
+def row(scene: str, cost: float | None, cage: float | None, ok: bool = True) -> dict[str, Any]:
+    return {"scene": scene, "cpu_per_simulated_s": cost, "cage_error": cage, "ok": ok}
+
+
+def test_each_scene_has_its_own_front_and_failed_runs_are_on_none():
+    rows = [row("a", 1.0, 1e-4), row("a", 2.0, 1e-5), row("a", 2.0, 1e-3), row("a", 0.1, 0.0, ok=False),
+            row("b", 9.0, 1e-1), row("a", None, 1e-9)]  # fmt: skip
+    assert [r["pareto"] for r in with_fronts(rows, "cage_error")] == [True, True, False, False, True, False]
 
 
 def test_ok_never_stands_beside_an_error_beyond_its_limit():
@@ -162,12 +181,13 @@ def test_ctrl_c_ends_the_model_too():
 def test_costs_by_size_are_those_of_the_command_alone(monkeypatch, srbval_json, srbval_text, tmp_path):
     """Without this process's memory and its start in the cost per unit; a command that fails ends all."""
     held = np.ones(2**26)  # 512 MB, which a copy of this process would show
-    monkeypatch.setattr(scale, "RUN", "kinematics {} --rpm ")
-    monkeypatch.setattr(scale, "COST_SERIES", {"a": ("analyse record-{}.npy " + scale.RECORD, (0.02, 0.03))})
+    record = scale.TABLE["series"]["a record, by minutes"] | {"sizes": [0.02, 0.03]}
+    monkeypatch.setattr(scale, "COMPILING", "kinematics")
+    monkeypatch.setitem(scale.TABLE, "series", {"a": record})
     first, second = srbval_json("bench", "--scale", "-o", tmp_path / "scale.json")["rows"]
     assert 0.2 < second["cpu_s"] < second["wall_s"] * 4
     assert 30 < second["memory_mb"] < held.nbytes / 2**20
     assert second["cpu_per_unit_s"] == pytest.approx((second["cpu_s"] - first["cpu_s"]) / 0.01)
     assert read_result(tmp_path / "scale.json").kind is ResultKind.DOCUMENT
-    monkeypatch.setattr(scale, "COST_SERIES", {"a": ("analyse none-{}.npy", (1, 2))})
+    monkeypatch.setitem(scale.TABLE, "series", {"a": {"command": "analyse none-SIZE.npy", "sizes": [1, 2]}})
     assert "no such file" in srbval_text("bench", "--scale", "--quick", code=4).err
