@@ -46,7 +46,6 @@ NO_SETTINGS = RecordingSettings()
 Registered = tuple[RegisteredRecording, ...]
 REPORT_PARTS = {"report.html", "report.json", "figures"}  # by which the folder of a report is recognised
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
-RADIAL_KN = 124.8  # under which most of the rig's records were taken
 SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ if no set point is known
 
 
@@ -253,13 +252,6 @@ def is_unopened(entry: RegisteredRecording) -> bool:
     opened = {file["sha256"] for file in excerpts.files if "used_for" in file}
     known = entry.sha256 in opened or entry.operating_point in excerpts.operating_points
     return _usable_of_rig(entry) and not known
-
-
-def find_recording(*, state: Fault, nominal_rpm: float) -> RegisteredRecording | None:
-    """Longest Torino recording of this state and speed with radial load `RADIAL_KN` and no axial load, or None."""
-    found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
-    at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (RADIAL_KN, 0.0)]
-    return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
 
 
 def healthy_baseline(recording: Recording) -> RegisteredRecording | None:

@@ -64,10 +64,8 @@ class Study:
 
     def defaults(self) -> dict[str, Any]:
         """Default values of the study's options by name."""
-        usual = {
-            words: about.get("default", False if "action" in about else None) for words, about in self.options.items()
-        }
-        return {words.split()[-1].strip("-").replace("-", "_"): value for words, value in usual.items()}
+        words = {names.split()[-1]: about.get("default") for names, about in self.options.items()}
+        return {word.strip("-").replace("-", "_"): value for word, value in words.items()}
 
     @property
     def run(self) -> Callable[[argparse.Namespace, Progress], StudyResult]:

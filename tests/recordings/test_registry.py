@@ -23,7 +23,6 @@ from srbval.recordings.manifest import FileStatus, manifest_path, read_manifest
 from srbval.recordings.registry import (
     add,
     fetch,
-    find_recording,
     healthy_baseline,
     listing,
     load_entry,
@@ -118,8 +117,6 @@ def test_recordings_of_the_rig(folder):
     assert rig_recordings() == ()
     add(folder)
     assert [Path(r.file).name for r in rig_recordings()] == [RIG, EXCERPT]
-    assert find_recording(state=Fault.OUTER, nominal_rpm=353).dataset == "torino-excerpts"
-    assert find_recording(state=Fault.HEALTHY, nominal_rpm=353) is None
     files.excerpt(folder / "OR_877rpm_sample.mat")
     entry = by_name(add(folder).recordings)["OR_877rpm_sample.mat"]
     assert (entry.status, "published 7c21237257b3" in (entry.reason or "")) == (FileStatus.CHANGED, True)

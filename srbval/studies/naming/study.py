@@ -31,6 +31,8 @@ from srbval.studies.naming.records import KnownRecord, known_records, otherwise
 
 Row = dict[str, Any]
 GRADED = Path(__file__).with_name("graded.csv")
+# Part that the public tool names, by the line that it ranks first.
+PUBLIC = {"BPFO": Fault.OUTER, "BPFI": Fault.INNER, "BSF": Fault.ROLLER, "FTF": "cage", "none": None}
 KEYS = ("right", "wrong", "none", "healthy_called")
 ALONE, MACHINE, OTHERWISE = "record alone", "one machine", "another speed or bearing"
 
@@ -80,7 +82,7 @@ def counted(rows: Sequence[Row]) -> list[Row]:
     ]
 
 
-def outcome_of(state: Fault, part: Fault | None) -> str:
+def outcome_of(state: Fault, part: str | None) -> str:
     """Outcome: right, wrong or none (no part named) if faulty; healthy, or healthy_called (a part named) if healthy."""
     if state not in DEFECTS:
         return "healthy" if part is None else "healthy_called"
@@ -102,19 +104,8 @@ def name_graded(row: Row) -> Row:
         "outcome": outcome_of(state, verdict.part),
         "ranked_first": first,
         "probability": shares[first],
-        "public_outcome": public_outcome(state, row["peer_first"]),
+        "public_outcome": outcome_of(state, PUBLIC[row["peer_first"]]),
     }
-
-
-def public_outcome(state: Fault, line: str) -> str:
-    """Judge a public tool that ranks `line` (BPFO, BPFI, BSF, FTF or none) first in a record with the true `state`.
-
-    Returns right, wrong or none for a faulty bearing, healthy or healthy_called (a fault named) for a healthy one.
-    """
-    right = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI", Fault.ROLLER: "BSF"}.get(state)
-    if line == "none":
-        return "none" if right else "healthy"
-    return "healthy_called" if right is None else "right" if line == right else "wrong"
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
