@@ -184,7 +184,11 @@ def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt
     with without_ctrl_c():
         made = kind(**{**options, **settings} if job else {**settings, **options})
     with made as cluster:
-        cluster.sync(_scale, cluster, 1 if adapt else workers)
+        try:
+            cluster.sync(_scale, cluster, 1 if adapt else workers)
+        except Exception:
+            cluster.shutdown_on_close = False  # closing it fails; when the program ends, Dask would try again for 10 s
+            raise
         if adapt:
             cluster.adapt(minimum=1, maximum=workers)
         yield cluster
