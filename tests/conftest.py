@@ -11,16 +11,23 @@ import pytest
 
 from srbval.cli import run_command_line
 from srbval.models.jit import precompile
-from srbval.models.simulate import scenes_of_all_kernels
+from srbval.models.solvers import METHODS
 from srbval.processes.machine import usable_cores
+from srbval.scene import load_scene, paper_scene
 
 REPORT = "tests/report"
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels before the workers start, so that no two of them compile the same."""
+    """Compile the kernels before the workers start, so that no two of them compile the same.
+
+    Tests use no other ones in the short form: points with one cage and every solver, slices with two cages, with oil,
+    and with free rollers and one cage.
+    """
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        precompile(*scenes_of_all_kernels())
+        paper = [*(paper_scene(solver={"name": name}) for name in METHODS), paper_scene(model="planar")]
+        free = load_scene("rig", {"bodies": {"free_rollers": True, "cages": 1}})
+        precompile(*paper, load_scene("rig"), load_scene("rig-oil"), free)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

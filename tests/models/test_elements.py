@@ -32,8 +32,8 @@ CAGE = 0.02  # of the cage speed of pure rolling: slip of a well loaded bearing
 ROUNDING = 1e-9
 KIND = {"BPFO": "outer", "BPFI": "inner", "2xBSF": "ball"}
 # The smallest and the largest, each with another model; all sizes at one speed or another in the long form.
-SIZES = [("full", "24160", 300.0), ("slices", "22212", 710.0)]
-MORE = [("full", "22212", 1500.0), ("slices", "24160", 710.0)]
+SIZES = [("full", "22212", 1500.0), ("slices", "24160", 710.0)]
+MORE = [("full", "24160", 300.0), ("slices", "22212", 710.0)]
 MORE += [("full", name, 710.0) for name in ("22216", "22320", "23136")]
 SHOWN = [
     (name, "BPFI", {"model": model})
@@ -45,7 +45,9 @@ SHOWN += [("fag-nu2205", line, {"model": "planar"}) for line in ("BPFO", "BPFI")
 
 
 def at_size(model: str, name: str, rpm: float) -> tuple[str, str, dict[str, object]]:
-    return name, "BPFO", {"model": model, "shaft_speed": f"{rpm} rpm", "duration_s": max(0.8, 600 / rpm)}
+    bodies = {"cages": 2 if model == "slices" else 1}  # whose kernels others use as well
+    speed = {"shaft_speed": f"{rpm} rpm", "duration_s": max(0.8, 600 / rpm)}
+    return name, "BPFO", {"model": model, "bodies": bodies} | speed
 
 
 def bearing_of(name: str, folder: Path) -> str:

@@ -125,8 +125,8 @@ BEM_ELEMENTS, BEM_REACH, BEM_ERROR = 401, 1.4, 2e-3
 
 def scene_of(model: str = "line", **surface: Any) -> Any:
     table = {"surface": surface} if surface else {}
-    one_cage = {"bodies": {"cages": 1}}  # whose kernels others use as well
-    return load_scene("rig", {"model": model, "duration_s": DURATION_S, **one_cage, **table})
+    bodies = {"cages": 1 if model == "line" else 2}  # whose kernels others use as well
+    return load_scene("rig", {"model": model, "duration_s": DURATION_S, "bodies": bodies, **table})
 
 
 def loaded(model: Parameters) -> FloatArray:

@@ -1,8 +1,10 @@
 """States at which the equations of motion are checked: near rolling, with everything moving."""
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 
 from tests.verification.harness import (
     PRINTED_FIT,
@@ -37,6 +39,7 @@ EVERYTHING: dict[str, Any] = {  # all forces at once, none along an axis of symm
     "speed_profile": {"time_s": [0.0, 0.02, 0.1], "speed_rad_s": [60.0, 80.0, 70.0]},
     "load_profile": {"time_s": [0.0, 0.1], "radial_n": [120e3, 90e3], "axial_n": [30e3, 5e3]},
 }
+TWO_CAGES = "every force at once, two cages"
 BACKWARDS = "interference, defects off the load zone, shaft turning back"
 TURNED: dict[str, Any] = {
     "load": {"axial": "20 kN", "direction": "-72 deg"},
@@ -53,9 +56,17 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the sta
     "interference, damaged roller": ({"contact": PRINTED_FIT, "defect": DEFECTS["roller"]}, 0.0),
     "interference, pit with finer points": ({"contact": PRINTED_FIT, "defect": DEFECTS["fine"]}, 0.0),
     "every force at once, changing speed and load": (EVERYTHING, 0.0217),
-    "every force at once, two cages": (merged(EVERYTHING, {"bodies": {"cages": 2}}), 0.004),  # while settling
+    TWO_CAGES: (merged(EVERYTHING, {"bodies": {"cages": 2}}), 0.004),  # while settling
     BACKWARDS: (TURNED, 0.00445),
 }
+
+
+def in_short_form(names: Iterable[str]) -> list[Any]:
+    """Names of cases as parameters: `TWO_CAGES`, whose kernels nothing else uses, is compiled in the long form only.
+
+    The short form runs it uncompiled, beside the planted errors.
+    """
+    return [pytest.param(name, marks=pytest.mark.long_form if name == TWO_CAGES else ()) for name in names]
 
 
 def subject(*changes: dict[str, Any]) -> tuple[Parameters, World]:

@@ -21,7 +21,7 @@ import srbval
 KERNELS = Path(srbval.__file__).parent / "models" / "full"
 NEEDED = ["numba", "pytest", "scipy.optimize", "scipy.signal", "scipy.fft", "scipy.spatial.transform"]
 # Nothing of the project's own settings: checks are run as they stand, and warnings are no matter here.
-OPTIONS = "-x -q --tb=no -rf -p no:cacheprovider -p no:xdist -o addopts= -o filterwarnings= --timeout=0"
+OPTIONS = "-x -q --tb=no -rf -p no:cacheprovider -p no:xdist --noconftest -o addopts= -o filterwarnings= --timeout=0"
 
 
 def processes(count: int) -> Pool:

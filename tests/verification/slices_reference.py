@@ -15,8 +15,9 @@ from scipy.optimize import brentq, root
 from srbval.models.full import columns as col
 from tests.verification.harness import FloatArray, Parameters, Scene, geometry, rates
 
-STATIC: dict[str, Any] = {  # at rest, the load through the rollers alone
+STATIC: dict[str, Any] = {  # at rest, the load through the rollers alone; kernels as those of the scene `rig`
     "model": "slices",
+    "bodies": {"cages": 2},
     "contact": {"static_friction": 0.0, "dynamic_friction": 0.0},
     "shaft_speed": "1e-6 rpm",
     "load": {"path": "bearing"},

@@ -8,7 +8,7 @@ test, only as chatter or drag at coarse steps. Sources: G' C G summed over the p
 import numpy as np
 import pytest
 
-from tests.verification.cases import make_case, subject
+from tests.verification.cases import TWO_CAGES, in_short_form, make_case, subject
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, implicit_response, layout_of, rates, rolling_state
 from tests.verification.matrices import damping_with_shaft, mass_matrix
 
@@ -16,7 +16,7 @@ SCENES = (
     "play, paper's case",
     "interference, damaged roller",
     "every force at once, changing speed and load",
-    "every force at once, two cages",
+    TWO_CAGES,
 )
 # In units in which every mass is one. Masses by slices are good to 7e-11, and a solution with them follows.
 MATRIX = 1e-9
@@ -27,7 +27,7 @@ SPEED = 1e-4  # of bodies of 1 kg [m/s], so that every slip is far below the 10 
 DIRECTIONS = 4
 
 
-@pytest.fixture(params=SCENES, scope="module")
+@pytest.fixture(params=in_short_form(SCENES), scope="module")
 def case(request):
     return make_case(request.param)
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from srbval.models.full import columns as col
-from tests.verification.cases import CASES, Case, make_case
+from tests.verification.cases import CASES, Case, in_short_form, make_case
 from tests.verification.harness import FloatArray, layout_of, rate_of_change
 from tests.verification.matrices import partial_velocities
 
@@ -26,7 +26,7 @@ INERTIA_N = 1e-4  # difference quotients of the lightest roller's momentum
 LEAST_LOAD_N = 100.0  # the state must press some rollers, or nothing is tested
 
 
-@pytest.fixture(params=CASES, scope="module")
+@pytest.fixture(params=in_short_form(CASES), scope="module")
 def case(request):
     return make_case(request.param)
 

@@ -38,7 +38,7 @@ from tests.verification.test_slices_law import RIG, SPAN_S
 SCENE: dict[str, Any] = merged(
     RIG,
     {
-        "bodies": {"free_rollers": True},
+        "bodies": {"free_rollers": True, "cages": 1},
         "line_contact": {"outer_osculation": 0.97, "inner_osculation": 0.965},
         "load": {"gravity": False},
         "contact": {"radial_play": "0.25 mm"},

@@ -9,8 +9,6 @@ it relaxes them: with the shaft as one more speed in u and D, drive and losses c
 """
 
 from collections.abc import Callable
-from itertools import product
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from srbval.bearing import Fault
 from srbval.models.full import columns as col
-from tests.verification.cases import CASES, disturbed, subject
+from tests.verification.cases import CASES, TWO_CAGES, disturbed, in_short_form, subject
 from tests.verification.harness import PAPER_STEP_S, FloatArray, Parameters, layout_of, rates, rolling_state, stepped
 from tests.verification.matrices import damping_with_shaft, mass_matrix
 from tests.verification.world import World
@@ -35,7 +33,7 @@ POWERS = {"imex1": 1e-6, "imex2": 1e-6, "ros2": 1e-2}
 SCENES = (
     "every force at once, changing speed and load",
     "interference, damaged roller",
-    "every force at once, two cages",
+    TWO_CAGES,
 )
 LOSSES = [col.FRICTION_POWER, col.DAMPING_POWER, col.HOUSING_POWER]
 # A step's end, and the powers of the force that it applies.
@@ -128,11 +126,10 @@ METHODS: dict[str, tuple[Stepper, float]] = {
     "imex2": (leapfrog(0.5, (1.5, 0.5), GAMMA_IMEX2, 0.5), LEAPFROG),
     "ros2": (w_method, ROSENBROCK),
 }
-EACH: list[Any] = list(product(METHODS, SCENES))
-EACH[-1] = pytest.param(*EACH[-1], marks=pytest.mark.long_form)  # whose kernel nothing else needs
 
 
-@pytest.mark.parametrize(("method", "name"), EACH)
+@pytest.mark.parametrize("name", in_short_form(SCENES))
+@pytest.mark.parametrize("method", METHODS)
 def test_steps_by_dense_matrices(method, name):
     model, world = subject(CASES[name][0])
     start = disturbed(rolling_state(model), seed=2, cage_angle=world.scene.load.zone_rad)

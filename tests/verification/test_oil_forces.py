@@ -68,7 +68,7 @@ def case(name: str, still: bool = False) -> Case:
         state[layout.spin] *= 1 + 0.02 * rng.standard_normal(len(model.slot_angle))
         state[layout.shaft_cage_rate] *= 0.97
     wet = rates(model, 0.0, state)
-    dry = rates(model._replace(oil=None), 0.0, state)
+    dry = rates(model._replace(oil=model.oil._replace(rolling=np.zeros((2, 2)), drag=0.0, pocket=0.0)), 0.0, state)
     force = np.zeros_like(state)
     force[layout.half :] = mass_matrix(World(scene), state) @ (wet.rate - dry.rate)[layout.half :]
     return Case(model, state, wet, dry, force, scene)

@@ -253,6 +253,7 @@ class Passage:
             moment = self.model.roller_axial * found.rate[where.spin][0]
         else:
             moment = t[[col.INERTIA_XZ, col.INERTIA_YZ, col.INERTIA_ZZ]] @ found.rate[where.cage_rate]
+            moment += t[col.INERTIA_ZZ] / 2 * found.rate[where.relative_rate][0]  # of row 2's cage and rollers
         along_slot = self.model.roller_mass * found.rate[where.slide_rate].sum()
         return t[col.CONTACT_ENERGY], moment * self.per_m, along_slot
 
@@ -302,6 +303,7 @@ def test_loads_over_an_opening_are_those_that_act(aside_m):
 
 RIG: dict[str, Any] = {
     "model": "slices",
+    "bodies": {"cages": 2},
     "load": {"path": "bearing", "gravity": True},
     "shaft_speed": "858.94 rpm",
     "line_contact": {"traction": "lubricated"},

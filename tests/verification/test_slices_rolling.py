@@ -87,7 +87,7 @@ def test_load_along_the_roller(name):
 
 
 RUN = 2e-5  # of the ratio: a fiftieth of what model and rig differ by
-RIG: dict[str, Any] = {"model": "slices", "load": {"path": "bearing"}, "shaft_speed": "858.94 rpm"}
+RIG: dict[str, Any] = STATIC | {"contact": {}, "shaft_speed": "858.94 rpm"}
 DRY = {"static_friction": 0.05, "dynamic_friction": 0.05, "critical_velocity": "1 mm/s"}
 LINEAR = {"static_friction": 5.0, "dynamic_friction": 5.0, "critical_velocity": "10 m/s"}
 OIL = {"traction": "lubricated", "traction_slope": 3.0, "traction_limit": 0.05}
