@@ -45,13 +45,11 @@ class SimulatedRig(NamedTuple):
     inner: Pair
 
 
-def simulated_rig(seed: int, *, noise: float = 0.02) -> SimulatedRig:
-    """Records behind the path `TRUE`, and runs with pulses that differ from the records' in phase and slip alone."""
-    random, pairs = np.random.default_rng(seed), []
-    for state in (Fault.OUTER, Fault.INNER):
-        record = record_of(state.code, state, behind(pulses(random, state), TRUE) + background(random, noise))
-        pairs.append(Pair(record=record, run=run_with(state, pulses(random, state))))
-    return SimulatedRig(*pairs)
+def simulated_pair(seed: int, state: Fault, *, noise: float = 0.02) -> Pair:
+    """A record behind the path `TRUE`, and a run with pulses that differ from the record's in phase and slip alone."""
+    random = np.random.default_rng(seed)
+    record = record_of(state.code, state, behind(pulses(random, state), TRUE) + background(random, noise))
+    return Pair(record=record, run=run_with(state, pulses(random, state)))
 
 
 def pulses(random: np.random.Generator, state: Fault) -> FloatArray:
@@ -104,7 +102,7 @@ def run_with(state: Fault, acceleration: FloatArray) -> Run:
 
 @pytest.fixture(scope="module")
 def rig():
-    return simulated_rig(1)
+    return SimulatedRig(simulated_pair(1, Fault.OUTER), simulated_pair(2, Fault.INNER))
 
 
 @pytest.fixture(scope="module")
@@ -174,8 +172,8 @@ def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig, found):
 
 def test_noisy_gains_scatter_as_their_uncertainty_states():
     """Over rigs, with a background as strong as the pulses behind the path."""
-    rigs = [simulated_rig(seed, noise=3.0) for seed in range(5, 15)]
-    paths = [identify(rig.outer, bearing=BEARING, band_hz=(1200.0, 3200.0)).path for rig in rigs]
+    pairs = [simulated_pair(seed, Fault.OUTER, noise=3.0) for seed in range(5, 15)]
+    paths = [identify(pair, bearing=BEARING, band_hz=(1200.0, 3200.0)).path for pair in pairs]
     off, u = [], []
     for path in paths:
         true = np.abs(TRUE.response(np.array(path.frequency_hz))[0])

@@ -15,6 +15,7 @@ from srbval.processes import worker
 from srbval.processes.machine import one_thread
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, without_ctrl_c
 from tests.marked import marked, until
+from tests.processes.answerer import GRACE_S
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
 ANSWERER = "tests.processes.answerer"
@@ -95,11 +96,11 @@ worker.WorkerProcess({ANSWERER!r}).call(sys.argv[1], limit_s=float(sys.argv[2]))
 def test_it_does_not_outlive_its_parent(request_):
     """Code that lets no thread of Python run ends with the request's limit, which a thread of C keeps."""
     mark = {"SRBVAL_TEST": f"{os.getpid()} {request_}"}
-    parent = subprocess.Popen([sys.executable, "-c", PARENT, request_, "4"], env=os.environ | mark)
+    parent = subprocess.Popen([sys.executable, "-c", PARENT, request_, "3"], env=os.environ | mark)
     until(lambda: len(marked(mark)) == 2)
     parent.kill()
     parent.wait()
-    until(lambda: not marked(mark), within_s=4 + 4 * worker.GRACE_S)
+    until(lambda: not marked(mark), within_s=3 + 15 * GRACE_S)
     assert parent.returncode == -signal.SIGKILL
 
 

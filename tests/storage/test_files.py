@@ -107,7 +107,7 @@ def test_every_byte_counts(tmp_path):
     append_checksum(path, b"summary\n")
     assert checked_summary(path) == b"summary\n"
     whole = path.read_bytes()
-    for at in range(8 * len(whole)):
+    for at in range(0, 8 * len(whole), 7):  # every byte, and every place within one
         raw = bytearray(whole)
         raw[at // 8] ^= 1 << at % 8
         path.write_bytes(raw)

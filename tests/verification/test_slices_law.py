@@ -156,13 +156,13 @@ SHAPES: dict[str, dict[str, Any]] = {
     "raised piece": RAISED,
 }
 KINDS = ("outer", "inner", "roller")
-PLACES = 401  # of the roller, over an opening and as much again
+PLACES = 101  # of the roller, over an opening and as much again
 SEARCHED = 40_001
 FOOT_M = 1e-8  # the search's own spacing of 0.3 um, on a slope of 0.02
 # Of the rollers' slides from touching the outer race.
 DEEP_M = {"outer": 10e-6, "inner": -20e-6, "roller": 10e-6, "roller before the inner race": -20e-6}
 WAY_M = 5e-3  # the roller's way, to either side of an opening's middle
-STEPS = 4000
+STEPS = 2000
 # Of the energy that is stored or set free over the opening's edge; where a raised piece has no ramp, the roller's edge
 # and its parabola differ by 16 nm: 0.2 % of the depth.
 POTENTIAL, STEEP = 5e-3, 4e-2
