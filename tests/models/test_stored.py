@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from llvmlite.binding import ObjectFileRef
 
 from srbval import Run, load_scene, paper_scene
 from srbval.models import jit
@@ -38,21 +39,14 @@ print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses, len(s
 """
 
 
-def functions(machine_code: bytes) -> list[tuple[str, int]]:
-    """Names and bindings of the functions that an ELF object defines (System V ABI, chapter 4: sections, symbols)."""
-    (table_at,) = struct.unpack_from("<Q", machine_code, 40)
-    size, count = struct.unpack_from("<HH", machine_code, 58)
-    sections = [struct.unpack_from("<IIQQQQIIQQ", machine_code, table_at + size * i) for i in range(count)]
-    found = []
-    for _, kind, _, _, at, length, link, _, _, entry in sections:
-        if kind != 2:  # symbols
-            continue
-        names_at = sections[link][4]
-        for place in range(at, at + length, entry):
-            name, info, _, section, _, _ = struct.unpack_from("<IBBHQQ", machine_code, place)
-            if info & 15 == FUNCTION and section:
-                end = machine_code.index(b"\0", names_at + name)
-                found.append((machine_code[names_at + name : end].decode(), info >> 4))
+def bindings(machine_code: bytes) -> dict[str, int]:
+    """Bindings by name of the functions that an ELF object defines (System V ABI, chapter 4: symbols)."""
+    parts = ObjectFileRef.from_data(machine_code).sections()
+    sections = {one.name(): one.data() for one in parts if one.name() in (b".symtab", b".strtab")}
+    names, found = sections[b".strtab"], {}
+    for name, info, _, section, _, _ in struct.iter_unpack("<IBBHQQ", sections[b".symtab"]):
+        if info & 15 == FUNCTION and section:
+            found[names[name : names.index(b"\0", name)].decode()] = info >> 4
     return found
 
 
@@ -61,10 +55,10 @@ def test_no_kernel_carries_a_copy_of_another():
     """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
     jit.precompile(paper_scene(), paper_scene(model="planar"), load_scene("rig"))
     stored = [path.read_bytes() for path in jit.kernel_cache_folder().glob("*.kernel")]
-    codes = [functions(content[content.index(ELF) :]) for content in stored]
+    codes = [bindings(content[content.index(ELF) :]) for content in stored]
     assert len(codes) >= 2
     assert all(codes)
-    assert [name for code in codes for name, binding in code if binding == WEAK] == []
+    assert [name for code in codes for name, binding in code.items() if binding == WEAK] == []
 
 
 def test_a_failed_process_leaves_no_mark(monkeypatch, tmp_path):

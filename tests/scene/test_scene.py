@@ -12,12 +12,14 @@ from srbval.arrays import FloatArray
 from srbval.cli.arguments import build_parser
 from srbval.cli.scene_commands import scene_from_options
 from srbval.errors import ConfigurationError
+from srbval.models.planar.ring import make_ring
 from srbval.models.run import not_validated
 from srbval.models.run_file import scene_dict
 from srbval.scene import DefectShape, LoadPath, Surface, Traction, load_scene, paper_scene, rig_inputs
 from srbval.scene.read import bundled_table
 from srbval.scene.surface import RoughnessClass
 from srbval.storage.tables import walk_leaves
+from tests.verification.harness import parameters
 
 EXACT_RELATIVE = 1e-12  # rounding of a change of units
 
@@ -136,6 +138,25 @@ def test_the_mean_of_a_profile_is_over_the_recorded_time():
     table = {"time": ["0 s", "2 s"], "speed_rad_s": [10.0, 14.0]}
     assert paper_scene(speed_profile=table, duration="2 s").mean_shaft_rad_s == pytest.approx(12.0)
     assert paper_scene(speed_profile=table, duration="1 s").mean_shaft_rad_s == pytest.approx(11.0)
+
+
+TABLE_4, NOTHING = (5e9, 5e5), (0.0, 0.0)  # N/m, Ns/m
+HELD_BY = [  # scene, and what is described to hold its ring
+    ("paper", {}, TABLE_4),
+    ("paper", {"model": "line"}, TABLE_4),
+    ("paper", {"load": {"path": "bearing"}}, NOTHING),
+    ("paper", {"load": {"path": "bearing"}, "housing": {"damping": "2e3 Ns/m"}}, (0.0, 2e3)),
+    ("rig", {}, (0.0, 3.1e4)),
+    ("rig", {"model": "full", "housing": {"damping": "0 Ns/m"}}, NOTHING),
+]
+
+
+@pytest.mark.parametrize(("base", "changes", "described"), HELD_BY)
+def test_nothing_that_is_not_described_holds_the_ring(base, changes, described):
+    """A damper that is left over where a spring was taken away hides resonances: it was 0.40 of critical in `rig`."""
+    scene = load_scene(base, changes)
+    model, ring = parameters(scene), make_ring(scene, load_bearing("skf-22240")).kernel
+    assert (model.housing_stiffness, model.housing_damping) == (ring.stiffness, ring.damping) == described
 
 
 CLEARANCE_M = 92.5e-6  # the middle of the mounted clearance that the tables allow

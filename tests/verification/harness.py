@@ -32,7 +32,6 @@ SUPPLIED = [out_col.MEAN_DRIVE_POWER, out_col.MEAN_LOAD_POWER]
 LOST = [out_col.MEAN_FRICTION_POWER, out_col.MEAN_DAMPING_POWER, out_col.MEAN_HOUSING_POWER]
 PAPER_STEP_S = 1 / 61440
 PRINTED_FIT = {"roller_fit": "printed"}  # every roller is pressed by both races: nothing rattles
-LOOSE_FIT = {"radial_play": "3 mm"}  # no roller touches a race
 
 
 def geometry() -> SphericalRollerGeometry:

@@ -12,8 +12,7 @@ from typing import Any, Self
 import numpy as np
 from scipy.optimize import brentq, root
 
-from srbval.models.full import columns as col
-from tests.verification.harness import FloatArray, Parameters, Scene, geometry, rates
+from tests.verification.harness import FloatArray, Parameters, Scene, geometry
 
 STATIC: dict[str, Any] = {  # at rest, the load through the rollers alone; kernels as those of the scene `rig`
     "model": "slices",
@@ -30,16 +29,6 @@ LEAST_SLIP = 1e-9  # m/s, so that no range of slips is empty
 RATIOS = (0.42, 0.445)  # of cage and shaft speed, pure rolling at a roller's ends
 LEAST_RING_N = 1e-2  # where the ring counts as balanced
 DIFFERENCE = 1e-6  # square of the share of a displacement by which it is varied: rounding leaves 1e-5 N
-
-
-def loads_of_slices(model: Parameters, y: FloatArray) -> FloatArray:
-    """Normal force of each slice of a sound race on each roller, [2 races, 2 M rollers, slices]: each one alone."""
-    found = []
-    for only in np.eye(model.slices.rows.shape[-1]):
-        rows = model.slices.rows.copy()
-        rows[:, :, col.SLICE_STIFFNESS] *= only
-        found.append(rates(model._replace(slices=model.slices._replace(rows=rows)), 0.0, y).load_n.sum(axis=2))
-    return np.stack(found, axis=-1)
 
 
 @dataclass(frozen=True)

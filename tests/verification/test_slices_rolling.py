@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from srbval.models import outputs
-from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from tests.verification.cases import subject
 from tests.verification.harness import PAPER_STEP_S, FloatArray, Scene, advance, geometry, layout_of, rates
@@ -24,7 +23,6 @@ from tests.verification.slices_reference import (
     Friction,
     SlicedBearing,
     balanced_ratio,
-    loads_of_slices,
 )
 from tests.verification.world import P, circle_profile
 
@@ -66,24 +64,6 @@ def test_loads_and_displacement_are_those_of_the_integral(name):
     whole = rows_expected.sum(axis=1, keepdims=True)
     assert rows / rows.sum(axis=1, keepdims=True) == pytest.approx(rows_expected / whole, rel=SHARES, abs=SHARES / 1e3)
     assert state[layout_of(state).ring] == pytest.approx(ring, rel=RING, abs=RING * np.abs(ring).max() + RING_M)
-
-
-@pytest.mark.parametrize("name", ["radial", "radial and axial"])
-def test_load_along_the_roller(name):
-    """The most loaded roller's slices carry what the integral has between their ends."""
-    model, world = subject(STATIC, CASES[name])
-    state = equilibrium_state(model)
-    bearing = SlicedBearing.like(model, world.scene)
-    where = layout_of(state)
-    found = loads_of_slices(model, state)
-    whole = bearing.contacts(state[where.slide], state[where.ring]).force_n
-    j = int(whole[0].sum(axis=1).argmax())
-    for race in (0, 1):
-        places = np.arange(whole.shape[2] + 1) / whole.shape[2] * geometry().roller_width_m
-        running = np.concatenate([[0.0], np.cumsum(whole[race, j])])
-        edges = np.concatenate([[0.0], np.cumsum(model.slices.rows[race, 0, col.SLICE_WIDTH])])
-        expected = np.diff(np.interp(edges, places, running))
-        assert found[race, j] == pytest.approx(expected, abs=ROLLER * expected.max())
 
 
 RUN = 2e-5  # of the ratio: a fiftieth of what model and rig differ by

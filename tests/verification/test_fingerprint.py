@@ -1,18 +1,12 @@
 """Blind spots of the fingerprint of behaviour: which planted errors change its runs, and which of the others matter.
 
-    python -m tests.verification.planted_fingerprint [FILE.json]
-
 Every error of ``planted_errors.toml`` is planted alone. The runs of the fingerprint are continued from stored states,
 uncompiled, for two output intervals; an error that changes one of them by more than the fingerprint's tolerance changes
 the fingerprint. Any other error is planted in states of the scenes of published numbers, late in their runs: if it
-changes one of these, it is a blind spot. Exit code 1 if there is one.
+changes one of these, it is a blind spot.
 """
 
-import json
-import os
 import pickle
-import sys
-import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from functools import partial
@@ -20,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from tests.verification.planted import plant, processes
-from tests.verification.test_planted_errors import ERRORS, UNHARMED
+from tests.verification.test_planted_errors import ERRORS, PROCESSES, UNHARMED
 
 PROBE, PUBLISHED = "fingerprint", "published"
 CHANGED, BLIND, HARMLESS = "changes the fingerprint", "blind spot", "changes no published number"
@@ -89,21 +84,13 @@ def effect(error: dict[str, str], folder: Path) -> str:
     return HARMLESS
 
 
-def main() -> int:
-    """Plant the errors, print the effect of each and write all to the file that is named, if any; exit code."""
-    found = {}
-    with tempfile.TemporaryDirectory() as name, processes(os.cpu_count() or 1) as pool:
-        folder = Path(name)
-        (folder / "states").write_bytes(pickle.dumps([*states()]))
-        pool.apply(store_unharmed, (folder,))
-        for error, text in zip(ERRORS, pool.imap(partial(effect, folder=folder), ERRORS), strict=True):
-            found[error["what"]] = text
-            print(f"{error['file']}, {error['what']}: {text}", flush=True)
-    print(dict(Counter(text.partition(":")[0] for text in found.values())))
-    for file in sys.argv[1:]:
-        Path(file).write_text(json.dumps(found, indent=1))
-    return int(any(text.startswith(BLIND) for text in found.values()))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+@pytest.mark.long_form
+@pytest.mark.timeout(3 * 3600)
+def test_every_planted_error_that_changes_a_published_number_changes_the_fingerprint(tmp_path):
+    (tmp_path / "states").write_bytes(pickle.dumps([*states()]))
+    with processes(PROCESSES) as pool:
+        pool.apply(store_unharmed, (tmp_path,))
+        found = list(pool.imap(partial(effect, folder=tmp_path), ERRORS))
+    blind = [(error["what"], text) for error, text in zip(ERRORS, found, strict=True) if text.startswith(BLIND)]
+    assert blind == []
+    assert Counter(text.partition(":")[0] for text in found)[CHANGED] > len(ERRORS) / 2
