@@ -33,8 +33,8 @@ CAGE = 0.02  # of the cage speed of pure rolling: slip of a well loaded bearing
 ROUNDING = 1e-9
 KIND = {"BPFO": "outer", "BPFI": "inner", "2xBSF": "ball"}
 # The smallest and the largest, each with another model; all sizes at one speed or another in the long form.
-SIZES = [("full", "22212", 1500.0), ("slices", "24160", 710.0)]
-MORE = [("full", "24160", 300.0), ("slices", "22212", 710.0)]
+SIZES = [("full", "24160", 300.0), ("slices", "22212", 710.0)]
+MORE = [("full", "22212", 1500.0), ("slices", "24160", 710.0)]
 MORE += [("full", name, 710.0) for name in ("22216", "22320", "23136")]
 SHOWN = [
     (name, "BPFI", {"model": model})

@@ -125,13 +125,6 @@ def test_a_known_path_is_found_in_both_directions(found):
     assert path.used == ("OR", "IR (direction)")
 
 
-def test_the_run_behind_the_path_has_the_records_power_in_every_band(rig, found):
-    order = module.line_order(rig.outer.run, BEARING)
-    bands = join_bands(third_octaves(BAND_HZ), 2 * order * rig.outer.run.scene.shaft_speed_rad_s / (2 * np.pi))
-    shown = module.locked_db(module.record_behind_path(rig.outer.run, found.path), BEARING, bands, order)
-    assert shown == pytest.approx(found.bands.record_db.iloc[[0, 2, 4, 5, 6, 7, 8]].tolist(), abs=0.05)
-
-
 def test_third_octaves_are_joined_downwards_until_they_hold_two_spacings():
     """Edges by hand: 10^2.65 = 446.7, 10^2.85 = 707.9, 10^3.05 = 1122 Hz; 261 and 414 Hz are wide enough, 92 is not."""
     bands = join_bands(third_octaves(BAND_HZ), 234.0)

@@ -214,13 +214,6 @@ def test_ripple_hardly_moves_the_smooth_mean():
     assert abs(ripple.mean() / 32.0 - 1) > RIPPLE, "the plain mean is what this is better than"
 
 
-@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
-def test_lines_stand_where_the_cage_puts_them(kind):
-    run = simulate(paper_scene(model="kinematic", duration="1 s", defect={"kind": kind}))
-    found = answer_questions(run, load_bearing("skf-22240"))[Question.LINES]
-    assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=EQUAL_SAMPLES)
-
-
 def test_amplitudes_are_those_that_are_compared_with_the_rig():
     known = {*RMS_BANDS, *LEVEL_BANDS, *KURTOSIS_BANDS, "depth"}
     known |= {f"harmonic {n}" for n in PATTERN_HARMONICS} | {f"sidebands {n}" for n in SIDEBAND_SPACINGS}
