@@ -224,11 +224,11 @@ def test_forms_of_signals():
 FOLDER = Path(__file__).parents[2] / "notebooks" / "models"
 BALANCE = 0.03  # of the ring's displacement, which moves by 2 %; a contact twice as stiff would be 6 % away
 SLIP = 0.001  # of the cage ratio in 20 ms, in which the outer race is passed once and a half
-LINE_HZ = 0.04  # of a line in a record of 0.225 s
+LINE_HZ = 0.04  # of a line in a record of 0.27 s
 
 
 def test_two_degrees_of_freedom_show_the_kinematic_line():
-    changes = {"shaft_speed": "3000 rpm", "duration_s": 0.225, "settle_s": 0.01, "defect": {"kind": "outer"}}
+    changes = {"shaft_speed": "3000 rpm", "duration_s": 0.27, "settle_s": 0.01, "defect": {"kind": "outer"}}
     changes |= {"solver": {"name": "RK23", "step_s": 1 / 20480}}
     run = simulate(load_scene("rig", {"model": f"{FOLDER / 'two_dof.py'}:simulate"} | changes))
     assert run.status is RunStatus.OK, run.reason
