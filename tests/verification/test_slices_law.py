@@ -313,8 +313,6 @@ CASES: dict[str, dict[str, Any]] = {
     "radial and axial": {"load": {"axial": "20 kN"}},
     "dry": {"line_contact": {"traction": "dry"}, "contact": {"static_friction": 0.05, "dynamic_friction": 0.05}},
     "drilled outer race": {"defect": HOLE | {"kind": "outer"}},
-    "shallow spall of the outer race": {"defect": SHAPES["shallow spall"] | {"kind": "outer"}},
-    "raised piece of the outer race": {"defect": SHAPES["raised piece with ramps"] | {"kind": "outer"}},
     "spall of the inner race": {"defect": SHAPES["spall with ramps"] | {"kind": "inner"}},
     "drilled roller": {"defect": HOLE | {"kind": "roller"}},
 }
