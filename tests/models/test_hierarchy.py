@@ -12,11 +12,11 @@ from srbval.models.hierarchy import MODELS, level_of
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.scene import Scene, SpeedProfile, load_scene, paper_scene
 
-SECONDS = 0.8  # ten revolutions
-RESOLUTIONS = 1.6  # within which a line lies of the frequency of its own cage, whose speed varies a little
+SECONDS = 1.0  # twelve revolutions
+RESOLUTIONS = 2  # within which a line lies of the frequency of its own cage, whose speed varies a little
 ROUNDING = 1e-12  # of a sum of two frequencies
 RAMP = 0.005  # of the ratio of speeds at the ends: means over 20 samples
-LINE_TOLERANCE = 0.005  # slip moves the lines by 0.25 %, a record of 0.8 s tells them to 0.13 %
+LINE_TOLERANCE = 0.005  # slip moves the lines by 0.25 %, a record of a second tells them to 0.1 %
 
 
 def scene_of(model: str, kind: Fault, **changes: object) -> Scene:

@@ -99,7 +99,7 @@ def test_loads_in_balance_and_friction_are_those_of_dense_points():
 def test_the_line_model_is_the_limit_of_ever_denser_points(fit):
     """Cage speed, and a healthy bearing without the noise of points passing; with play 0 as with interference."""
     scenes = (dense_scene(500, model="line"), dense_scene(500), dense_scene(DENSE))
-    runs = [simulate(replace(s, duration_s=0.5, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
+    runs = [simulate(replace(s, duration_s=1.0, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
     line, paper, dense = (measure(run) for run in runs)
     floors = [answer_questions(run, load_bearing("skf-22240"))[Question.NOISE_FLOOR] for run in runs]
     assert line.cage_ratio == pytest.approx(dense.cage_ratio, rel=CAGE_TOLERANCE)
