@@ -41,6 +41,8 @@ MAIN_JOB = "srbval report"  # takes minutes: tests/report makes it of shorter ru
 ITS_PAGE = "guide/own_report.md"  # on other pages reports on recordings are written in the long form alone
 ABSOLUTE = "/measurements"  # parent of the guide's folder
 FS_HZ, SECONDS, RPM = 25_600, 4.0, 1480.0  # as in the guide's options
+ALL = os.environ.get("SRBVAL_TESTS") == "all"
+SHORTER = ["--seconds", "2"]  # of a simulation whose page does not state its length, in the short form
 
 
 def blocks(page: str, kind: str) -> list[str]:
@@ -69,44 +71,52 @@ def write_csv(path: Path, *, fault: bool) -> None:
     time = np.arange(int(SECONDS * FS_HZ)) / FS_HZ
     samples = np.random.default_rng(5 + fault).normal(0, 0.05, time.size)
     if fault:
-        since = np.mod(time, 1 / fault_frequencies("my_bearing.toml", rpm=RPM).bpfo_hz)
+        since = np.mod(time, 1 / fault_frequencies(path.with_name("my_bearing.toml"), rpm=RPM).bpfo_hz)
         samples += np.exp(-900 * since) * np.sin(2 * np.pi * 3000 * since)
     np.savetxt(path, samples, fmt="%.6g")
 
 
-@pytest.fixture
-def files(tmp_path, monkeypatch, request, _results_of_the_module):
-    """Create the files that the pages name; the README's recordings are found by their names alone."""
-    monkeypatch.chdir(tmp_path)
-    if request.node.callspec.params["page"] != README.name:
-        shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", tmp_path, dirs_exist_ok=True)
+@pytest.fixture(scope="module")
+def named(tmp_path_factory):
+    """Folder of the files that the pages name."""
+    folder = tmp_path_factory.mktemp("named")
     elements = next(block for block in blocks("guide/your_bearing.md", "toml") if "[elements]" in block)
-    Path("my_bearing.toml").write_text(elements, encoding="utf-8")
-    write_csv(Path("drive_end.csv"), fault=True)
-    write_csv(Path("healthy.csv"), fault=False)
+    (folder / "my_bearing.toml").write_text(elements, encoding="utf-8")
+    for name, fault in (("drive_end", True), ("healthy", False)):
+        write_csv(folder / f"{name}.csv", fault=fault)
     seconds = np.arange(0, 3, 1 / 20_480)
     since = np.mod(seconds, 1 / fault_frequencies("skf-22240", rpm=710).bpfo_hz)
     table = np.column_stack([seconds, np.exp(-400 * since) * np.sin(2 * np.pi * 900 * since)])
-    np.savetxt("run_outer.csv", table, delimiter=",", header="time [s],acc [m/s2]", comments="")
+    np.savetxt(folder / "run_outer.csv", table, delimiter=",", header="time [s],acc [m/s2]", comments="")
     turned = np.column_stack([table, 0.431 * 2 * np.pi * 710 / 60 * seconds])
-    np.savetxt("run.csv", turned, delimiter=",", header="time [s],acc_y [m/s2],cage_angle [rad]", comments="")
-    rig = tmp_path / ABSOLUTE.removeprefix("/") / "rig7"
+    np.savetxt(folder / "run.csv", turned, delimiter=",", header="time [s],acc_y [m/s2],cage_angle [rad]", comments="")
+    rig = folder / ABSOLUTE.removeprefix("/") / "rig7"
     rig.mkdir(parents=True)
     for name in ("healthy", "run01", "run02"):
         np.save(rig / f"{name}.npy", np.random.default_rng(len(name)).normal(size=40_000))
     labels = re.search(r"```\n(file;.*?)```", TEXTS["guide/your_data.md"], flags=re.DOTALL)
     assert labels is not None
-    Path("labels.csv").write_text(labels[1].replace(".tdms", ".npy"), encoding="utf-8")
-    Path("machine.toml").write_text(blocks("guide/your_data.md", "toml")[0], encoding="utf-8")
-    scene, _ = blocks("guide/commands.md", "toml")
-    Path("scene.toml").write_text(scene, encoding="utf-8")
+    (folder / "labels.csv").write_text(labels[1].replace(".tdms", ".npy"), encoding="utf-8")
+    (folder / "machine.toml").write_text(blocks("guide/your_data.md", "toml")[0], encoding="utf-8")
+    (folder / "scene.toml").write_text(blocks("guide/commands.md", "toml")[0], encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def files(named, tmp_path, monkeypatch, request, _results_of_the_module):
+    """Current folder with the files that a page names; the README's recordings are found by their names alone."""
+    monkeypatch.chdir(tmp_path)
+    excerpts = shipped_folder("data_manifest") / "rig_excerpts"
+    for source in (named,) if request.node.callspec.params["page"] == README.name else (named, excerpts):
+        shutil.copytree(source, tmp_path, dirs_exist_ok=True)
     return tmp_path
 
 
 def run(command: str, folder: Path) -> None:
     words = shlex.split(command.replace(ABSOLUTE, f"{folder}{ABSOLUTE}"))
     assert words[0] == "srbval", f"{command}: neither run nor left out with its reason"
-    assert run_command_line(words[1:]) == 0, command
+    shorter = SHORTER if words[1] == "simulate" and "--seconds" not in words and not ALL else []
+    assert run_command_line([*words[1:], *shorter]) == 0, command
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -118,7 +128,7 @@ def test_every_command_runs_as_it_is_printed(page, files, capsys):
             assert all(any(line.startswith(shown) for line in printed) for shown in block.splitlines()), block
             continue
         for command in filter(is_run, commands_of(block)):
-            if not command.startswith(MAIN_JOB) or page == ITS_PAGE or os.environ.get("SRBVAL_TESTS") == "all":
+            if not command.startswith(MAIN_JOB) or page == ITS_PAGE or ALL:
                 run(command, files)
         printed = capsys.readouterr().out.splitlines()
 

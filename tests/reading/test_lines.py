@@ -23,7 +23,7 @@ from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
 
 FS_HZ, LIMIT_HZ = 2000.0, 700.0
 BEARINGS = ("skf-6205", "skf-22240", "uc-204", "rexnord-za-2115")
-RECORDS = 40
+RECORDS = 26
 EDGE = 1e-9  # of a window, as a share: rounding
 
 

@@ -69,7 +69,7 @@ def test_speed_and_slip_are_told_apart(shaft_hz, slip):
     assert result.line("BPFI").deviation_pct == pytest.approx(100 * slip, abs=SLIP_PCT)
 
 
-@pytest.mark.parametrize("orders", [(1, 2), (1, 2, 3, 4)])
+@pytest.mark.parametrize("orders", [(1, 2), pytest.param((1, 2, 3, 4), marks=pytest.mark.long_form)])
 def test_another_shaft_s_harmonics_never_make_a_wrong_speed_sure(orders):
     """A second machine near the set point modulates the same band as the sidebands at the true speed, 6 % away."""
     true = record(shaft_hz=26.5)
@@ -107,7 +107,7 @@ def test_left_out_records_are_covered(recordings_dir, monkeypatch):
 
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
 NOMINAL_HZ = 25.0
-SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "8"))
+SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "6"))
 
 
 def outer_race(shaft_hz: float, seed: int = 0):
@@ -192,7 +192,7 @@ def test_the_tolerance_of_a_set_point_binds(off, tolerance_pct, slip, kind, seed
         assert not result.line("BPFI").detected
 
 
-RPM, COUNT = 1500.0, 12
+RPM, COUNT = 1500.0, 8
 # BPFI = n (f_r - f_c): what a cage's slip raises it by.
 BPFI_SHARE = BEARING.rolling_elements * BEARING.orders.ftf / BEARING.orders.bpfi
 
@@ -225,7 +225,7 @@ def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_n
         named[diagnose(found).state] += 1
     assert named["inner"] >= COUNT - 2  # the weakest, at a third to two thirds, remain undecided
     assert set(named) <= {"inner", "undecided"}
-    assert covered >= COUNT - 2  # 95 % intervals: fewer with a probability of 2 %
+    assert covered >= COUNT - 2  # 95 % intervals: fewer with a probability of 1 %
     for seed in range(3):
         assert diagnose(read(bearing, cage_slip=0.0, seed=100 + seed, fault=False)).state in ("healthy", "undecided")
 
@@ -262,15 +262,15 @@ STEADY_S = np.arange(int(FS_HZ * SECONDS)) / FS_HZ / SECONDS  # share of the rec
 
 
 @pytest.mark.parametrize(
-    ("course", "span_pct"),
+    ("course", "span_pct", "line", "swing"),
     [
-        (1 + 0.08 * (STEADY_S - 0.5), 8),
-        (1 - 0.12 * (STEADY_S - 0.5), 12),
-        (1 + 0.03 * np.sin(2 * np.pi * STEADY_S), 6),
-        (1 + 0 * STEADY_S, 0),
+        (1 + 0.08 * (STEADY_S - 0.5), 8, "BPFO", 0.0),
+        (1 - 0.12 * (STEADY_S - 0.5), 12, "BPFI", 0.6),
+        (1 + 0.03 * np.sin(2 * np.pi * STEADY_S), 6, "BPFO", 0.0),
+        (1 + 0.03 * np.sin(2 * np.pi * STEADY_S), 6, "BPFI", 0.6),
+        (1 + 0 * STEADY_S, 0, "BPFI", 0.6),
     ],
 )
-@pytest.mark.parametrize(("line", "swing"), [("BPFO", 0.0), ("BPFI", 0.6)])
 def test_a_drifting_shaft_is_followed_by_the_comb_and_said(course, span_pct, line, swing):
     order = getattr(BEARING.orders, line.lower())
     found = analyse(of_course(order, course, swing), bearing=BEARING)
@@ -280,7 +280,7 @@ def test_a_drifting_shaft_is_followed_by_the_comb_and_said(course, span_pct, lin
     assert sum(map(abs, said)) == pytest.approx(span_pct, rel=0.1)
 
 
-@pytest.mark.parametrize("hz", [90.0, 140.0, 240.0, 590.0])
+@pytest.mark.parametrize("hz", [90.0, 590.0, *(pytest.param(hz, marks=pytest.mark.long_form) for hz in (140.0, 240.0))])
 def test_a_tone_without_noise_says_nothing_of_the_shaft(hz):
     """The envelope of a tone contains rounding alone; a course that brings out no fault line is not believed."""
     tone = np.sin(2 * np.pi * hz * np.arange(4 * int(FS_HZ)) / FS_HZ)

@@ -38,7 +38,7 @@ from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files, formats
 
-COUNT = int(os.environ.get("SRBVAL_FUZZ", "200"))
+COUNT = int(os.environ.get("SRBVAL_FUZZ", "100"))  # each format with each damage at least once
 HANG_S = 10.0
 LIMIT_BYTES = 500 * 2**20
 BATCH = 50
@@ -305,7 +305,7 @@ CASES = {
     "missing": (str, "no such file"),
     "empty": (Path.touch, "the file is empty"),
     "text": (lambda path: path.write_text("this is no recording\nat all\n"), "text file"),
-    "one endless line": (lambda path: path.write_text("x," * 2_000_000), "not a table of numbers"),
+    "one endless line": (lambda path: path.write_text("x," * 200_000), "not a table of numbers"),
     "no kind": (lambda path: path.write_bytes(b"XK\x03\x04" + bytes(999)), "not a known recording format. Accepted: "),
     "pipe": (os.mkfifo, "not a regular file"),
     "nan": (nan, r"acc_m_s2: sample 1234 of 4096 is nan"),
@@ -409,15 +409,20 @@ def hanging(path):
     path.write_bytes(damaged)
 
 
-@pytest.fixture(params=[False, True], ids=["started", "forked"])
+@pytest.fixture(params=["started", "forked"])
 def _own_readers(request, monkeypatch):
-    """Start new reader processes for each test; they are forked and may need long on a busy machine."""
+    """Start new reader processes for each test; they may need long on a busy machine."""
     end_readers()
-    monkeypatch.setattr(worker, "is_single_threaded", lambda: request.param)
+    monkeypatch.setattr(worker, "is_single_threaded", lambda: request.param == "forked")
     monkeypatch.setattr(limited, "WAITING", 200)
 
 
-@pytest.mark.usefixtures("_own_readers")
+hanging_readers = pytest.mark.parametrize(
+    "_own_readers", ["started", pytest.param("forked", marks=pytest.mark.long_form)], indirect=True
+)
+
+
+@hanging_readers
 def test_one_that_hangs_does_not_stop_the_others(tmp_path, monkeypatch):
     monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
     hanging(tmp_path / "bad.h5")
@@ -447,21 +452,17 @@ def run(tmp_path):
 @pytest.mark.parametrize(
     ("does", "match"),
     [
-        ("while True: pass", "more than 1 s of computing time"),
-        (
-            "os.kill(os.getpid(), signal.SIGSEGV)",
-            r"ended \(signal SIGSEGV\)\. Copy the file again",
-        ),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", r"ended \(signal SIGSEGV\)\. Copy the file again"),
         ("os._exit(7)", r"ended \(exit code 7\)"),
         ("open('/none')", "cannot be read"),
-        ("time.sleep(1000)", r"could not be read within 2\.0 s"),
+        ("time.sleep(1000)", r"could not be read within 0\.5 s"),
         pytest.param("[bytearray(10**8) for _ in range(20)]", r"more than \d+ bytes of memory", marks=linux),
     ],
 )
 def test_how_it_ended_is_said(run, does, match, tmp_path, monkeypatch, capfd):
-    """The error is the only output, and no memory dump is written to the folder."""
+    """The error is the only output, and no memory dump is written; the end of a loop is said above."""
     monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
-    monkeypatch.setattr(limited, "WAITING", 2.0 if "within" in match else 200)
+    monkeypatch.setattr(limited, "WAITING", 0.5 if "within" in match else 200)
     with pytest.raises(DataError, match=match) as caught:
         run(does)
     assert str(caught.value).startswith(str(tmp_path))
@@ -496,7 +497,7 @@ def test_ctrl_c_ends_the_reader(run, tmp_path):
     assert limited._idle == []
 
 
-@pytest.mark.usefixtures("_own_readers")
+@hanging_readers
 @posix
 def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path):
     """Readers of other threads end too, and files still to be read are not started."""

@@ -17,7 +17,7 @@ from srbval.recordings.units import UNITS
 
 from .formats import MEANT
 
-DRAWN = 2000 if os.environ.get("SRBVAL_TESTS") == "all" else 250
+DRAWN = 2000 if os.environ.get("SRBVAL_TESTS") == "all" else 150
 RATES = (6000, 8000, 10_000, 12_000, 12_800, 16_000, 20_480, 25_600)
 VIBRATIONS = {"m/s2", "mm/s", "um", "V", "Pa"}  # units in which recordings are kept; latin-1 has no superscript minus
 SPELLINGS = {text: unit for text, unit in MEANT.items() if UNITS.get(unit, "-")[0] in VIBRATIONS and "⁻" not in text}

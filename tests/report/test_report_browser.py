@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 
 from srbval.cli import run_command_line
+from srbval.report.write import write_report
 from tests.reading.test_shaft_speed import FS_HZ, record
 
 from .conftest import Made
 
 LOOKS = ((360, "dark"), (1400, "light"))  # narrowest and widest window, each in one of the two colour schemes
-OWN = {"file": ["report", "day07.npy"], "folder": ["report", "."], "trend": ["trend", ".", "--baseline", "5"]}
+DAYS = 6
+OWN = {"file": ["report", "day5.npy"], "folder": ["report", "."], "trend": ["trend", ".", "--baseline", "4"]}
 GIVEN = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "m/s2", "--bearing", "skf-6205", "--band", "2000", "5000"]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Elements that reach beyond the window and are not inside something that scrolls, and text that its box cuts.
@@ -87,31 +89,32 @@ def violations(page: Any) -> list[str]:
 
 @pytest.fixture
 def document(request, tmp_path, monkeypatch):
-    """The page of this name; those of a user's files are written from eight days of a machine and a broken file."""
+    """The page of this name; those of a user's files are written from six days of a machine and a broken file."""
     if request.param == "default":
         made: Made = request.getfixturevalue("with_rig")
         return made.files["html"]
+    if request.param == "every block":
+        return write_report(request.getfixturevalue("report"), tmp_path, ("html",))["html"]
     (tmp_path / "fan").mkdir()
     monkeypatch.chdir(tmp_path / "fan")
     if request.param == "case":
         for name, seed in (("sim_outer", 1), ("rig_outer", 2)):
             np.save(f"{name}.npy", record(shaft_hz=25.0, seed=seed).channels["x"])
         settings = [f"--set={side}.fs_hz={FS_HZ:g}" for side in ("simulated", "measured")]
-        settings += ["--set=measured.rpm=1500", "--set=measured.unit=m/s2", "--set=uncertainty.cage_pct=0.1"]
+        settings += [f"--set={key}" for key in ("measured.rpm=1500", "measured.unit=m/s2", "simulated.unit=m/s2")]
         files = ["--simulated", "sim_outer.npy", "--measured", "rig_outer.npy", "--rpm", "1500", "--no-pdf", "-o", ".."]
-        assert (
-            run_command_line(["validate", *files, "--bearing", "skf-6205", "--set=simulated.unit=m/s2", *settings]) == 0
-        )
+        command = ["validate", *files, "--bearing", "skf-6205", "--set=uncertainty.cage_pct=0.1", *settings]
+        assert run_command_line(command) == 0
         return tmp_path / "report.html"
-    for day in range(8):
-        np.save(f"day{day:02}.npy", record(shaft_hz=25.0, seed=day, fault=day > 6).channels["x"])
+    for day in range(DAYS):
+        np.save(f"day{day}.npy", record(shaft_hz=25.0, seed=day, fault=day == DAYS - 1).channels["x"])
     Path("broken.npy").write_bytes(b"")
     output = ["--plot", "../trend.html"] if request.param == "trend" else ["--no-pdf", "-o", ".."]
     assert run_command_line([*OWN[request.param], *GIVEN, *output]) == (0 if request.param == "file" else 3)
     return tmp_path / ("trend.html" if request.param == "trend" else "report.html")
 
 
-@pytest.mark.parametrize("document", ["default", "case", *OWN], indirect=True)
+@pytest.mark.parametrize("document", ["default", "every block", "case", *OWN], indirect=True)
 def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(chromium, document):
     """Wide and narrow, light and dark, before and after every chart is opened for zooming; the answer is the top."""
     with Visit(chromium, document) as visit:

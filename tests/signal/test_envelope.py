@@ -156,7 +156,7 @@ def test_a_shaft_that_stops_or_hardly_turns_is_refused(speed):
 PASSAGES, PER_PASSAGE, BLOCKS = 200, 20, 10
 PERIODS = (np.arange(PASSAGES * PER_PASSAGE) + 0.5) / PER_PASSAGE
 RAISED = np.where(PERIODS % 1.0 < 0.3, 1.0, 0.0)
-TRIALS = 400
+TRIALS = 200
 
 
 def noise(random: np.random.Generator) -> np.ndarray:
@@ -183,7 +183,7 @@ def test_the_interval_holds_as_often_as_it_says(strength):
     random = np.random.default_rng(2)
     found = [locked_mean((strength * RAISED + 1.0) * noise(random), PERIODS, BLOCKS) for _ in range(TRIALS)]
     inside = [abs(one.value - 0.3 * strength) <= one.ci95 for one in found]
-    assert np.mean(inside) > 0.92  # 95 % and more, by three deviations of as many trials
+    assert np.mean(inside) > 0.9  # 95 % and more, by three deviations of as many trials
     assert np.mean([one.ci95 for one in found]) < 2.5 * NORMAL_95 * np.std([one.value for one in found])
 
 

@@ -74,8 +74,8 @@ def test_a_line_beside_its_place_is_found_on_its_own_side(shift_hz):
 
 # What the table is made for, and three standard errors of a share of 1000 draws: 3 sqrt(p (1 - p) / 1000).
 TABLE_DRAWS, TABLE_COVERED = 1000, (0.92 - 0.026, 0.98 + 0.014)
-# A share of some 40 lines: three standard errors of 95 % below.
-WEAK_RECORDS, WEAK_COVERED = 20, 0.95 - 3 * 0.034
+# A share of some 24 lines: three standard errors of 95 % below.
+WEAK_RECORDS, WEAK_COVERED = 12, 0.95 - 3 * 0.044
 SHARP = 1e-6  # width of the step from covered to not
 
 
