@@ -300,36 +300,6 @@ def check_tables(command: str, document: dict[str, Any], text: Sequence[str]) ->
             assert np.abs(np.abs(known) - abs(float(cell))).min() <= 0.5001 * last, (command, cell)
 
 
-def check_first_lines(command: str, code: int, document: dict[str, Any], text: Sequence[str]) -> None:
-    """The words of a command agree with its JSON."""
-    whole = "\n".join(text)
-    if command == "analyse" and "answer" in document:  # of one file
-        assert document["answer"] == text[0]
-        if any(row.startswith("all lines, features, reasons: --all") for row in text):
-            assert len(text) <= SHORT
-            return
-        assert " ".join(document["fault"]["reasons"]) in " ".join(" ".join(text).split())  # lines may be broken
-        assert sum(line["detected"] for line in document["lines"]) == sum(row.endswith("  yes") for row in text)
-        assert all((line["found_hz"] is None) == (not line["detected"]) for line in document["lines"])
-        lines = {(line["name"], line["harmonic"]): line for line in document["lines"]}
-        for family in document["families"]:
-            line = lines[family["name"], 1]
-            assert family | line == line | {"state": line["not_detected"] or "detected"}
-            said = "yes" if family["detected"] else family["state"]
-            assert sum(row.split()[:2] == [family["name"], "1"] and row.endswith(said) for row in text) == 1
-        starts = {"named": ".* fault: ", "undecided": "Undecided", "nothing found": "Nothing found", None: "No fault"}
-        assert re.match(starts[document["fault"]["verdict"]], document["fault"]["headline"])
-        assert (document["fault"]["called"] is None) == (document["fault"]["verdict"] != "named")
-    if command == "plan":
-        assert document["met"] == (code == 0)
-        assert whole.count("<-") == 1
-        assert next(row for row in text if "<-" in row).split()[0] == document["chosen"]
-        assert f": {document['chosen']}" in whole
-    for name in ("cases", "done", "results", "count", "segments"):
-        if name in document and not isinstance(document[name], list) and command != "data list":
-            assert re.search(rf"\b{document[name]}\b", whole), name
-
-
 @pytest.mark.timeout(3000)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_says_one_thing(command, said):
@@ -339,7 +309,6 @@ def test_every_command_says_one_thing(command, said):
         ended[document["status"], code] += 1
         if document["status"] != "failed":
             check_tables(command, document, text)
-            check_first_lines(command, code, document, text)
     assert command != "analyse" or any(code == 0 for _, code in ended), "records are read"
     print(f"\n{command}: " + ", ".join(f"{n} {status} ({code})" for (status, code), n in ended.most_common()))
 

@@ -17,7 +17,6 @@ from srbval.comparison.comparison import (
     Verdict,
     comparison_frame,
     comparison_row,
-    verdict_on_error,
     verdict_on_tolerance,
 )
 from srbval.comparison.verdicts import endpoints, interpolate_effect, none_missed, verdicts
@@ -131,15 +130,6 @@ def test_each_scene_has_its_own_verdict_and_one_that_is_missed_does_not_hold() -
     assert (rows[LEVEL]["verdict"], rows[3 + LEVEL]["verdict"]) == (Verdict.MET, Verdict.MISSED)
     assert none_missed(rows[:3])
     assert not none_missed(rows)
-
-
-def test_words_follow_from_error_uncertainty_and_margin() -> None:
-    assert verdict_on_error(1.0, None, 3.0) is Verdict.INSUFFICIENT
-    assert verdict_on_error(-1.0, 0.9, 3.0) is Verdict.DIFFERS
-    assert verdict_on_error(1.0, 1.9, 3.0) is Verdict.AGREES
-    assert verdict_on_error(1.0, 2.1, 3.0) is verdict_on_error(0.0, 1.0) is Verdict.NOT_RESOLVED
-    chances = (0.0, 0.05, 0.5, 0.95, 1.0)
-    assert [verdict_on_tolerance(p, 0.05).value for p in chances] == ["met", "met", "not resolved", "missed", "missed"]
 
 
 def test_endpoints_are_those_that_the_records_allow() -> None:

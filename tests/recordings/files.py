@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.io import savemat
 
 FS_HZ = 20480.0
@@ -83,37 +84,6 @@ def rig_v5(path: Path, signals: dict[str, Any]) -> Path:
 
 
 def rig_v73(path: Path, signals: dict[str, Any]) -> Path:
-    """Write the rig's signals as MATLAB v7.3: groups, transposed arrays, 16-bit texts, references to cells."""
-    import h5py
-
-    with h5py.File(path, "w", userblock_size=512) as file:
-        references = file.create_group("#refs#")
-        for name, value in signals.items():
-            _write_v73(file, name, value, references)
-    header = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
-    with path.open("r+b") as stream:
-        stream.write(header)
+    """Write the rig's signals as MATLAB v7.3 with mat-io: groups, transposed arrays, references to cells."""
+    pytest.importorskip("matio").save_to_mat(str(path), signals, version="v7.3")
     return path
-
-
-def _write_v73(group: Any, name: str, value: Any, references: Any) -> None:
-    import h5py
-
-    if isinstance(value, dict):
-        member = group.create_group(name)
-        member.attrs["MATLAB_class"] = np.bytes_(b"struct")
-        for key, inner in value.items():
-            _write_v73(member, key, inner, references)
-    elif isinstance(value, np.ndarray) and value.dtype == object:
-        inner_name = f"r{len(references)}"
-        _write_v73(references, inner_name, value[0, 0], references)
-        cell = group.create_dataset(name, (1, 1), dtype=h5py.ref_dtype)
-        cell.attrs["MATLAB_class"] = np.bytes_(b"cell")
-        cell[0, 0] = references[inner_name].ref
-    elif isinstance(value, str):
-        codes = np.array([[ord(letter)] for letter in value], dtype=np.uint16)
-        text = group.create_dataset(name, data=codes)
-        text.attrs["MATLAB_class"] = np.bytes_(b"char")
-    else:
-        array = group.create_dataset(name, data=np.atleast_2d(np.asarray(value, dtype=float)).T)
-        array.attrs["MATLAB_class"] = np.bytes_(b"double")

@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
-from scipy.sparse import eye_array
 
 from srbval.bearing import Fault, known_bearings
 from srbval.errors import DataError
@@ -48,30 +47,6 @@ def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
     with pytest.raises(DataError, match=rf"library {name}, .* Install it: {re.escape(command)}$"):
         load_recording(path)
     limited.end_readers()
-
-
-def test_structs_cells_and_texts_of_matlab(tmp_path):
-    pair = np.empty((1, 2), dtype=object)
-    pair[0, :] = [np.arange(3.0), "second"]
-    written = {
-        "s": {"x": np.eye(2), "inner": {"label": "grün", "n": 7}},
-        "box": files.nested(files.nested(np.arange(4.0))),
-        "pair": pair,
-        "table": np.array([(1.0, 2.0), (3.0, 4.0)], dtype=[("a", "f8"), ("b", "f8")]),
-        "empty": np.zeros((0, 3)),
-        "sparse": eye_array(5).tocsc(),
-        "complex": np.ones(3) * 1j,
-    }
-    savemat(tmp_path / "a.mat", written, oned_as="column")
-    raw = detect_format(tmp_path / "a.mat").load(tmp_path / "a.mat")
-    np.testing.assert_array_equal(raw.variables["s.x"], np.eye(2))
-    assert (raw.text("s.inner.label"), raw.number("s.inner.n")) == ("grün", 7)
-    np.testing.assert_array_equal(np.ravel(raw.variables["box"]), np.arange(4.0))
-    np.testing.assert_array_equal(np.ravel(raw.variables["pair(1)"]), np.arange(3.0))
-    assert raw.text("pair(2)") == "second"
-    assert [raw.number(f"table({i}).{field}") for i in (1, 2) for field in "ab"] == [1, 2, 3, 4]
-    assert np.size(raw.variables["empty"]) == 0
-    assert not {"sparse", "complex"} & set(raw.variables)
 
 
 def run_file(path, **attributes):
@@ -234,23 +209,6 @@ def test_cwru_two_records_in_one_file(tmp_path):
         load_recording(tmp_path / "both.mat")
 
 
-@pytest.mark.recordings
-@pytest.mark.parametrize(
-    ("name", "fs_hz", "rpm", "channel", "samples"),
-    [
-        ("cwru/174_IR014_0_48kDE.mat", 48000, 1796, "DE", 63788),  # its variables are called X173
-        ("cwru/278_IR007_0_12kFE.mat", 12000, 1796, "FE", 121535),  # carries a stray array
-        ("cwru/3001_IR028_0_12kDE.mat", 12000, 1797, "DE", 120801),  # variables of another record, no rpm
-        ("mfpt/InnerRaceFault_vload_1.mat", 48828, 1500, "gs", 146484),
-        ("hit_sm/SpectraQuest/Normal_1200.mat", 51200, 1200, "vibration", 262144),
-    ],
-)
-def test_real_traps(recordings_dir, name, fs_hz, rpm, channel, samples):
-    r = load_recording(recordings_dir / name)
-    assert (r.fs_hz, r.channel, r.samples) == (fs_hz, channel, samples)
-    assert r.speed.value_hz * 60 == pytest.approx(rpm)
-
-
 @pytest.fixture
 def full(tmp_path):
     """Write signals in the rig's full layout and load them."""
@@ -259,12 +217,6 @@ def full(tmp_path):
         return load_recording(files.rig_v5(tmp_path / name, signals), **given)
 
     return write
-
-
-def test_what_the_full_layout_has_besides(tmp_path):
-    r = load_recording(rig(tmp_path / FULL_NAME))
-    assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
-    assert "left out: Signal_7 (°C)" in r.notes
 
 
 ACROSS = files.nested(files.rig_signals()["Signal_3"]["y_values"]["values"][0, 0].T.copy())

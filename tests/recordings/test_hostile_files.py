@@ -145,7 +145,8 @@ def whole_files(folder):
     write_synthetic_record(folder / "own.h5", state=Fault.OUTER, shaft_hz=10, seconds=0.2, seed=1)
     files.excerpt(folder / "OR_877rpm.mat")
     files.rig_v5(folder / "IR_727rpm_124.8kN_0kN.mat", files.rig_signals())
-    files.rig_v73(folder / "H_727rpm_124.8kN_0kN.mat", files.rig_signals())
+    with contextlib.suppress(pytest.skip.Exception):
+        files.rig_v73(folder / "H_727rpm_124.8kN_0kN.mat", files.rig_signals())
     return found | {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
@@ -422,6 +423,7 @@ hanging_readers = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.usefixtures("_own_readers")
 @hanging_readers
 def test_one_that_hangs_does_not_stop_the_others(tmp_path, monkeypatch):
     monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
@@ -497,6 +499,7 @@ def test_ctrl_c_ends_the_reader(run, tmp_path):
     assert limited._idle == []
 
 
+@pytest.mark.usefixtures("_own_readers")
 @hanging_readers
 @posix
 def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path):

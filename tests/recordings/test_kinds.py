@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
+from scipy.sparse import eye_array
 
 from srbval.errors import DataError
 from srbval.reading.analyse import analyse
@@ -180,7 +181,8 @@ def rasters(path):
 
 
 def upper_case(path):
-    savemat(path, {"Signal": X, "Fs": float(FS_HZ), "Units": "g"})
+    text = {"label": "grün", "complex": np.ones(3) * 1j, "sparse": eye_array(5).tocsc(), "empty": np.zeros((0, 3))}
+    savemat(path, {"Signal": X, "Fs": float(FS_HZ), "Units": "g", **text})
 
 
 def hdf5(path):

@@ -20,17 +20,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording, registry
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.manifest import FileStatus, manifest_path, read_manifest
-from srbval.recordings.registry import (
-    add,
-    fetch,
-    healthy_baseline,
-    listing,
-    load_entry,
-    load_registered,
-    remove,
-    rig_recordings,
-    shipped_recordings,
-)
+from srbval.recordings.registry import add, healthy_baseline, listing, load_registered, remove, rig_recordings
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.findings.provenance import provenance
 from srbval.report.write import write_report
@@ -260,7 +250,7 @@ def test_stated_once_and_stored(machine):
     assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (FileStatus.OK, None, "data[2]", 8000.0)
     for again in (add(path), listing(hash_all=True)):
         assert again.recordings[0].settings == given
-    for recording in (load_registered(path), load_entry(listing(hash_all=True).recordings[0])):
+    for recording in (load_registered(path), registry.load_entry(listing(hash_all=True).recordings[0])):
         assert (recording.channel, recording.fs_hz, recording.unit) == ("data[2]", 8000.0, "m/s2")
     with pytest.raises(DataError, match="lacks information"):
         load_recording(path)  # the plain loader does not use the register
@@ -350,6 +340,7 @@ def test_all_that_is_wrong_with_a_table_at_once(machine, header, rows, said):
 
 
 FOLDER = shipped_folder("data_manifest/rig_excerpts")
+SHIPPED = registry.shipped_recordings  # the function, which `conftest.py` replaces
 POINTS = {(state, rpm) for state in Fault for rpm in (353.0, 877.0)}
 MOST_BYTES = 2_000_000
 SINGLE = 2.0**-24  # relative error of rounding to single precision
@@ -380,7 +371,7 @@ def test_what_ships_is_small_and_says_where_it_comes_from():
 
 
 def test_they_serve_where_nothing_is_registered(tmp_path, monkeypatch):
-    monkeypatch.setattr(registry, "shipped_recordings", shipped_recordings)  # hidden from other tests
+    monkeypatch.setattr(registry, "shipped_recordings", SHIPPED)  # hidden from other tests
     found = rig_recordings()
     assert {(r.state, r.nominal_rpm) for r in found} == POINTS
     for entry in found:
@@ -453,13 +444,13 @@ def test_what_cannot_be_fetched_and_the_way_out(tmp_path, monkeypatch):
 
     monkeypatch.setattr("pooch.retrieve", no_network)
     with pytest.raises(DataError, match=r"network is unreachable.*data add"):
-        fetch("torino-excerpts", tmp_path)
+        registry.fetch("torino-excerpts", tmp_path)
     with pytest.raises(DataError, match=r"restricted.*data add"):
-        fetch("torino-full")
+        registry.fetch("torino-full")
     with pytest.raises(DataError, match=r"no files to download.*Downloadable: torino-excerpts"):
-        fetch("upm-citef")
+        registry.fetch("upm-citef")
     with pytest.raises(ConfigurationError, match="Known: cwru"):
-        fetch("nothing")
+        registry.fetch("nothing")
 
 
 @pytest.mark.parametrize("damage", [lambda body: body[:5000], lambda body: body[:5000] + b"x" + body[5001:]])
@@ -469,11 +460,11 @@ def test_damaged_then_resumed_at_the_file_that_is_missing(server, tmp_path, dama
     whole = path.read_bytes()
     path.write_bytes(damage(whole))
     with pytest.raises(DataError, match=rf"{NAMES[1]} could not be downloaded.*hash.*data add"):
-        fetch("torino-excerpts", tmp_path / "data")
+        registry.fetch("torino-excerpts", tmp_path / "data")
     assert [p.name for p in (tmp_path / "data").iterdir()] == [NAMES[0]]
     path.write_bytes(whole)
     reported = []
-    result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
+    result = registry.fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
     assert [(Path(r.file).name, r.status) for r in result.recordings] == [(name, FileStatus.OK) for name in NAMES]
     assert reported == [("Download", part / 3) for part in range(4)]
     assert server.asked.count(NAMES[0]) == 1  # what was there was kept

@@ -291,18 +291,11 @@ def test_sound_samples_are_not_accused(tmp_path, samples):
     assert cautions_of(tmp_path, samples) == ()
 
 
-def test_cautions_are_those_of_the_channel_analysed(tmp_path):
-    savemat(tmp_path / "a.mat", {"good": files.vibration(40_000), "bad": clipped(), "fs": 8000.0})
-    assert load_recording(tmp_path / "a.mat", channel="good", unit="g").cautions == ()
-    (said,) = load_recording(tmp_path / "a.mat", channel="bad", unit="g").cautions
-    (entry,) = add(tmp_path / "a.mat").recordings
-    assert entry.cautions == (f"bad: {said}",)
-
-
-def test_analyse_and_data_show_cautions(tmp_path, srbval_text, srbval_json):
+def test_analyse_and_data_show_the_cautions_of_the_channel_analysed(tmp_path, srbval_text, srbval_json):
     path = tmp_path / "a.mat"
-    savemat(path, {"x": clipped(), "fs": 8000.0})
-    options = ["--unit", "g", "--rpm", "1500", "--bearing", "skf-6205"]
+    savemat(path, {"good": files.vibration(40_000), "x": clipped(), "fs": 8000.0})
+    assert load_recording(path, channel="good", unit="g").cautions == ()
+    options = ["--channel", "x", "--unit", "g", "--rpm", "1500", "--bearing", "skf-6205"]
     out = srbval_text("analyse", path, "--band", "500", "3000", *options).out
     assert out.index("caution: clipped: ") < out.index("all lines, features, reasons")
     (said,) = srbval_json("analyse", path, "--band", "500", "3000", *options)["cautions"]

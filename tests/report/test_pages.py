@@ -223,21 +223,16 @@ def test_values_are_shown_as_their_column_says(value, spec, shown):
     assert blocks.format_value(value, spec) == shown
 
 
+FIXED = "\u00a0"  # a blank at which no line ends
+TOGETHER = "+0.15_±_0.21_% at 877_rpm, 2_m/s² in 1400 to 2800_Hz; 3 members, ".replace("_", FIXED)
+
+
 @pytest.mark.parametrize(
     ("text", "runs"),
     [
         ("a **b** `c`", (("text", "a "), ("strong", "b"), ("text", " "), ("code", "c"))),
         ("2 * 3 ** 4 ` 5", (("text", "2 * 3 ** 4 ` 5"),)),
-        (
-            "+0.15 ± 0.21 % at 877 rpm, 2 m/s² in 1400 to 2800 Hz; 3 members, `2 m`",
-            (
-                (
-                    "text",
-                    "+0.15\u00a0±\u00a00.21\u00a0% at 877\u00a0rpm, 2\u00a0m/s² in 1400 to 2800\u00a0Hz; 3 members, ",
-                ),
-                ("code", "2 m"),
-            ),
-        ),
+        (f"{TOGETHER.replace(FIXED, ' ')}`2 m`", (("text", TOGETHER), ("code", "2 m"))),
     ],
 )
 def test_markers_mark_and_no_line_ends_within_a_quantity(text, runs):

@@ -21,7 +21,7 @@ from .conftest import Made
 
 LOOKS = ((360, "dark"), (1400, "light"))  # narrowest and widest window, each in one of the two colour schemes
 DAYS = 6
-OWN = {"file": ["report", "day5.npy"], "folder": ["report", "."], "trend": ["trend", ".", "--baseline", "4"]}
+OWN = {"file": ["report", "day5.npy"], "folder": ["report", "."], "trend": ["trend", ".", "--baseline", "5"]}
 GIVEN = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "m/s2", "--bearing", "skf-6205", "--band", "2000", "5000"]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Elements that reach beyond the window and are not inside something that scrolls, and text that its box cuts.

@@ -24,7 +24,7 @@ from srbval.signal.false_alarm import (
 from srbval.signal.false_alarm import rank as rank_of
 
 BINS = 65
-ONE, FIVE = np.eye(2)[1], np.eye(6)[5]  # all lines of the comb are seen in all of the window
+FIVE = np.eye(6)[5]  # all lines of the comb are seen in all of the window
 # 200,000 draws at a tail of a few per mille: five standard errors.
 DRAWS, TAIL_FACTOR = 200_000, 1.2
 # Some 500 rises, whose number scatters a little more than a Poisson one.

@@ -25,7 +25,6 @@ from srbval.signal.spectrum import BANDWIDTH, LEAST_SAMPLES
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ = 12000.0, 4.0, 107.3, 29.9
 BAND_HZ = (200.0, 5600.0)
-ROUNDING = 1e-9
 
 
 def line_to_noise(samples: FloatArray) -> float:
