@@ -123,7 +123,7 @@ def test_one_picture_in_each_format(suffix, start, tmp_path):
 
 
 def test_hostile_names_of_files_and_channels_are_shown_as_they_are(tmp_path):
-    own = gathered(faulted(name=HOSTILE, channel="x"), healthy=healthy())
+    own = gathered(faulted(name=HOSTILE, channel="x"), healthy=healthy(), model=False)
     failed = (FailedFile(file=HOSTILE, error=DataError(HOSTILE)),)
     report = assemble_user_report((*own, *own), command=f"srbval report {HOSTILE}", provenance={}, failed=failed)
     page = write_report(report, tmp_path, ("html",))["html"].read_text(encoding="utf-8")

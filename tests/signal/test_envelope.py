@@ -1,4 +1,4 @@
-"""From axes to a band's envelope, order tracking; power that repeats with a passage, a tone, the record of lines."""
+"""From axes to a band's envelope, order tracking; power that repeats with a passage, and the record of lines."""
 
 import math
 
