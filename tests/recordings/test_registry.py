@@ -218,7 +218,7 @@ def test_remove_undoes_an_add(folder, srbval_json, monkeypatch):
 def test_a_damaged_register_is_refused(content, folder):
     add(folder)
     manifest_path().write_bytes(content)
-    for reads in (listing, rig_recordings, shipped_recordings, partial(load_registered, folder / "s.h5")):
+    for reads in (listing, rig_recordings, SHIPPED, partial(load_registered, folder / "s.h5")):
         with pytest.raises(DataError, match=r"manifest\.json: not a readable manifest .*Move it away"):
             reads()
 
