@@ -4,7 +4,7 @@ from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bear
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.run import campaign_status, load_campaign, run_campaign, verify_campaign
 from srbval.check.check import run_check
-from srbval.cli.installation_commands import build_docs, doctor
+from srbval.cli.installation_commands import doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
 from srbval.diagnosis.fault_verdict import Diagnosis, FaultVerdict, diagnose, fault_verdict
 from srbval.diagnosis.records import RecordRequest, read_record, read_records
@@ -70,7 +70,6 @@ __all__ = [
     "analyse",
     "baseline_of",
     "bench",
-    "build_docs",
     "campaign_status",
     "choose_engine",
     "compare_with_baseline",

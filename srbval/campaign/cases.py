@@ -21,7 +21,6 @@ from srbval.storage.tables import nest_value
 from srbval.sweep.pool import right_hand_sides_per_step
 
 FILE_BYTES = 16_384  # size of a result file without signals
-PROCESS_BYTES, SAMPLE_BYTES = 3e8, 400  # memory of a case's process, and of each recorded sample; measured
 SIGNAL_COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # columns of 8-byte numbers, time axis included
 LESSER_WEIGHT = 1e-3  # cost of one output sample of a simpler model in right-hand sides of the full one, roughly
 GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow machine

@@ -23,7 +23,6 @@ LOCAL, DASK = "local", "dask"
 LOCAL_CLUSTER = "distributed.LocalCluster"
 MAX_SUBMITTED_CASES = 1000  # enough for any cluster, and few enough to keep the scenes in memory
 WORKER_CHECK_S = 2.0  # time without a result after which `check` is called
-MEMORY = "memory"  # Dask resource [bytes] that limits the number of cases per worker
 JOB_MEMORY = "2 GB"
 CONNECT_S = "20 s"
 # Dask always serves status pages; here on a port that only this machine can reach.
@@ -103,8 +102,7 @@ def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[
 
     `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object, or a function
     that returns a context manager of a cluster. If the cluster has no worker for `wait_s` [s], `DataError` is raised
-    with the `cluster_name`. If the workers declare a resource ``memory`` [bytes], a worker runs as many cases at a time
-    as fit into it. Dask moves the cases of a lost worker to other workers.
+    with the `cluster_name`. Dask moves the cases of a lost worker to other workers.
     """
     from distributed import KilledWorker
 
@@ -120,14 +118,7 @@ def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[
 
     with _dask_client(cluster, cluster_name) as client:
         check()
-        workers = client.scheduler_info(n_workers=-1)["workers"].values()
-        stated = [worker["resources"].get(MEMORY, 0.0) for worker in workers]
-        most = max(stated) if stated and all(stated) else 0.0
-
-        def submit(function: Callable[..., Any], task: CaseTask) -> Any:
-            needed = {MEMORY: min(task.memory_bytes, most)} if most else None
-            return client.submit(function, task, pure=False, resources=needed)
-
+        submit = functools.partial(client.submit, pure=False)
         yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
 
 
@@ -164,25 +155,21 @@ def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt
     or the configuration contain its address.
     """
     import dask
-    from dask.utils import parse_bytes
-    from distributed.system import MEMORY_LIMIT
 
     settings: dict[str, Any] = {}
     if job := getattr(kind, "job_cls", None):
         names = ("memory", "worker_extra_args", "scheduler_options")
         own = {name: options.get(name) or dask.config.get(f"jobqueue.{job.config_name}.{name}", None) for name in names}
         settings = {"cores": 1, "processes": 1, "memory": own["memory"] or JOB_MEMORY, **options}
-        resources = ("--resources", f"{MEMORY}={parse_bytes(settings['memory'])}")
-        settings["worker_extra_args"] = [*NO_DASHBOARD, *resources, *(own["worker_extra_args"] or ())]
+        settings["worker_extra_args"] = [*NO_DASHBOARD, *(own["worker_extra_args"] or ())]
         settings["scheduler_options"] = HIDDEN | (own["scheduler_options"] or {})
     elif kind.__name__ == "LocalCluster":
         if hasattr(os, "fork"):
             resource_tracker.ensure_running()  # a tracker started by a worker would pass Ctrl-C on to the workers
-        share = parse_bytes(options.get("memory_limit", MEMORY_LIMIT // workers))
-        settings = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": HIDDEN["dashboard_address"]}
-        settings |= {"memory_limit": share, "resources": {MEMORY: share}, "silence_logs": "CRITICAL"}
+        settings = {"n_workers": workers, "threads_per_worker": 1, "silence_logs": "CRITICAL"}
+        settings |= {"dashboard_address": HIDDEN["dashboard_address"], **options}
     with without_ctrl_c():
-        made = kind(**{**options, **settings} if job else {**settings, **options})
+        made = kind(**{**options, **settings})
     with made as cluster:
         try:
             cluster.sync(_scale, cluster, 1 if adapt else workers)
@@ -201,48 +188,40 @@ async def _scale(cluster: Any, workers: int) -> None:
 
 
 def choose_engine(
-    name: str | None = None,
+    engine: Any = LOCAL,
     *,
     jobs: int | None = None,
-    scheduler: Any = None,
-    cluster_class: str | None = None,
     cluster_options: Mapping[str, Any] | None = None,
     wait_s: float | None = None,
     adapt: bool = False,
 ) -> Engine:
-    """Create the engine ``local`` or ``dask``.
+    """Create an engine that runs the cases of a campaign.
 
-    ``local`` runs cases in `jobs` processes of this machine. ``dask`` uses the cluster of a `scheduler` (its address, a
-    `Client` or a cluster object). Without a `scheduler` it starts a cluster of `jobs` workers of a `cluster_class`,
-    such as ``dask_jobqueue.PBSCluster``, with `cluster_options`, or else a ``LocalCluster``. With `adapt` the number of
-    workers follows the work, at most `jobs`. Without a `name` the engine is ``dask`` if `scheduler`, `cluster_class`,
-    `cluster_options` or `adapt` is given, else ``local``. `jobs` is by default one per usable core. `wait_s` limits the
-    time without any worker [s], by default two minutes, or an hour for a `cluster_class`.
+    ``local`` runs them in `jobs` processes of this machine. A `Client` of Dask, a cluster object, or the address of a
+    scheduler, such as ``tcp://host:8786``, is a cluster that runs already. ``dask`` starts a ``LocalCluster`` of `jobs`
+    workers, and the name of a class, such as ``dask_jobqueue.PBSCluster``, starts such a cluster; `cluster_options` are
+    options of the class, and with `adapt` the number of workers follows the work, at most `jobs`. `jobs` is by default
+    one per usable core. `wait_s` limits the time without any worker [s], by default two minutes, or an hour for a
+    named class.
 
-    Raises `ConfigurationError` for an unknown name, options that exclude each other, or missing packages.
+    Raises `ConfigurationError` for an unknown name, options that the engine does not use, or missing packages.
     """
-    given = {"--scheduler": scheduler, "--cluster-class": cluster_class, "--cluster-option": cluster_options}
-    stated = [option for option, value in (given | {"--adapt": adapt}).items() if value]
-    name = name or (DASK if stated else LOCAL)
-    if name not in (LOCAL, DASK):
+    title, workers, queued = str(engine), jobs or usable_cores(), engine not in (LOCAL, DASK)
+    running = not isinstance(engine, str) or "://" in engine
+    if (engine == LOCAL or running) and (cluster_options or adapt):
         raise ConfigurationError(
-            f"engine {name!r} is not known. Known: {LOCAL}, {DASK}. For a batch system: --cluster-class "
-            "dask_jobqueue.SLURMCluster, or another class of dask-jobqueue."
+            f"engine {title!r} with --cluster-option or --adapt: these two are for a cluster that srbval starts, by "
+            "--engine dask or --cluster-class."
         )
-    if (name == LOCAL and stated) or (scheduler and len(stated) > 1):
-        raise ConfigurationError(
-            f"engine {name!r} with {', '.join(stated)}: --scheduler excludes --cluster-class, --cluster-option and "
-            "--adapt, and all four need the engine dask."
-        )
-    workers = jobs or usable_cores()
-    if name == LOCAL:
+    if engine == LOCAL:
         return Engine(LOCAL, functools.partial(run_in_processes, workers))
-    kind, wait_s = _dask_class(cluster_class or LOCAL_CLUSTER), wait_s or (QUEUE_WAIT_S if cluster_class else WAIT_S)
-    if scheduler:
-        title = f"{DASK} at {scheduler}" if isinstance(scheduler, str) else DASK
-        return Engine(title, functools.partial(run_on_dask, scheduler, title, wait_s))
-    title = f"{DASK} {kind.__name__}"
-    cluster = functools.partial(start_cluster, kind, workers, cluster_options or {}, adapt=adapt)
+    if running:
+        title, cluster = f"{DASK} at {title}" if isinstance(engine, str) else DASK, engine
+    else:
+        kind = _dask_class(engine if queued else LOCAL_CLUSTER)
+        title = f"{DASK} {kind.__name__}"
+        cluster = functools.partial(start_cluster, kind, workers, cluster_options or {}, adapt=adapt)
+    wait_s = wait_s or (QUEUE_WAIT_S if queued and not running else WAIT_S)
     return Engine(title, functools.partial(run_on_dask, cluster, title, wait_s))
 
 

@@ -82,7 +82,6 @@ class CaseTask:
     """Everything that a worker needs to run a case.
 
     `version` is the `code_version` that the worker must have. `limit_s` limits the wall time [s], None for no limit.
-    `memory_bytes` is the memory that the process of the case is expected to need.
     """
 
     key: str
@@ -91,7 +90,6 @@ class CaseTask:
     outputs: tuple[Output, ...]
     path: Path
     limit_s: float | None = None
-    memory_bytes: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,12 +21,13 @@ import numpy as np
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.bridges import require_xarray
-from srbval.campaign.cases import PROCESS_BYTES, SAMPLE_BYTES, CampaignCase, plan_cases, scene_of_point
-from srbval.campaign.engines import Engine, choose_engine
+from srbval.campaign.cases import CampaignCase, plan_cases, scene_of_point
+from srbval.campaign.engines import LOCAL, Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, code_version, read_case_result, read_intact_result
 from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import USABLE, WORKING, RunStatus, works
+from srbval.models.simulate import compile_for
 from srbval.progress import Progress, silent
 from srbval.recordings.manifest import CAMPAIGN_JSON, RESULTS_FOLDER
 from srbval.storage.files import atomic_write, remove_unfinished
@@ -313,15 +314,15 @@ def run_campaign(
     campaign: Campaign | CampaignTable | str | Path,
     path: str | Path,
     *,
-    engine: Engine | str | None = None,
+    engine: Any = LOCAL,
     progress: Progress = silent,
     message: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Run all cases that have no result yet, longest first, and write the results table in the folder `path`.
 
     `campaign` may also be a file, preset or folder (see `load_campaign`). A failed case has a result with the reason; a
-    case whose process died is run again the next time. `engine` is an engine of `choose_engine` or its name, by default
-    ``local``. `progress` is called with the share of the work that is done, estimated from the planned times of the
+    case whose process died is run again the next time. `engine` is an engine, or the first argument of `choose_engine`.
+    `progress` is called with the share of the work that is done, estimated from the planned times of the
     cases. `message` is called with a line about each of the first cases that fail.
 
     Returns the dictionary of `summarise_campaign` with four more keys: the name of the `engine`, the number of cases
@@ -332,7 +333,7 @@ def run_campaign(
     started, folder = time.perf_counter(), Path(path).resolve()
     campaign = load_campaign(campaign) if isinstance(campaign, str | Path) else campaign
     campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign
-    engine = choose_engine(engine) if engine is None or isinstance(engine, str) else engine
+    engine = engine if isinstance(engine, Engine) else choose_engine(engine)
     cases = tuple(plan_cases(campaign))
     table = CampaignTable(campaign=campaign, version=code_version(), cases=cases, folder=folder)
     with folder_lock(folder):
@@ -367,7 +368,7 @@ def _run_missing(
     ran, ended_s, failed = dict[str, CaseResult](), 0.0, 0
     progress(name, 0.0)
     try:
-        with contextlib.closing(engine.run(_make_task(table, case) for case in longest_first)) as results:
+        with contextlib.closing(engine.run(_make_task(table, case, progress) for case in longest_first)) as results:
             for result in results:
                 case, ran[result.key] = missing[result.key], result
                 ended_s += case.planned_s
@@ -382,9 +383,10 @@ def _run_missing(
     return ran
 
 
-def _make_task(table: CampaignTable, case: CampaignCase) -> CaseTask:
+def _make_task(table: CampaignTable, case: CampaignCase, progress: Progress) -> CaseTask:
     campaign = table.campaign
     scene = replace(scene_of_point(campaign, case.point), model=case.model)
+    compile_for(scene, progress=progress)
     limit_s = max(campaign.least_limit_s, campaign.limit_factor * case.planned_s) if campaign.limit_factor else None
     return CaseTask(
         key=case.key,
@@ -393,5 +395,4 @@ def _make_task(table: CampaignTable, case: CampaignCase) -> CaseTask:
         outputs=campaign.outputs,
         path=result_path(table.folder, case.key),
         limit_s=limit_s,
-        memory_bytes=PROCESS_BYTES + SAMPLE_BYTES * scene.samples,
     )

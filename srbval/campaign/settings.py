@@ -1,4 +1,4 @@
-"""Campaign file: base scene, axes (the inputs that vary), seeds, repeats and outputs.
+"""Campaign file: base scene, axes (the inputs that vary), seed and outputs.
 
 A point is the set of changes that a case makes to the base scene: values by dotted key, such as ``defect.kind``.
 """
@@ -106,7 +106,7 @@ class Axes(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Campaign(Limited):
-    """Campaign file: every combination of inputs in `axes` runs `repeats` times with seeds `seed`, `seed` + 1, ...
+    """Campaign file: every combination of the inputs in `axes` is a case. For several seeds, vary ``seed``.
 
     If a scene's model is ``auto``, the cheapest model is used that answers `question` with an error within
     `tolerance_pct` [%]. `scene` changes the base scene `scene_file`, a file or the name of a bundled scene. A case may
@@ -120,7 +120,6 @@ class Campaign(Limited):
     scene_file: str | None = None
     axes: tuple[Axes, ...] = ()
     seed: int = limited(least=0, most=2**62 - 1, default=0)
-    repeats: int = limited(least=1, default=1)
     outputs: tuple[Output, ...] = (Output.SUMMARY, Output.STATISTICS)
     question: Question = Question.LINES
     tolerance_pct: float = limited(above=0, most=LARGEST_SETTING, default=0.5)
@@ -137,16 +136,14 @@ class Campaign(Limited):
             raise ConfigurationError(f"outputs is empty; choose from {', '.join(Output)}.")
 
     def points(self) -> Iterator[Point]:
-        """Yield the changed inputs of every case: combinations of `axes` (the first changes slowest), and repeats."""
+        """Yield the changed inputs of every case: combinations of `axes`; the first changes slowest."""
         factors = [factor for number, block in enumerate(self.axes) for factor in block.factors(self.seed + number)]
-        count = self.repeats * math.prod(map(len, factors))
+        count = math.prod(map(len, factors))
         if count > MAX_CASES:
             raise ConfigurationError(f"{count:.3g} cases; the limit is {MAX_CASES}: split the campaign.")
         for parts in itertools.product(*factors):
             point = merge_points(parts)
-            seeded = "seed" not in point and (self.repeats > 1 or self.seed)
-            for repeat in range(self.repeats):
-                yield point | ({"seed": self.seed + repeat} if seeded else {})
+            yield point | ({"seed": self.seed} if self.seed and "seed" not in point else {})
 
 
 def campaign_of(name: str) -> Campaign:

@@ -5,10 +5,8 @@ other case. The process pools of Python and of the library pebble lose all runni
 moment.
 """
 
-import contextlib
 import platform
 import threading
-from dataclasses import replace
 
 from srbval.campaign.results import (
     CRASHED,
@@ -21,36 +19,22 @@ from srbval.campaign.results import (
     read_intact_result,
     write_result,
 )
-from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
-from srbval.models.hierarchy import level_of
-from srbval.models.jit import kernels_of
-from srbval.models.simulate import Step, simulate
+from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.models.simulate import Step, compile_for
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, serve_calls
-from srbval.scene import Scene
 from srbval.sweep.pool import attempt
 
-COMPILE_RUN_S = 0.001  # simulated time that suffices to compile all kernels of a case
 IDLE_S = 60.0  # idle time after which the process ends, because a Dask worker outlives campaigns
 ATTEMPTS = 3  # per case: the system may kill a process because another one needs memory
-PREPARE_LIMIT_S = 1800.0  # limit for loading and compiling, which takes a minute or two
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 this_thread = threading.local()  # `process` of each thread that waits for cases
-_compiled = set[tuple[str, ...]]()  # models with the kernels that this process has compiled or loaded
 
 
-def prepare(scene: Scene) -> str:
-    """Compile or load the kernels (inner loops) of a scene's model; returns the version of this process's code."""
-    kernels = (scene.model, scene.solver.name, *kernels_of(scene))
-    if kernels not in _compiled and not level_of(scene.model).outside:
-        shortest_s = max(COMPILE_RUN_S, 1 / scene.output_rate_hz)
-        with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case itself reports the error
-            simulate(replace(scene, duration_s=shortest_s, settle_s=0.0), step=Step.UNCHECKED)
-    _compiled.add(kernels)
-    return code_version()
+def run_case(task: CaseTask) -> CaseResult | DataError:
+    """Run a case and write its result, unless its file contains a final one; an error becomes the result's status.
 
-
-def run_case(task: CaseTask) -> CaseResult:
-    """Run a case and write its result, unless its file contains a final one; an error becomes the result's status."""
+    Returns a `DataError` if the result cannot be written.
+    """
     if (found := read_intact_result(task.path)) and found.final:
         return found
     run = None
@@ -66,16 +50,11 @@ def run_case(task: CaseTask) -> CaseResult:
         result = CaseResult(key=task.key, status=CRASHED, reason=reason)
     except Exception as error:  # a bug in the program must not end the other cases
         result = CaseResult(key=task.key, status=CRASHED, reason=f"unexpected {type(error).__name__}: {error}")
-    write_result(task.path, result, run if result.usable else None, task.outputs)
-    return result
-
-
-def handle_request(request: Scene | CaseTask) -> str | CaseResult | DataError:
-    """Compile the kernels of a scene, or run a case; returns a `DataError` if the result cannot be written."""
     try:
-        return prepare(request) if isinstance(request, Scene) else run_case(request)
+        write_result(task.path, result, run if result.usable else None, task.outputs)
     except DataError as error:
         return error
+    return result
 
 
 def case_process() -> WorkerProcess:
@@ -84,27 +63,24 @@ def case_process() -> WorkerProcess:
 
 
 def run_isolated(task: CaseTask) -> CaseResult:
-    """Compile a model's inner loops and run a case in this thread's worker process, in at most `ATTEMPTS` attempts.
+    """Run a case in this thread's worker process, in at most `ATTEMPTS` attempts; compile its kernels before.
 
-    Raises `ConfigurationError` if the process has another version of the code than the task requires, `NumericsError`
-    if processes die or hang while they compile, and `DataError` if no process can be started, or if the campaign folder
-    does not exist here or cannot be written.
+    Raises `ConfigurationError` if the code here has another version than the task requires, and `DataError` if no
+    process can be started, or if the campaign folder does not exist here or cannot be written.
     """
     here, folder = f"the Dask worker at {platform.node()}", task.path.parents[1]
     if not folder.is_dir():
         raise DataError(f"{here} cannot access {folder}; choose a folder that all machines share.")
+    if code_version() != task.version:
+        raise ConfigurationError(
+            f"{here} runs version {code_version()} of the model, the campaign version {task.version}: their results "
+            "would not be comparable. Install the same srbval there."
+        )
+    compile_for(task.scene)
     if not hasattr(this_thread, "process"):
         this_thread.process = case_process()
     for _ in range(ATTEMPTS):
-        ready = False
         try:
-            version = this_thread.process.call(task.scene, limit_s=PREPARE_LIMIT_S)
-            if version != task.version:
-                raise ConfigurationError(
-                    f"{here} runs version {version} of the model, the campaign version {task.version}: their results "
-                    "would not be comparable. Install the same srbval there."
-                )
-            ready = True
             result: CaseResult | DataError = this_thread.process.call(task, limit_s=task.limit_s)
         except DiedError as error:
             how, over = str(error), isinstance(error, OverLimitError)
@@ -118,9 +94,6 @@ def run_isolated(task: CaseTask) -> CaseResult:
             if isinstance(result, DataError):
                 raise result
             return result
-    if not ready:
-        why = f"within {PREPARE_LIMIT_S:g} s" if over else f"but died {ATTEMPTS} times ({how})"
-        raise NumericsError(f"a worker process did not compile the model's kernels {why}. See: srbval doctor")
     if not over:
         return write_failure(task, CRASHED, f"its process died {ATTEMPTS} times ({how}); the other cases were run")
     limit = f"its limit of {task.limit_s:.6g} s, so its process was ended; the other cases were run"
@@ -136,4 +109,4 @@ def write_failure(task: CaseTask, status: str, reason: str) -> CaseResult:
 
 
 if __name__ == "__main__":
-    serve_calls(lambda: handle_request, idle_s=IDLE_S)
+    serve_calls(lambda: run_case, idle_s=IDLE_S)

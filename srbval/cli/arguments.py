@@ -60,14 +60,16 @@ class Parser(argparse.ArgumentParser):
         added.add_argument("--json", action="store_true", default=default, help="print the result as one JSON document")
         export: dict[str, Any] = {"metavar": "OUT.csv|xlsx", "type": "table", "default": default or None}
         words = "write the result to this CSV or Excel file; if it has several tables, each gets its own file or sheet"
-        added.add_argument("--export", "--csv", help=words, **export)
+        added.add_argument("--export", help=words, **export)
         for group in (*table.get("groups", ()), ""):
             arguments = groups[group] if group else table.get("arguments", {})
             to = added.add_argument_group(group) if group else added
             to = to.add_mutually_exclusive_group() if group in ALTERNATIVES else to
             for names, settings in arguments.items():
                 several = {"metavar": tuple(settings["metavar"])} if settings.get("nargs") in (2, 3) else {}
-                to.add_argument(*names.split(), **settings | several)
+                one = to.add_argument(*names.split(), **settings | several)
+                if any(word in str(one.metavar) for word in PATHS):
+                    one.complete = COMPLETE_FILES  # type: ignore[attr-defined]
         if "run" in table:
             added.set_defaults(run=table["run"])
         if "actions" in table:
@@ -170,6 +172,9 @@ def _record(name: str) -> str:
     return str(find_shipped(name))
 
 
+PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of paths
+# Functions that complete file names in a shell, for the library shtab.
+COMPLETE_FILES = {"bash": "_shtab_compgen_files", "zsh": "_files", "fish": "(__fish_complete_path (commandline -ct))"}
 ALTERNATIVES = ("bearing", "band", "model")  # groups whose options exclude each other
 ARGUMENT_TYPES = {
     "table": export_file,

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.cases import plan_cases, sum_plan
-from srbval.campaign.engines import choose_engine
+from srbval.campaign.engines import LOCAL, choose_engine
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign, campaign_of
 from srbval.cli.output import print_result, print_table
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.progress import ProgressDisplay
 from srbval.recordings.raw import printable
 from srbval.scene import merge
@@ -27,9 +27,12 @@ def run_campaign_command(options: argparse.Namespace) -> int:
     scene = merge(campaign.scene, {"model": options.model}) if options.model else None
     given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit, "scene": scene}
     campaign = replace(campaign, **{name: value for name, value in given.items() if value is not None})
-    wanted = {"jobs": options.jobs, "scheduler": options.scheduler, "wait_s": options.wait, "adapt": options.adapt}
-    made = {"cluster_class": options.cluster_class, "cluster_options": dict(options.cluster_option or ())}
-    engine = choose_engine(options.engine, **wanted, **made)
+    clusters = [name for name in (options.scheduler, options.cluster_class) if name]
+    if len(clusters) + (options.engine == LOCAL) > 1:
+        raise ConfigurationError(f"--scheduler, --cluster-class and --engine {LOCAL} exclude each other: keep one.")
+    chosen, cluster_options = [*clusters, options.engine or LOCAL][0], dict(options.cluster_option or ())
+    given = {"jobs": options.jobs, "wait_s": options.wait, "adapt": options.adapt}
+    engine = choose_engine(chosen, cluster_options=cluster_options, **given)
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
     folder = Path(options.output or f"srbval-{campaign.name}")

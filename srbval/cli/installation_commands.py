@@ -1,29 +1,25 @@
-"""Commands ``srbval doctor``, ``docs`` and ``completion``: installation, documentation, shell completion."""
+"""Command ``srbval doctor``: state of the installation, compilation of all kernels, cache, JSON Schemas."""
 
 import argparse
 import json
 import os
 import platform
-from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from srbval import __version__
-from srbval.cli.arguments import build_parser
 from srbval.cli.output import print_result, print_table, write_text
-from srbval.errors import DataError
 from srbval.processes.machine import usable_cores
-from srbval.progress import ProgressDisplay, stage
+from srbval.progress import ProgressDisplay
 from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
 from srbval.storage.content_store import LIMIT_BYTES
-from srbval.storage.installation import import_library, package_folder, pip_command, shipped_folder
+from srbval.storage.installation import pip_command, shipped_folder
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
 OPTIONAL = ("typst", "soundfile", "npTDMS", "pyuff", "pyarrow", "openpyxl", "shtab", "distributed", "sphinx", "pytest")
 MEGABYTE = 1e6  # [bytes]
-PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of paths
 
 
 def run_doctor_command(options: argparse.Namespace) -> int:
@@ -45,8 +41,7 @@ def run_doctor_command(options: argparse.Namespace) -> int:
             limit = f"{SCENE_RESULTS}: above {LIMIT_BYTES / MEGABYTE:,.0f} MB the least recently used files are removed"
             print(f"All content can be computed again. {limit}. To delete: srbval doctor --clear-cache KIND")
         for use in cleared or ():
-            left = f"; {use.left} files of other programs were kept" if use.left else ""
-            print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")
+            print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB")
         if warmed:
             print(f"compiled: {', '.join(warmed['compiled']) or 'nothing, all kernels were compiled already'}")
         print("\n".join(f"written: {path}" for path in written))
@@ -115,44 +110,3 @@ def _version(name: str) -> str | None:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return None
-
-
-def run_docs_command(options: argparse.Namespace) -> int:
-    """Build the documentation and print the path of its first page."""
-    with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
-        page = build_docs(Path(options.output))
-    return print_result(options, {"page": str(page)}, str(page))
-
-
-def build_docs(folder: str | Path) -> Path:
-    """Build the documentation in `folder` and return its first page; raises an error without the library Sphinx."""
-    needed = ("building the documentation", "sphinx", "myst-parser", "furo")
-    import_library("myst_parser", *needed)
-    sphinx = import_library("sphinx.cmd.build", *needed)
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError
-        raise DataError(f"{folder}: cannot be written ({getattr(error, 'strerror', None) or error}).") from None
-    if code := sphinx.build_main(["-q", str(package_folder() / "docs"), str(folder)]):
-        raise DataError(f"{folder}: Sphinx could not build the documentation (it ended with {code}; see above).")
-    return folder / "index.html"
-
-
-def run_completion_command(options: argparse.Namespace) -> int:
-    """Print the script that completes commands and options in a shell; the library shtab generates it."""
-    shtab, whole = import_library("shtab", "completion"), build_parser()
-    for action in actions_of(whole):
-        if action.choices is None and any(path in str(action.metavar) for path in PATHS):
-            action.complete = shtab.FILE  # type: ignore[attr-defined]
-    script = shtab.complete(whole, shell=options.shell)
-    return print_result(options, {"shell": options.shell, "script": script}, script)
-
-
-def actions_of(of: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """Yield all arguments of a parser and of its sub-commands."""
-    for action in of._actions:
-        yield action
-        if isinstance(action, argparse._SubParsersAction):
-            for inner in action.choices.values():
-                yield from actions_of(inner)

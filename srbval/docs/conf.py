@@ -12,7 +12,6 @@ recordings. Formulas become MathML, which browsers display without a network.
 import argparse
 import base64
 import contextlib
-import dataclasses
 import importlib
 import io
 import json
@@ -21,7 +20,6 @@ import re
 import shlex
 import shutil
 import tempfile
-import typing
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -195,40 +193,26 @@ def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def scene_keys() -> str:
-    """List the keys of each table of a scene file, with their types and their values in the bundled scene `paper`."""
-    from srbval.scene import Scene, scene_table
-
-    return "\n\n".join(_keys_of(Scene, "", scene_table("paper")))
-
-
-def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
-    from srbval.storage.tables import UNIT_FACTORS, without_unit
-
-    rows: list[tuple[str, ...]] = []
-    below: list[tuple[Any, str, Any]] = []
-    for field in dataclasses.fields(kind):
-        dimension = field.metadata.get("dimension")
-        takes = typing.get_type_hints(kind)[field.name]
-        parts = [part for part in (takes, *typing.get_args(takes)) if dataclasses.is_dataclass(part)]
-        key = without_unit(field)
-        value = values.get(key, values.get(field.name, ""))
-        below += [(parts[0], field.name, value)] if parts else []
-        units = f"{dimension}: {', '.join(unit for unit in UNIT_FACTORS[dimension] if unit)}" if dimension else ""
-        words = units or (f"table [{field.name}](#{field.name})" if parts else _type_in_words(takes))
-        rows.append((f"`{key}`", cell(words), f"`{value}`" if value != "" and not parts else ""))
-    title = f"## {name}\n\n" if name else ""
-    yield title + cell((kind.__doc__ or "").replace("\n\n", "\n")) + "\n\n" + table(("key", "takes", "paper"), rows)
-    for part, key, table_of in below:
-        yield from _keys_of(part, key, table_of if isinstance(table_of, dict) else {})
+    """List the keys of a scene file and of each table in it, with their values, from the JSON Schema of the file."""
+    schema = json.loads((PACKAGE / "schemas" / "scene.json").read_text(encoding="utf-8"))
+    parts = []
+    for name, kind in {"": schema, **schema["definitions"]}.items():
+        rows = [(f"`{key}`", cell(_describe(one))) for key, one in kind["properties"].items()]
+        title = f"## {name}\n\n" if name else ""
+        parts.append(f"{title}{cell(kind['description'])}\n\n{table(('key', 'takes'), rows)}")
+    return "\n\n".join(parts)
 
 
-def _type_in_words(takes: Any) -> str:
-    """Describe a type in words: number, text, true or false, or the values of an enumeration."""
-    if hasattr(takes, "__members__"):
-        return ", ".join(str(member.value) for member in takes)
-    simple = {str: "text", int: "whole number", float: "number", bool: "true or false"}
-    kinds = [simple[part] for part in (takes, *typing.get_args(takes)) if part in simple]
-    return ", ".join(dict.fromkeys(kinds)) + (" each" if typing.get_origin(takes) is tuple else "")
+def _describe(schema: dict[str, Any]) -> str:
+    """Describe in words the values that a JSON Schema accepts."""
+    if "$ref" in schema:
+        name = schema["$ref"].rpartition("/")[2]
+        return f"table [{name}](#{name.lower()})"
+    if "anyOf" in schema:
+        return " or ".join(map(_describe, schema["anyOf"]))
+    if "items" in schema:
+        return f"list, each: {_describe(schema['items'])}"
+    return ", ".join(map(str, schema.get("enum", ()))) or schema.get("description") or schema["type"]
 
 
 def cell(text: str | None) -> str:

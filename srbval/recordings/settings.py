@@ -122,6 +122,7 @@ KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait
 KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solver": 'solver={"name": ...}'}
 KEYWORDS |= {kind: f'bearing="{kind} ..."' for kind in ("elements", "orders")}
 KEYWORDS |= {"cluster-option": "cluster_options", "cross-from": "cross", "no-pdf": 'formats=("html", "json")'}
+KEYWORDS |= {"cluster-class": "engine", "scheduler": "engine"}
 # Words after an option that are its value; others continue the sentence.
 OPTION_VALUES = "|".join(map(re.escape, sorted({*UNITS, *(fault.value for fault in Fault)} - {"in"}, reverse=True)))
 OPTION_VALUES += r"|auto|dask|full|impulse|kinematic|line|local|planar|slices|dask_jobqueue\.\w+|\w+-\d+"

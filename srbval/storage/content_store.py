@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import pickle
+import re
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from srbval.errors import DataError, SrbvalError
-from srbval.storage.cache import SCENE_RESULTS, STORED_FILES, cache_folder
+from srbval.storage.cache import SCENE_RESULTS, cache_folder
 from srbval.storage.files import UNFINISHED, atomic_write
 from srbval.storage.hdf5_files import append_checksum, checked_summary
 from srbval.storage.json_files import to_json
@@ -27,6 +28,7 @@ from srbval.storage.sources import content_version
 
 T = TypeVar("T")
 FRESH = "SRBVAL_FRESH"  # environment variable that --fresh sets: stored results are not read
+STORED_FILES = re.compile(r".+-[0-9a-f]{32}\.(json|result|h5)")
 LIMIT_BYTES = 10**9
 LARGEST_BYTES = LIMIT_BYTES // 4  # largest result that is stored
 KEPT_SHARE = 0.9  # share of the limit that is kept after it was exceeded

@@ -313,6 +313,9 @@ def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
     stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
     if dimension and key == field.name:
         return {"type": "number"} | stated
-    units = "|".join(map(re.escape, UNIT_FACTORS[dimension or "one"]))
-    text = {"pattern": rf"^\s*[-+]?{_DIGITS}(?:\s*/\s*{_DIGITS})?\s*(?:{units})\s*$"}
-    return {"type": "string"} | text if dimension else {"type": ["number", "string"]} | stated | text
+    units = UNIT_FACTORS[dimension or "one"]
+    of_units = "|".join(map(re.escape, units))
+    text = {"pattern": rf"^\s*[-+]?{_DIGITS}(?:\s*/\s*{_DIGITS})?\s*(?:{of_units})\s*$"}
+    if dimension is None:
+        return {"type": ["number", "string"], "description": "number, or text in %"} | stated | text
+    return {"type": "string", "description": f"{dimension} in {', '.join(filter(None, units))}"} | text

@@ -11,7 +11,8 @@ import pytest
 from srbval.campaign.engines import Engine
 from srbval.campaign.run import RESULTS_CSV, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign
-from srbval.campaign.worker import ATTEMPTS, prepare, run_case
+from srbval.campaign.worker import ATTEMPTS, run_case
+from srbval.errors import DataError
 from srbval.storage.tables import build
 from tests.marked import answer_ctrl_c
 
@@ -47,9 +48,10 @@ def small(**changes):
 
 
 def one_after_the_other(tasks):
-    for task in tasks:
-        prepare(task.scene)
-        yield run_case(task)
+    for result in map(run_case, tasks):
+        if isinstance(result, DataError):
+            raise result
+        yield result
 
 
 def run_small(campaign, folder):

@@ -7,20 +7,17 @@ import re
 import signal
 import subprocess
 import threading
-import time
 from concurrent.futures import Future
-from types import SimpleNamespace
 
 import pytest
 
-from srbval.campaign import worker
 from srbval.campaign.engines import WORKER_CHECK_S, choose_engine, run_tasks
 from srbval.campaign.run import run_campaign
-from srbval.errors import ConfigurationError, DataError, NumericsError
+from srbval.errors import ConfigurationError, DataError
 from tests.campaign.campaigns import MANY, MIXED, content, dask_cluster, run_small, small, stand_in_for_slurm, start
 from tests.marked import until
 
-LIMIT = "3 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
+LIMIT = "6 s"  # of a case that takes milliseconds, in a process that must start on a busy machine
 TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
 IN_THREADS = {"processes": False, "dashboard_address": "127.0.0.1:0"}  # a cluster within this process
 
@@ -33,7 +30,7 @@ def test_every_engine_gives_the_same(name, whole, tmp_path):
             kind = pytest.importorskip("distributed").LocalCluster
             cluster = opened.enter_context(kind(n_workers=2, threads_per_worker=1, **IN_THREADS))
             cluster.adapt(minimum=1, maximum=2)
-            engine = choose_engine(scheduler=cluster)
+            engine = choose_engine(cluster)
         found = run_campaign(small(axes=MIXED), tmp_path, engine=engine)
     assert (found["engine"], found["done"]) == (name, 6)
     assert content(tmp_path) == content(whole)
@@ -53,7 +50,7 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path,
 
         thread = threading.Thread(target=lose_all, daemon=True)
         thread.start()
-        engine = choose_engine(scheduler=cluster.scheduler_address, wait_s=0.5)
+        engine = choose_engine(cluster.scheduler_address, wait_s=0.5)
         with pytest.raises(DataError, match=r"no worker of dask at .* for 0\.5 s.*same command runs the rest"):
             run_campaign(campaign, tmp_path, engine=engine)
         thread.join()
@@ -130,7 +127,7 @@ def test_cases_that_kill_their_process_or_never_end(name, tmp_path, monkeypatch)
             found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(jobs=2))
     else:
         with dask_cluster({"PYTHONPATH": paths}) as cluster:
-            found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(scheduler=cluster))
+            found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(cluster))
     assert (found["cases"], found["done"]) == (5, 5)
     assert [(entry["case"], entry["status"]) for entry in found["failed"]] == [
         (1, "crashed"),
@@ -148,13 +145,12 @@ def test_cases_that_kill_their_process_or_never_end(name, tmp_path, monkeypatch)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"name": "threads"}, "'threads' is not known"),
-        ({"name": "slurm"}, "'slurm' is not known.*--cluster-class dask_jobqueue.SLURMCluster"),
-        ({"name": "local", "adapt": True}, "engine 'local' with --adapt"),
-        ({"scheduler": "tcp://x:1", "adapt": True}, "--scheduler excludes --cluster-class"),
-        ({"cluster_class": "distributed.Nothing"}, "is not a class of Dask clusters"),
-        ({"cluster_class": "queue.Queue"}, "is not a class of Dask clusters"),
-        ({"cluster_class": "no_such.Cluster"}, "needs dask.*-m pip install .*dask-jobqueue"),
+        ({"engine": "slurm"}, "'slurm' is not a class of Dask clusters, such as dask_jobqueue.SLURMCluster"),
+        ({"adapt": True}, "engine 'local' with --cluster-option or --adapt"),
+        ({"engine": "tcp://x:1", "cluster_options": {"cores": 4}}, "engine 'tcp://x:1' with --cluster-option"),
+        ({"engine": "distributed.Nothing"}, "is not a class of Dask clusters"),
+        ({"engine": "queue.Queue"}, "is not a class of Dask clusters"),
+        ({"engine": "no_such.Cluster"}, "needs dask.*-m pip install .*dask-jobqueue"),
     ],
 )
 def test_engines_that_cannot_be(options, message):
@@ -167,34 +163,7 @@ def test_no_scheduler_there(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("srbval.campaign.engines.CONNECT_S", "0.2 s")
     with pytest.raises(DataError, match=r"dask at tcp://127.0.0.1:9 failed \(.*0 of 6 cases"):
-        run_campaign(small(), tmp_path, engine=choose_engine(scheduler="tcp://127.0.0.1:9"))
-
-
-RUNNING, MOST = [], []  # cases in this process; how many there were
-
-
-def count_running(task):
-    RUNNING.append(task)
-    until(lambda: max([len(RUNNING), *MOST]) >= task.at_once, within_s=20.0)
-    time.sleep(0.1)  # in which others begin if they may
-    MOST.append(len(RUNNING))
-    RUNNING.remove(task)
-    return task
-
-
-@pytest.mark.parametrize(("worker_bytes", "at_once"), [(0, 3), (1.5e9, 1), (4e9, 3)])
-def test_dask_counts_the_memory_of_cases(worker_bytes, at_once, monkeypatch):
-    """Three threads of a worker take as many cases as fit into its memory; one that needs more than that runs alone."""
-    distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 1, "threads_per_worker": 3, **IN_THREADS}
-    resources = {"memory": worker_bytes} if worker_bytes else None
-    monkeypatch.setattr("srbval.campaign.engines.run_isolated", count_running)
-    MOST.clear()
-    tasks = [SimpleNamespace(memory_bytes=size, at_once=at_once) for size in (1e9, 1e9, 1e9, 9e9)]
-    with distributed.LocalCluster(**options, resources=resources) as cluster, distributed.Client(cluster) as client:
-        assert len(list(choose_engine(scheduler=client).run(tasks))) == len(tasks)
-        assert client.status == "running"  # it is the user's
-    assert max(MOST) == at_once
+        run_campaign(small(), tmp_path, engine=choose_engine("tcp://127.0.0.1:9"))
 
 
 @pytest.mark.parametrize(
@@ -206,7 +175,7 @@ def test_dask_counts_the_memory_of_cases(worker_bytes, at_once, monkeypatch):
     ids=["whose jobs never come", "that refuses jobs"],
 )
 def test_slurm(sbatch, said, tmp_path):
-    """Cores as stated, a memory that Dask counts by; the user's own settings are kept."""
+    """Cores and memory as stated; the user's own settings are kept."""
     environment = stand_in_for_slurm(tmp_path, sbatch=f'#!/bin/sh\ncp "$1" job.sh\n{sbatch}\n') | {
         "DASK_JOBQUEUE__SLURM__QUEUE": "long",
         "DASK_JOBQUEUE__SLURM__JOB_SCRIPT_PROLOGUE": "['module load python']",
@@ -224,7 +193,7 @@ def test_slurm(sbatch, said, tmp_path):
     script = (tmp_path / "job.sh").read_text()
     wanted = ["#SBATCH -p long\n", "#SBATCH --cpus-per-task=4\n", "#SBATCH --mem=8G\n", "\nmodule load python\n"]
     wanted += ["--no-dashboard --dashboard-address 127.0.0.1:0", "--lifetime 1h"]
-    assert [text for text in (*wanted, "--nthreads 4", "--resources memory=8000000000") if text not in script] == []
+    assert [text for text in (*wanted, "--nthreads 4") if text not in script] == []
 
 
 def test_processes_that_the_system_refuses(tmp_path, monkeypatch):
@@ -234,16 +203,3 @@ def test_processes_that_the_system_refuses(tmp_path, monkeypatch):
     monkeypatch.setattr("srbval.processes.worker.WorkerProcess.start", refuse)
     with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
         run_campaign(small(), tmp_path, engine=choose_engine(jobs=2))
-
-
-DIES = "import os, sys, time\nif 'srbval.campaign.worker' in sys.orig_argv:\n    os.kill(os.getpid(), 9)\n"
-HANGS = DIES.replace("os.kill(os.getpid(), 9)", "time.sleep(1e6)")
-
-
-@pytest.mark.parametrize(("code", "limit_s", "said"), [(DIES, 60.0, "died 3 times"), (HANGS, 0.2, "within 0.2 s")])
-def test_processes_that_never_get_ready(code, limit_s, said, tmp_path, monkeypatch, capfd):
-    monkeypatch.setenv("PYTHONPATH", _at_start(code, tmp_path))
-    monkeypatch.setattr(worker, "PREPARE_LIMIT_S", limit_s)
-    with pytest.raises(NumericsError, match=said):
-        run_campaign(small(), tmp_path / "run", engine=choose_engine(jobs=2))
-    assert "Traceback" not in capfd.readouterr().err

@@ -16,13 +16,14 @@ def points_of(*axes, **more):
     return list(build(Campaign, {"name": "c", "axes": list(axes)} | more, "c").points())
 
 
-def test_blocks_multiply_and_repeats_have_seeds_of_their_own():
+def test_blocks_multiply_and_a_seed_holds_for_all_cases():
     grid = {"kind": "grid", "values": {"shaft_speed": ["1 rpm", "2 rpm"], "load": {"radial": ["3 kN"]}}}
     together = {"kind": "zip", "values": {"contact.points_per_circle": [250, 500], "contact.stiffness": ["a", "b"]}}
     listed = {"kind": "list", "cases": [{"defect": {"kind": "outer"}}, {"defect.kind": "inner", "model": "planar"}]}
-    found = points_of(grid, together, listed, seed=7, repeats=3)
-    assert len(found) == 2 * 1 * 2 * 2 * 3
-    assert [p["seed"] for p in found[:4]] == [7, 8, 9, 7]
+    found = points_of(grid, together, listed, seed=7)
+    assert len(found) == 2 * 1 * 2 * 2
+    assert {p["seed"] for p in found} == {7}
+    assert points_of({"kind": "grid", "values": {"seed": [1, 2]}}, seed=7) == [{"seed": 1}, {"seed": 2}]
     assert found[0] == {
         "shaft_speed": "1 rpm",
         "load.radial": "3 kN",
@@ -91,7 +92,7 @@ def test_names_of_results_follow_the_content():
         return plan_cases(small(axes=[], **changes))[0].key
 
     same = {"duration": "0.005 s", "settle_s": 0.0, "model": "planar"}
-    assert key() == key(scene=same) == key(name="other", title="another", repeats=1)
+    assert key() == key(scene=same) == key(name="other", title="another")
     assert key() != key(scene=same | {"seed": 1})
     assert key() != key(outputs=["summary"])
 

