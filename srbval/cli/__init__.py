@@ -113,7 +113,6 @@ def _signals_as_exceptions() -> Iterator[None]:
     usual = (signal.SIG_DFL, signal.default_int_handler)
     found = {n: signal.getsignal(n) for n in ENDING if main_thread and signal.getsignal(n) in usual}
     sent_again: list[threading.Timer] = []
-    raised: list[Interrupted] = []
 
     def handle(action: Any) -> None:
         for number in found:
@@ -124,8 +123,7 @@ def _signals_as_exceptions() -> Iterator[None]:
         if hdf5 is not None and frame.f_code in hdf5.CALLED_BY_HDF5:  # not within HDF5: later
             return send_again(number)
         handle(signal.SIG_IGN)  # do not interrupt the clean-up
-        raised[:] = [Interrupted(signal.Signals(number))]
-        raise raised[0]
+        raise Interrupted(signal.Signals(number))
 
     def again(lost: Any) -> None:
         """Send the signal again if Python discarded its exception (described by `lost`), as it does in a destructor."""
@@ -145,10 +143,6 @@ def _signals_as_exceptions() -> Iterator[None]:
     try:
         handle(end)
         yield
-    except Exception as error:
-        if raised:  # the interrupted code failed in its own clean-up
-            raise raised[0] from error
-        raise
     finally:
         sys.unraisablehook = before
         for timer in sent_again:  # nothing would handle the signal any more

@@ -1,4 +1,4 @@
-"""Argument parser, built from ``commands.toml``, which lists every command and option."""
+"""Argument parser, built from ``commands.toml``, which lists every command, and the ``study.toml`` of every study."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from functools import partial
-from importlib.resources import files
 from typing import Any, NoReturn
 
 from srbval import __version__
 from srbval.cli.output import export_file
 from srbval.errors import ConfigurationError, closest_word
 from srbval.models.outside.names import COMMAND
-from srbval.storage.tables import parse_quantity
+from srbval.storage.installation import package_folder
+from srbval.storage.tables import parse_quantity, read_toml
 
 CommandTable = Mapping[str, Any]
 INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # message of argparse
@@ -23,13 +23,11 @@ INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # 
 class Parser(argparse.ArgumentParser):
     """Argument parser that raises `ConfigurationError` (exit code 2) instead of exiting.
 
-    The message suggests the closest known command, option or choice. If `takes_rest` is true, unknown arguments are not
-    an error: they are stored in the attribute `rest` of the options, for a parser of the command itself.
+    The message suggests the closest known command, option or choice.
     """
 
-    def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
-        self.takes_rest = takes_rest
-        super().__init__(*args, **{"add_help": not takes_rest, **kwargs})
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
         for name, type_ in ARGUMENT_TYPES.items():
             self.register("type", name, type_)
 
@@ -40,10 +38,8 @@ class Parser(argparse.ArgumentParser):
         raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse `args`; store unknown arguments in `rest` if `takes_rest` is true, otherwise raise an error."""
+        """Parse `args`; the error for an unknown option suggests a known one."""
         found, unknown = super().parse_known_args(args, namespace)
-        if self.takes_rest:
-            found.rest, unknown = unknown, []
         if unknown:
             options = list(self._option_string_actions)
             hints = dict.fromkeys(_suggest(w.split("=")[0], options) for w in unknown if w.startswith("-"))
@@ -54,7 +50,7 @@ class Parser(argparse.ArgumentParser):
         """Add the command `name` to `commands`; `table` lists its options and sub-commands, `groups` shared options."""
         example = f"example: {table['example']}" if "example" in table else None
         about = {"help": table["help"], "description": table["help"], "epilog": example}
-        added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))
+        added: Parser = commands.add_parser(name, **about)
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print the result as one JSON document")
@@ -79,8 +75,22 @@ class Parser(argparse.ArgumentParser):
 
 
 def command_tables() -> dict[str, Any]:
-    """Read ``commands.toml``: commands and groups of options as nested tables."""
-    return tomllib.loads((files("srbval.cli") / "commands.toml").read_text(encoding="utf-8"))
+    """Read all commands and groups of options as nested tables; ``study run`` has an action for each study."""
+    tables = read_toml(package_folder() / "cli" / "commands.toml")
+    commands = tables["commands"]
+    studies = commands["study"]["actions"]["run"]["actions"] = {}
+    for path in sorted((package_folder() / "studies").glob("*/study.toml")):
+        study = read_toml(path)
+        studies[path.parent.name] = {
+            "groups": ["study"],
+            "help": study["question"],
+            "arguments": study.get("options", {}),
+        }
+    for command in commands.values():
+        if "study" in command:  # another name for the command that runs this study
+            studies[command["study"]]["groups"] = command["groups"]
+            command["arguments"] = studies[command["study"]]["arguments"]
+    return tables
 
 
 def build_parser() -> Parser:

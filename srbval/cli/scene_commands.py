@@ -3,7 +3,6 @@
 import argparse
 import math
 import sys
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -228,12 +227,6 @@ def run_bearing_command(options: argparse.Namespace) -> int:
     found = find_bearings(options.search or "")
 
     def show() -> None:
-        if options.search is None:
-            kinds = [one.title.split(" (")[0].partition(", ")[2] for one in found]
-            rows = [(kind, count, found[kinds.index(kind)].name) for kind, count in Counter(kinds).most_common()]
-            print_table(("kind", "bearings", "for example"), rows)
-            print(f"\n{len(found)} bearings; list them with --search WORDS, for example --search 222")
-            return
         print_table(BEARINGS, [_bearing_row(bearing) for bearing in found])
         print(f"\n{len(found)} bearings; --json contains their sources. Others: --elements, --orders or a TOML file")
 

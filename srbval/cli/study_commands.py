@@ -8,13 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from srbval.check.check import CheckResult, fingerprint, list_changes, reference_path, run_check, write_reference
-from srbval.cli.arguments import Parser, command_tables
 from srbval.cli.output import own_command, print_result, print_table
-from srbval.errors import ConfigurationError
 from srbval.progress import Progress, ProgressDisplay, prefix_tasks, stage
 from srbval.progress.tables import text_rows
 from srbval.report.figures.style import panel
-from srbval.storage.content_store import stored_results
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.stored_result import ResultKind, reference_fingerprint
@@ -27,7 +24,6 @@ MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --j
 VALIDITY_BY_KIND = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
 UNSOUND = 1
 STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
-OPTION_GROUPS = {"speed_accuracy": ["study", "outside_model", "bench"], "stability": ["study", "outside_model"]}
 
 
 def run_check_command(options: argparse.Namespace) -> int:
@@ -100,10 +96,8 @@ def run_study_command(options: argparse.Namespace) -> int:
     """List the studies or run one, such as ``bench`` or ``stability``; exit code 1 if it fails its own test."""
     if options.command in STUDY_BY_COMMAND:
         return _run_study(STUDY_BY_COMMAND[options.command], f"srbval {options.command}", options)
-    if options.action == "run":
-        if options.name is None:
-            raise ConfigurationError("name a study, for example: srbval study run naming. See: srbval study list")
-        return _run_study(options.name, f"srbval study run {options.name}", options)
+    if options.action != "list":
+        return _run_study(options.action, f"srbval study run {options.action}", options)
     states = {state["name"]: state for state in result_states(reference_fingerprint())}
     rows = []
     for one, state in ((load_study(name), states[name]) for name in study_names()):
@@ -114,24 +108,17 @@ def run_study_command(options: argparse.Namespace) -> int:
 
 
 def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
-    asked = load_study(name)
-    parser = Parser(prog=command, description=asked.question, epilog=f"example: {command} --jobs 2")
-    asked.add_options(parser.add_argument_group("study"))
-    picture = f"srbval-{command.rpartition(' ')[2]}.svg"
-    for group in OPTION_GROUPS.get(name, ["study"]):
-        for names, settings in command_tables()["study_groups"][group].items():
-            parser.add_argument(*names.split(), **settings)
-    given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
-    plot = Path(getattr(given, "plot", None) or picture)
+    plot = Path(getattr(options, "plot", None) or f"srbval-{command.rpartition(' ')[2]}.svg")
     check_suffix(plot, "SVG", (".svg",))
-    with ProgressDisplay() as shown, stored_results(fresh=given.fresh):
+    with ProgressDisplay() as shown:
         progress = prefix_tasks(shown, name.replace("_", " ").capitalize())
-        scale = getattr(given, "scale", False)
-        if scale or getattr(given, "model", None) or getattr(given, "quick", False):
-            found, stored = _run_variant(name, given, progress, shown.message)
+        scale = getattr(options, "scale", False)
+        if scale or getattr(options, "model", None) or getattr(options, "quick", False):
+            found, stored = _run_variant(name, options, progress, shown.message)
         else:
-            shown.message(f"about {asked.minutes:g} minutes on two cores for all, and half a minute once to compile")
-            found, stored = make_result(name, given, progress, command=own_command())
+            minutes = load_study(name).minutes
+            shown.message(f"about {minutes:g} minutes on two cores for all, and half a minute once to compile")
+            found, stored = make_result(name, options, progress, command=own_command())
         if name in STUDY_BY_COMMAND.values() and not scale:
             with stage(progress, "Draw"):
                 panel(draw_study)(name, stored)(plot.parent, plot.stem)
@@ -139,7 +126,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     if "file" in stored:
         print(f"stored: {stored['file']}", file=sys.stderr)
     text = f"{found.text}\n\nDrawn in {plot}" if "plot" in stored else found.text
-    return print_result(given, stored, text, code=0 if found.sound else UNSOUND)
+    return print_result(options, stored, text, code=0 if found.sound else UNSOUND)
 
 
 def _run_variant(

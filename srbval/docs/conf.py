@@ -65,7 +65,6 @@ DRAWN = re.compile(
     re.DOTALL | re.M,
 )
 PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
-LITERAL = re.compile(r"(``.*?``)")
 
 
 STORED = "amplitudes", "model_levels", "naming", "reading", "scale"
@@ -225,16 +224,10 @@ def table(titles: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in (titles, ("---",) * len(titles), *rows))
 
 
-def mathml(formula: str, *, as_block: bool = False) -> str:
-    """Convert a LaTeX formula to MathML; ``frac32`` is rewritten as ``frac{3}{2}``, as the converter requires."""
-    from docutils.utils.math.latex2mathml import tex2mathml
-
-    return str(tex2mathml(re.sub(r"frac\s*(\d)(\d)", r"frac{\1}{\2}", formula), as_block=as_block))
-
-
 def formula(translator: Any, node: Any) -> None:
     """Write a formula as MathML; a displayed formula also gets its number and a link."""
     from docutils.nodes import SkipNode, math_block
+    from docutils.utils.math.latex2mathml import tex2mathml
 
     block = isinstance(node, math_block)
     if block:
@@ -243,20 +236,11 @@ def formula(translator: Any, node: Any) -> None:
         translator.body.append(f'<span class="eqno">({node["number"]})')
         translator.add_permalink_ref(node, "Link to this equation")
         translator.body.append("</span>")
-    translator.body.append(mathml(node.astext(), as_block=block) + "</div>" * block)
+    translator.body.append(tex2mathml(node.astext(), as_block=block) + "</div>" * block)
     raise SkipNode
-
-
-def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
-    """Escape vertical bars in docstrings, which docutils would read as the markup of substitutions."""
-    lines[:] = [
-        "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in LITERAL.split(line))
-        for line in lines
-    ]
 
 
 def setup(app: Any) -> None:
     """Register functions of this file in Sphinx, which calls `setup`."""
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("source-read", fill_in)
-    app.connect("autodoc-process-docstring", bars_are_text)

@@ -42,16 +42,14 @@ def wait_for_result(future: Future[Result]) -> Result:
 
 @contextlib.contextmanager
 def without_ctrl_c() -> Iterator[None]:
-    """Context in which Ctrl-C is delayed. Processes that are started in it never receive Ctrl-C.
+    """Context in which Ctrl-C is delayed, except on Windows. Processes that are started in it never receive Ctrl-C.
 
     If code in the context sets a handler of Ctrl-C, the former handler is restored at the end: the import of `runner`
     of dask-jobqueue, for example, sets a handler that ends the program as if all work were done.
     """
     masks, handler = hasattr(signal, "pthread_sigmask"), signal.getsignal(signal.SIGINT)
-    main, came = threading.current_thread() is threading.main_thread(), list[int]()
+    main = threading.current_thread() is threading.main_thread()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if masks else ()
-    if main and not masks:  # Windows
-        signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
         yield
     finally:
@@ -59,8 +57,6 @@ def without_ctrl_c() -> Iterator[None]:
             signal.signal(signal.SIGINT, handler)
         if masks:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        if came:
-            signal.raise_signal(signal.SIGINT)
 
 
 def end_group(leader: int) -> None:

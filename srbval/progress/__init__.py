@@ -2,7 +2,7 @@
 
 A function that takes long has the option ``progress: Progress = silent``. It calls `progress` with the name of the task
 and the fraction that is done, None if unknown. `ProgressDisplay` is a callback that displays the progress: on a
-terminal in one line, elsewhere in at most ten lines per task. All callbacks may be called from several threads.
+terminal in one line, elsewhere in a few lines per task. All callbacks may be called from several threads.
 """
 
 import contextlib
@@ -14,8 +14,7 @@ from collections.abc import Callable, Iterator
 from typing import Self, TextIO
 
 DRAWN_EVERY_S = 0.3  # interval at which a line on a terminal is overwritten
-LINE_AFTER_S, LATER = 3.0, 3.0  # time to the first line in a log, and factor from line to line
-MAX_LOG_LINES = 8  # lines per task in a log, spread over its extent if that is known
+LINE_AFTER_S, LATER = 3.0, 3.0  # time to the first line in a log, and factor from line to line: 8 lines in 2 hours
 
 Progress = Callable[[str, float | None], None]
 """Callback with the name of a task and the fraction of it that is done, 0 to 1.
@@ -52,11 +51,10 @@ class ProgressDisplay:
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream, self._lock = stream or sys.stderr, threading.Lock()
         self._terminal = self._stream.isatty()
-        self._every_s = DRAWN_EVERY_S if self._terminal else LINE_AFTER_S
+        self._first_after_s = DRAWN_EVERY_S if self._terminal else LINE_AFTER_S
         self._drawn = 0  # characters of the line to overwrite
-        # By task: the fraction done, when it began and was last reported (`time.monotonic`) [s], the lines until now.
-        self._running: dict[str, tuple[float | None, float, float, int]] = {}
-        self._written_at = time.monotonic()
+        # By task: the fraction done, when the task began and when its next line is due (`time.monotonic`) [s].
+        self._running: dict[str, tuple[float | None, float, float]] = {}
         self._stopped = threading.Event()
         self._heartbeat = threading.Thread(target=self._report_regularly, name="srbval-progress", daemon=True)
 
@@ -76,13 +74,11 @@ class ProgressDisplay:
         with self._lock:
             if task not in self._running:
                 self._write(f"{task} ...", temporary=True)
-            _, started_at, reported_at, count = self._running.get(task, (None, now, now, 0))
-            self._running[task] = fraction, started_at, reported_at, count
+            _, started_at, due_at = self._running.get(task, (None, now, now + self._first_after_s))
+            self._running[task] = fraction, started_at, due_at
             if fraction is not None and fraction >= 1:
                 del self._running[task]
                 self._write(f"{task}: done in {now - started_at:.1f} s")
-            else:
-                self._report_if_due(task)
 
     def message(self, text: str) -> None:
         """Write one line of text."""
@@ -90,31 +86,23 @@ class ProgressDisplay:
             self._write(text)
 
     def _report_regularly(self) -> None:
-        while not self._stopped.wait(self._every_s / 6):
+        """Write the lines that are due: on a terminal at intervals, elsewhere each time after `LATER` times as long."""
+        while not self._stopped.wait(self._first_after_s / 6):
             with self._lock:
-                for task in self._running:
-                    self._report_if_due(task)
-
-    def _report_if_due(self, task: str) -> None:
-        """Write a progress line of `task`: on a terminal at intervals, elsewhere only after it has advanced enough."""
-        now, (fraction, started_at, reported_at, count) = time.monotonic(), self._running[task]
-        elapsed = now - started_at
-        if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:
-            return
-        if fraction is None:
-            is_far = count < MAX_LOG_LINES and elapsed > self._every_s * LATER**count * 0.8
-        else:
-            is_far = fraction * (MAX_LOG_LINES + 1) > count + 1
-        if not (self._terminal or is_far):
-            return
-        self._running[task] = fraction, started_at, now, count + 1
-        done = "" if fraction is None else f" {100 * fraction:.0f} %"
-        remaining = f", about {_span(elapsed * (1 / fraction - 1))} to go" if fraction else ""
-        self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", temporary=True)
+                now = time.monotonic()
+                due = [task for task, (_, _, due_at) in self._running.items() if now >= due_at]
+                for task in due:
+                    fraction, started_at, _ = self._running[task]
+                    elapsed = now - started_at
+                    next_at = now + DRAWN_EVERY_S if self._terminal else started_at + LATER * elapsed
+                    self._running[task] = fraction, started_at, next_at
+                    done = "" if fraction is None else f" {100 * fraction:.0f} %"
+                    remaining = f", about {_span(elapsed * (1 / fraction - 1))} to go" if fraction else ""
+                    self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", temporary=True)
 
     def _write(self, line: str, *, temporary: bool = False) -> None:
         """Write a line; on a terminal, a `temporary` line is overwritten by the next line."""
-        self._written_at, end = time.monotonic(), "\n"
+        end = "\n"
         if self._terminal:
             before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if temporary else line
             end, self._drawn = ("", len(shown)) if temporary else ("\n", 0)

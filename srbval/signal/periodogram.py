@@ -83,7 +83,7 @@ class Noise(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Periodogram:
-    """Power of a record [n], |its Fourier sum|^2, without a window, at `POINTS_PER_BIN` frequencies per bin.
+    """Power of a record [n], its Fourier sum squared, without a window, at `POINTS_PER_BIN` frequencies per bin.
 
     `limit_hz` is the highest frequency of interest; `samples` are the record at the lower sampling rate `fs_hz` that
     suffices for it, with its `mean` removed. `masks_hz`, [m, 2], are zones counted neither as line nor as noise, such

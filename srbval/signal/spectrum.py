@@ -100,9 +100,9 @@ def kurtosis(samples: FloatArray | ComplexArray) -> float:
 def prewhitened(samples: FloatArray) -> FloatArray:
     """Scale all spectral lines of `samples` [n] to the same height and keep their phases; the result has variance one.
 
-    Cepstrum prewhitening, X / |X| (Borghesani, Pennacchi, Randall, Sawalhi & Ricci 2013, Mech. Syst. Signal Process.
-    36, 370; authors and page quoted from memory, not checked), leaves next to no power to tones, gear meshes and
-    impacts without jitter. The record is cut to a length with a fast transform. `DataError` for a constant record.
+    Cepstrum prewhitening, ``X / |X|`` (Borghesani, Pennacchi, Randall, Sawalhi & Ricci 2013, Mech. Syst. Signal
+    Process. 36, 370; authors and page quoted from memory, not checked), leaves next to no power to tones, gear meshes
+    and impacts without jitter. The record is cut to a length with a fast transform. `DataError` for a constant record.
     """
     size = scipy.fft.prev_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples[:size] - samples[:size].mean())

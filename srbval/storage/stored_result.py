@@ -79,10 +79,8 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
     return found
 
 
-def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
-    """Read program parts' behaviour from JSON, {part: {name: value or null for NaN}}; `ValueError` if malformed."""
-    if not isinstance(table, Mapping) or not all(isinstance(values, Mapping) for values in table.values()):
-        raise ValueError("not a table of tables")
+def fingerprint_of(table: Mapping[str, Any]) -> dict[str, dict[str, FingerprintValue]]:
+    """Read program parts' behaviour from JSON, {part: {name: value or null for NaN}}."""
     return {
         part: {name: math.nan if value is None else value for name, value in values.items()}
         for part, values in table.items()
@@ -91,13 +89,8 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, FingerprintValue]]:
 
 @cache
 def reference_fingerprint() -> Fingerprint:
-    """Load the shipped numbers that describe the behaviour of each program part; empty if missing or damaged."""
-    try:
-        content = read_json(shipped_folder(REPORTS) / REFERENCE_FILE, MAX_RESULT_BYTES)
-        known = all(content[key] == value for key, value in REFERENCE_ORIGIN.items())
-        return fingerprint_of(content["parts"]) if known else {}
-    except (DataError, LookupError, TypeError, ValueError):
-        return {}
+    """Load the shipped numbers that describe the behaviour of each program part."""
+    return fingerprint_of(read_json(shipped_folder(REPORTS) / REFERENCE_FILE, MAX_RESULT_BYTES)["parts"])
 
 
 class ResultKind(enum.StrEnum):
@@ -151,11 +144,10 @@ class StoredResult:
         if code_sha256(folder) != self.content.get("code_sha256"):
             return f"the code of the study {self.path.stem} has changed"
         now = reference_fingerprint() if now is None else now
-        try:
-            then = fingerprint_of(self.content.get("fingerprint"))
-        except ValueError:
+        then = self.content.get("fingerprint")
+        if then is None:
             return "it does not state the fingerprint of the program that computed it"
-        for part, numbers in then.items():
+        for part, numbers in fingerprint_of(then).items():
             if names := [one.name for one in compare_part(now.get(part, {}), numbers) if not one.ok]:
                 more = f" and {len(names) - 1} more" if len(names) > 1 else ""
                 return f"the program's part {part} behaves differently: {names[0]}{more}"

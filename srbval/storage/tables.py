@@ -118,15 +118,11 @@ def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -
     above, least, most = field.metadata["limits"]
     if (above is None or number > above) and (least is None or number >= least) and (most is None or number <= most):
         return
-    if most is None:
-        limit_in_words = "be positive" if above == 0 else "not be negative" if least == 0 else f"be {least:g} or more"
-    elif least is None:
-        limit_in_words = f"be at most {most:g}" if above is None else f"be above {above:g} and at most {most:g}"
-    else:
-        limit_in_words = f"be between {least:g} and {most:g}"
+    limits = (("above", above), ("at least", least), ("at most", most))
+    in_words = " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
     table = re.sub("(?<=[a-z])(?=[A-Z])", "_", type(owner).__name__).lower()
     value = f"{number:.9g}" if isinstance(number, float) else str(number)
-    raise ConfigurationError(f"{table} {field.name} = {value} must {limit_in_words}.")
+    raise ConfigurationError(f"{table} {field.name} = {value} must be {in_words}.")
 
 
 def read_toml(path: Path) -> dict[str, Any]:

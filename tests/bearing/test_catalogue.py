@@ -35,7 +35,7 @@ def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path):
     [
         ({"rollers_per_row": 30}, "overlap"),
         ({"roller_width_m": 0.02}, "too short"),
-        ({"rollers_per_row": 0}, "rollers_per_row = 0 must be 1 or more"),
+        ({"rollers_per_row": 0}, "rollers_per_row = 0 must be at least 1"),
         ({"raceway_radius_m": 0.19}, "must be between"),
         ({"inner_centre_radial_m": 0.25}, "gap between the raceways .* = 0.28362, inner_centre_axial_m = 0.0500"),
     ],
@@ -55,8 +55,8 @@ ORDERS_OF_9 = {"rolling_elements": 9, "bpfo": 3.6, "bpfi": 5.4, "bsf": 1.0, "ftf
 ELEMENTS = {"rolling_elements": 9, "element_diameter": "8 mm", "pitch_diameter": "39 mm", "contact_angle": "0 deg"}
 BAD = [
     (table("orders", **ORDERS_OF_9 | {"bpfi": 12.3}), "must be the number"),
-    (table("elements", **ELEMENTS | {"rolling_elements": -9}), "rolling_elements = -9 must be 1 or more"),
-    (table("elements", **ELEMENTS | {"element_diameter": "0 mm"}), "must be positive"),
+    (table("elements", **ELEMENTS | {"rolling_elements": -9}), "rolling_elements = -9 must be at least 1"),
+    (table("elements", **ELEMENTS | {"element_diameter": "0 mm"}), "must be above 0"),
     (table("elements", **ELEMENTS | {"element_diameter": "nan mm"}), "element_diameter"),
     (table("elements", **ELEMENTS | {"element_diameter": "39 mm"}), "between 0 and 1"),
     ("", "exactly one"),

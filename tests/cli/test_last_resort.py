@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 import srbval.cli
-from srbval.cli import ENDING, INTERNAL, Interrupted, _signals_as_exceptions, run_command_line
+from srbval.cli import ENDING, INTERNAL, _signals_as_exceptions, run_command_line
 from srbval.errors import NumericsError, SrbvalError
 from srbval.storage.hdf5_files import CALLED_BY_HDF5
 from srbval.storage.installation import child_environment, package_folder, shipped_folder
@@ -222,24 +222,6 @@ def test_the_exit_code_is_its_own_wherever_the_signal_comes(number, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=ENDS_S, cwd=tmp_path)
     assert done.returncode == 128 + number
     assert done.stderr.startswith("srbval: interrupted")
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number):
-    """A compiler that is interrupted may find in its own clean-up that its object is not there."""
-
-    def compiled() -> None:
-        try:
-            signal.raise_signal(number)
-        finally:
-            raise RuntimeError("no compiled object yet")
-
-    signal.signal(number, signal.default_int_handler)
-    with pytest.raises(Interrupted) as ended, _signals_as_exceptions():
-        compiled()
-    assert ended.value.args == (number,)
-    with pytest.raises(RuntimeError, match="of its own"), _signals_as_exceptions():
-        raise RuntimeError("of its own")
 
 
 def test_a_signal_while_hdf5_writes_comes_a_moment_later():

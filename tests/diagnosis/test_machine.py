@@ -44,10 +44,10 @@ REFUSED = {
     'bearing = "skf-6025"': "bearing 'skf-6025' is not known",
     "[sensor]\nrate = 25600": "25600 has no unit",
     '[sensor]\nunit = "furlong"': "unit 'furlong' is not known; known: m/s2",
-    '[set_point]\nspeed = "-3 rpm"': "must be positive",
+    '[set_point]\nspeed = "-3 rpm"': "must be above 0",
     "[set_point]\nspeed_tolerance_pct = 20": "at most 10",
     '[limits]\nband = ["5 kHz", "2 kHz"]': "the values must increase",
-    "[baseline]\nrecords = 4": "must be 5 or more",
+    "[baseline]\nrecords = 4": "must be at least 5",
 }
 
 

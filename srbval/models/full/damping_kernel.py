@@ -1,6 +1,6 @@
 """Kernels: solve the linear equations of a step that treats friction and contact damping implicitly.
 
-The secant damping matrix of a contact, force on its roller divided by the race's velocity u relative to the roller, is
+The secant damping matrix of a contact, force on its roller divided by the race's velocity u relative to it, is::
 
     C = drag (1 - n n) + c n n,   drag = mu(|u_t|) N / |u_t|
 
