@@ -266,13 +266,3 @@ def write_reference(now: Fingerprint) -> None:
     origin = stored_result.REFERENCE_ORIGIN | {"srbval": __version__, "git_revision": git_revision()}
     write_json(reference_path(), origin | {"parts": now})
     reference_fingerprint.cache_clear()
-
-
-def list_changes(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
-    """List the numbers that differ between two results of `fingerprint`, with name, old and new value."""
-    return [
-        {"name": f"{part}{SEPARATOR}{one.name}", "old": old.get(part, {}).get(one.name), "new": values.get(one.name)}
-        for part, values in new.items()
-        for one in compare_part(values, old.get(part, {}))
-        if not one.ok
-    ]

@@ -10,7 +10,7 @@ import pytest
 
 from srbval import Scene, load_scene
 from srbval.check import check
-from srbval.check.check import list_changes, run_check, write_reference
+from srbval.check.check import run_check, write_reference
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
 from srbval.storage.json_files import write_json
@@ -72,14 +72,13 @@ def test_numbers_words_and_missing_quantities(monkeypatch):
     assert found["full: outer: status"].words == ("skidding", "ok")
     assert math.isnan(found["reading: gone: hz"].value)
     assert math.isnan(found["reading: H: hz"].low)
-    assert [one["name"] for one in list_changes(other, NOW)][:2] == ["full: outer: cage_ratio", "full: outer: status"]
 
 
 def test_the_reference_is_what_was_written(tmp_path, monkeypatch):
     monkeypatch.setattr(check, "shipped_folder", lambda _: tmp_path)
     write_reference(NOW)
     monkeypatch.setattr("srbval.storage.stored_result.shipped_folder", lambda _: tmp_path)
-    assert list_changes(reference_fingerprint(), NOW) == []
+    assert reference_fingerprint()["full"] == NOW["full"]
 
 
 @pytest.fixture
