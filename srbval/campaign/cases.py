@@ -2,8 +2,7 @@
 
 import contextlib
 import json
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -59,18 +58,6 @@ def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     if scene.model == AUTO or not level_of(scene.model).outside:  # an outside model has its own solvers
         check_known("solver", scene.solver.name, tuple(METHODS))
     return scene
-
-
-def sum_plan(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Count the cases; sum expected time [s on one core] and disk space of valid cases, of equal cases only once."""
-    good = {case.key: case for case in cases if case.refused is None}.values()
-    return {
-        "cases": len(cases),
-        "models": dict(Counter(case.model for case in cases if case.refused is None)),
-        "refused": sum(case.refused is not None for case in cases),
-        "expected_s": None if any(case.expected_s is None for case in good) else sum(c.expected_s or 0 for c in good),
-        "expected_bytes": sum(case.expected_bytes for case in good),
-    }
 
 
 def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignCase:

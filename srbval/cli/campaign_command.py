@@ -1,13 +1,13 @@
 """Commands ``srbval campaign run``, ``status`` and ``verify``."""
 
 import argparse
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.cases import plan_cases, sum_plan
+from srbval.campaign.cases import plan_cases
 from srbval.campaign.engines import LOCAL, choose_engine
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign, campaign_of
@@ -49,7 +49,16 @@ def run_campaign_command(options: argparse.Namespace) -> int:
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:
     cases = plan_cases(campaign)
-    found = sum_plan(cases)
+    good = [case for case in cases if case.refused is None]
+    distinct = {case.key: case for case in good}.values()  # equal cases run only once
+    times_s = [case.expected_s for case in distinct]
+    found: dict[str, Any] = {
+        "cases": len(cases),
+        "models": dict(Counter(case.model for case in good)),
+        "refused": len(cases) - len(good),
+        "expected_s": None if None in times_s else sum(filter(None, times_s)),
+        "expected_bytes": sum(case.expected_bytes for case in distinct),
+    }
 
     def show() -> None:
         points = [c.refused or ", ".join(f"{key} = {value}" for key, value in c.point.items()) for c in cases]

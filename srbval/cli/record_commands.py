@@ -69,7 +69,6 @@ def run_analyse_command(options: argparse.Namespace) -> int:
     """Analyse one file and print its verdict, or several and print a table; exit code 3 if some could not be read."""
     if options.write_machine:
         check_suffix(Path(options.write_machine), "TOML", (".toml",))
-    zone_boundaries(options.machine_class)  # reports an unknown class before files are read
     many = options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir()
     code = (_run_many if many else _run_one)(options)
     if options.write_machine:
@@ -273,7 +272,6 @@ def run_trend_command(options: argparse.Namespace) -> int:
 
     if options.plot:
         check_suffix(Path(options.plot), "HTML", (".html",))
-    zone_boundaries(options.machine_class)  # reports an unknown class before files are read
     times: Mapping[str, datetime | float] = {} if options.times else case_numbers(options.files)
     options.files, time_from = list(times) or options.files, "the campaign's cases"
     options.one_band = True  # because levels are compared
