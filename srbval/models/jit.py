@@ -12,19 +12,19 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import pickle
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterable
-from functools import cache
+from functools import cache, partial
 from importlib import metadata
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.errors import DataError
+from srbval.models.native import Kernel, add_entry
 from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.machine import load_average, usable_cores
 from srbval.storage.cache import KERNEL_VARIABLE, KERNELS, cache_folder
@@ -46,6 +46,7 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
     "forceinline": True,
     "no_cfunc_wrapper": True,
+    "no_cpython_wrapper": True,
 }
 WITHOUT_KERNELS = ("kinematic", "impulse")
 RING, RATES = "ring", "rates"  # parts of kernels' names, see `kernels_of`
@@ -57,22 +58,22 @@ PACE_ROUNDS = 10**6  # rounds of a loop that takes some 30 ms
 # Time to compile a kernel of the full model, divided by the time of that loop; factor for a kernel of the slices model.
 COMPILE_WORK, SLICES_WORK = {RING: 50.0, RATES: 320.0} | dict.fromkeys(FAMILIES, 420.0), 1.25
 CHECKSUM_BYTES = hashlib.sha256().digest_size
+_unregistered: list[tuple[Callable[..., Any], dict[str, Any]]] = []  # functions that numba does not know, options
 _requested_kernels: set[str] = set()
 _cached_kernels: set[str] = set()  # kernels that are in the cache
 _kernel_files: set[str] = set()  # names of files with machine code that this process read or wrote
 _lock = threading.RLock()
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+def kernel(function: Callable[..., None]) -> Callable[..., None]:
     """Decorator for kernels that Python calls: compile for this processor, cache on disk, run without interpreter lock.
 
-    Kernels use the arrays that they receive and create none. They are compiled without reference counting, which would
-    count every array of a parameter tuple at each call.
+    Kernels use the arrays that they receive and create none, and return nothing. They are compiled without reference
+    counting, which would count every array of a parameter tuple at each call.
     """
-    compiled: Any = load_numba().njit(pipeline_class=_compilers()[0], **OPTIONS)(function)
-    if compiled is not function:
-        compiled._cache = _kernel_store(kernel_cache_folder(), function.__name__)  # for the present sources
-    return compiled
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+        return function
+    return Kernel(function.__name__, partial(_stored_or_compiled, function, kernel_cache_folder()))
 
 
 def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
@@ -82,18 +83,15 @@ def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]
     linker would use the copy loaded first. The last digits of results would then depend on the runs before in the same
     process, and rattling rollers amplify such differences.
     """
-    options = OPTIONS | {"no_cpython_wrapper": True, "pipeline_class": _compilers()[1]} | more
-    part: Callable[..., Any] = load_numba().extending.register_jitable(**options)(function)
-    return part
+    _unregistered.append((function, OPTIONS | more))
+    return function
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator like `kernel_part`, but numba inlines before it infers types: it compiles faster if few places call it.
-
-    If Python calls such a function, numba compiles it at the first call.
-    """
-    part: Callable[..., Any] = load_numba().njit(inline="always", **OPTIONS)(function)
-    return part
+    """Decorator like `kernel_part`, but numba inlines before it infers types: compiles faster if few places call it."""
+    part: Any = kernel_part(function)
+    part.targetoptions, part.py_func = {"inline": "always"}, function  # by these numba finds what it inlines
+    return function
 
 
 @cache
@@ -111,6 +109,32 @@ def load_numba() -> Any:
     return numba
 
 
+def _stored_or_compiled(function: Callable[..., Any], folder: Path, form: str, arguments: tuple[Any, ...]) -> bytes:
+    """Machine code of a kernel for arguments of a form: read from its file in the cache `folder`, or compiled."""
+    file = folder / f"{function.__name__}-{_digest(form)}.kernel"
+    stored = _machine_code(file)
+    if stored is None:
+        stored = compile_function(function, arguments)
+        with contextlib.suppress(DataError), atomic_write(file) as part:
+            part.write_bytes(_checksum(file, stored) + stored)
+            _kernel_files.add(file.name)
+    return stored
+
+
+def compile_function(function: Callable[..., Any], arguments: tuple[Any, ...]) -> bytes:
+    """Compile a kernel for arguments of these types; the result is the object file that `native.load` loads."""
+    numba = load_numba()
+    for_kernels, for_parts = _compilers()
+    while _unregistered:
+        part, options = _unregistered.pop()
+        numba.extending.register_jitable(**options, pipeline_class=for_parts)(part)
+    compiler = numba.njit(pipeline_class=for_kernels, **OPTIONS)(function)
+    compiler.compile(tuple(map(numba.typeof, arguments)))
+    (result,) = compiler.overloads.values()
+    machine_code: bytes = result.library._get_compiled_object()
+    return machine_code
+
+
 @cache
 def _compilers() -> tuple[Any, Any]:
     """Make two compiler classes for numba: for kernels, and for their parts, which need no machine code of their own.
@@ -121,7 +145,8 @@ def _compilers() -> tuple[Any, Any]:
     from numba.core import untyped_passes as untyped
     from numba.core.codegen import JITCodeLibrary
     from numba.core.compiler import CompilerBase
-    from numba.core.compiler_machinery import PassManager
+    from numba.core.compiler_machinery import PassManager, register_pass
+    from numba.core.lowering import Lower
 
     passes = (
         untyped.TranslateByteCode,
@@ -136,9 +161,17 @@ def _compilers() -> tuple[Any, Any]:
         typed.NopythonTypeInference,
         typed.PreLowerStripPhis,
         typed.IRLegalization,
-        typed.NativeLowering,
-        typed.NoPythonBackend,
     )
+
+    class WithEntry(Lower):
+        def lower(self) -> None:
+            super().lower()
+            add_entry(self.library, self.context, self.fndesc)
+
+    @register_pass(mutates_CFG=True, analysis_only=False)
+    class KernelLowering(typed.NativeLowering):
+        _name = "kernel_lowering"
+        lowering_class = WithEntry
 
     class Part(JITCodeLibrary):
         codegen = property(lambda self: self)
@@ -152,7 +185,7 @@ def _compilers() -> tuple[Any, Any]:
         def set_env(self, *_: Any) -> None:
             """Ignore numba's environment, because there is no machine code that needs it."""
 
-    def compiler(library: type) -> type:
+    def compiler(library: type, lowering: type) -> type:
         class Compiler(CompilerBase):
             def define_pipelines(self) -> Any:
                 _resolve_operators_once(self.state.typingctx)
@@ -160,14 +193,14 @@ def _compilers() -> tuple[Any, Any]:
                 self.state.library.enable_object_caching()
                 self.state.type_annotation = None
                 manager = PassManager("kernel")
-                for one in passes:
+                for one in (*passes, lowering, typed.NoPythonBackend):
                     manager.add_pass(one, one.__name__)
                 manager.finalize()
                 return [manager]
 
         return Compiler
 
-    return compiler(JITCodeLibrary), compiler(Part)
+    return compiler(JITCodeLibrary, KernelLowering), compiler(Part, typed.NativeLowering)
 
 
 @cache
@@ -187,30 +220,6 @@ def _resolve_operators_once(context: Any) -> None:
         return known[key][1]
 
     context.resolve_function_type = resolve_once
-
-
-def _kernel_store(folder: Path, name: str) -> Any:
-    """Cache object for numba that stores the machine code of the kernel `name`, a file for each signature."""
-    from numba.core.caching import NullCache
-    from numba.core.compiler import CompileResult
-    from numba.core.serialize import dumps
-
-    class Store(NullCache):
-        def file(self, signature: Any) -> Path:
-            return folder / f"{name}-{_digest(signature)}.kernel"
-
-        def load_overload(self, signature: Any, target_context: Any) -> Any:
-            stored = _machine_code(self.file(signature))
-            # numba's context is not refreshed, which only compiling needs, and which takes 0.3 s
-            return None if stored is None else CompileResult._rebuild(target_context, *pickle.loads(stored))
-
-        def save_overload(self, signature: Any, compiled: Any) -> None:
-            content = dumps(compiled._reduce())
-            with contextlib.suppress(DataError), atomic_write(self.file(signature)) as part:
-                part.write_bytes(_checksum(self.file(signature), content) + content)
-                _kernel_files.add(self.file(signature).name)
-
-    return Store()
 
 
 def _machine_code(file: Path) -> bytes | None:
@@ -348,8 +357,8 @@ def _list_of(kernel: str) -> Path:
     return kernel_cache_folder() / f"compiled-{kernel}-{_digest()}"
 
 
-def _digest(signature: Any = None) -> str:
-    return hashlib.sha256(f"{signature} {machine()}".encode()).hexdigest()[:16]
+def _digest(form: str = "") -> str:
+    return hashlib.sha256(f"{form} {machine()}".encode()).hexdigest()[:16]
 
 
 @cache
