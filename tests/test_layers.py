@@ -22,6 +22,7 @@ PATHS = sorted(PACKAGE.rglob("*.py"))
 FILES = [path for path in PATHS if path.parent not in (PACKAGE, PACKAGE / "docs")]
 DRAWING = ("srbval.report.", "matplotlib")
 WRITING_FUNCTIONS = {"to_json", "json_text", "write_json", "move_listed_files", "content_sha256", "import_library"}
+WRITING_FUNCTIONS |= {"in_processes", "usable_cores"}  # figures are drawn in processes
 GATHERING = ("findings", "pages.py", "reports.py")  # of the report: what is shown, before anything is drawn
 EMPTY_WORDS = """
     all answers behind beside both columns counts data drawn each entries facts few found given held here items kept

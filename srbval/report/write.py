@@ -9,7 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
+from srbval.processes.machine import usable_cores
+from srbval.processes.pool import in_processes
 from srbval.report.blocks import FIGURES_FOLDER, Report, ReportTable
+from srbval.report.figures.style import Drawing, Panel
 from srbval.report.plain import as_plain
 from srbval.report.renderers import list_pdf_dependencies, render_html, render_pdf, require_typst
 from srbval.storage.content_store import ContentStore, content_sha256
@@ -17,6 +20,7 @@ from srbval.storage.json_files import move_listed_files, to_json
 
 FORMATS = ("html", "pdf", "json")
 LISTING = "report.json"
+FIGURES_PER_PROCESS = 8  # a process takes as long to start as it takes to draw some four figures
 REPORT_STORE = ContentStore(kind="report", computed_by=__name__)
 
 
@@ -73,9 +77,20 @@ def _content(report: Report, stage: Path) -> str:
 
 
 def draw_figures(report: Report, folder: Path) -> None:
-    """Draw the figures of a report into ``folder/figures``."""
-    for figure in report.figures():
-        figure.draw(folder / FIGURES_FOLDER, figure.id)
+    """Draw the figures of a report into ``folder/figures``, many new ones in several processes."""
+    figures = [(figure.draw, folder / FIGURES_FOLDER, figure.id) for figure in report.figures()]
+    new = [one for one in figures if isinstance(one[0], Panel) and not one[0].is_stored()]
+    jobs = min(usable_cores(), len(new) // FIGURES_PER_PROCESS)
+    drawn = [one for one, _ in in_processes(draw_figure, new, jobs=jobs)] if jobs > 1 else []
+    for one in figures:
+        if one not in drawn:
+            draw_figure(one)
+
+
+def draw_figure(figure: tuple[Drawing, Path, str]) -> None:
+    """Draw one figure, given by its drawing function, folder and name."""
+    draw, folder, name = figure
+    draw(folder, name)
 
 
 def write_csv_tables(report: Report, folder: Path) -> None:

@@ -5,7 +5,7 @@ import io
 import re
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from importlib import metadata
+from importlib import import_module, metadata
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, ParamSpec
@@ -102,31 +102,54 @@ def figure_style() -> AbstractContextManager[None]:
     return matplotlib.style.context(STYLE_FILE, after_reset=True)
 
 
-def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
-    """Decorator: the drawing function then returns a `Drawing`, which writes ``name.svg`` and ``name.csv`` to a folder.
+class Panel:
+    """A panel to draw: `panel(folder, name)` writes ``name.svg`` and ``name.csv`` to a folder. It can be pickled.
 
-    The function itself must return the figure and the columns of the CSV file. Both files are cached, and drawn again
-    only if the arguments, the source code or the libraries have changed.
+    Both files are cached, and drawn again only if the arguments, the source code or the libraries have changed.
     """
-    store = ContentStore(kind="figure", computed_by=draw.__module__)
+
+    def __init__(self, draw: Callable[..., PanelData], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
+        self.draw, self.args, self.kwargs = draw, args, kwargs
+        self.store = ContentStore(kind="figure", computed_by=draw.__module__)
+        self.drawn_with = STYLE_FILE.read_bytes(), version_of("matplotlib"), version_of("numpy")
+
+    def __reduce__(self) -> Any:
+        return _panel_of, (self.draw.__module__, self.draw.__qualname__, self.args, self.kwargs)
+
+    @functools.cached_property
+    def content(self) -> str:
+        """Hash of all on which the files depend, apart from the source code."""
+        return content_sha256(self.draw.__qualname__, self.args, self.kwargs, *self.drawn_with)
+
+    def is_stored(self) -> bool:
+        """Return True if the files are in the cache, so that nothing needs to be drawn."""
+        return self.store.load(self.content, dict) is not None
+
+    def __call__(self, folder: Path, name: str) -> None:
+        """Write the two files to `folder`, from the cache if they are there."""
+        files = self.store.load(self.content, dict)
+        if files is None:
+            with figure_style():
+                files = _files_of(*self.draw(*self.args, **self.kwargs))
+            self.store.save(self.content, files)
+        folder.mkdir(parents=True, exist_ok=True)
+        for suffix, text in files.items():
+            (folder / f"{name}{suffix}").write_bytes(text.encode())
+
+
+def panel(draw: Callable[P, PanelData]) -> Callable[P, Panel]:
+    """Decorator of a function that returns a figure and the columns of its CSV file: it then returns a `Panel`."""
 
     @functools.wraps(draw)
-    def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
-        def write(folder: Path, name: str) -> None:
-            drawn_with = STYLE_FILE.read_bytes(), version_of("matplotlib"), version_of("numpy")
-            content = content_sha256(draw.__qualname__, args, kwargs, *drawn_with)
-            files = store.load(content, dict)
-            if files is None:
-                with figure_style():
-                    files = _files_of(*draw(*args, **kwargs))
-                store.save(content, files)
-            folder.mkdir(parents=True, exist_ok=True)
-            for suffix, text in files.items():
-                (folder / f"{name}{suffix}").write_bytes(text.encode())
-
-        return write
+    def drawing(*args: P.args, **kwargs: P.kwargs) -> Panel:
+        return Panel(draw, args, kwargs)
 
     return drawing
+
+
+def _panel_of(module: str, function: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Panel:
+    found = getattr(import_module(module), function)
+    return Panel(getattr(found, "__wrapped__", found), args, kwargs)  # without the decorator `panel`
 
 
 def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
