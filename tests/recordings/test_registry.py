@@ -284,9 +284,9 @@ def test_a_set_point_is_not_a_measured_speed(machine):
     [
         ({"rpm_tolerance_pct": 1.0}, "a speed tolerance, 1 %, needs the speed: --rpm"),
         ({"rpm": 1500.0, "rpm_tolerance_pct": 11.0}, "rpm_tolerance_pct = 11 must be above 0 and at most 10"),
-        ({"derivative": 3}, "derivative = 3 must be between 1 and 2"),
-        ({"resample_hz": 0.0}, "resample_hz = 0 must be positive"),
-        ({"skip_s": -1.0}, "skip_s = -1 must not be negative"),
+        ({"derivative": 3}, "derivative = 3 must be at least 1 and at most 2"),
+        ({"resample_hz": 0.0}, "resample_hz = 0 must be above 0"),
+        ({"skip_s": -1.0}, "skip_s = -1 must be at least 0"),
     ],
 )
 def test_impossible_settings(wrong, said):
