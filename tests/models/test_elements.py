@@ -41,7 +41,8 @@ SHOWN = [
     for name in ("orders", "elements", "geometry")
     for model in ("kinematic", "impulse")
 ]
-SHOWN += [("skf-6205", line, {"model": "planar"}) for line in KIND]
+FAST = {"shaft_speed": "1420 rpm", "duration_s": 0.5}
+SHOWN += [("skf-6205", line, {"model": "planar"} | FAST) for line in KIND]
 SHOWN += [("fag-nu2205", line, {"model": "planar"}) for line in ("BPFO", "BPFI")]  # 2xBSF is a multiple of the shaft's
 
 

@@ -135,8 +135,9 @@ COMMANDS = {"bench": ("--quick",), "validate": ("--measured", RECORD, "--no-pdf"
         ('"kN"', '"bar"', (2, 2), "'radial_load' has the unit 'bar'. Known units: N, kN, MN"),
     ],
 )
-def test_an_fmu_on_the_bench_and_in_a_validation(old, new, codes, text, command, srbval_text):
+def test_an_fmu_on_the_bench_and_in_a_validation(old, new, codes, text, command, srbval_text, monkeypatch):
     """In newtons the load is beyond what the FMU survives."""
+    monkeypatch.setattr("srbval.studies.bench.QUICK", ((61440,), 0.01, 0.1))
     Path("bearing.toml").write_text(TABLE.replace(old, new), encoding="utf-8")
     code = codes[command == "validate"]
     assert re.search(text, "".join(srbval_text(command, "--model", "bearing.fmu", *COMMANDS[command], code=code)))

@@ -194,7 +194,6 @@ FS = 20480.0
 MEDIAN_SCATTER = 0.1  # standard error of the median of 600 Rayleigh-distributed lines is 4 %
 LINE_SKIRTS = 0.05  # of two lines in the range of 120 lines whose median is taken
 RIPPLE = 1e-6  # a ripple of 0.3 % over 38 periods: 1/n^3 of it remains under the window, 1/n in a plain mean
-EQUAL_SAMPLES = 1e-9  # the mean of many equal samples
 
 
 def test_noise_floor_is_that_of_white_noise_and_does_not_see_single_lines():

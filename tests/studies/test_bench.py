@@ -187,5 +187,5 @@ def test_costs_by_size_are_those_of_the_command_alone(monkeypatch, srbval_json, 
     assert 30 < second["memory_mb"] < held.nbytes / 2**20
     assert second["cpu_per_unit_s"] == pytest.approx((second["cpu_s"] - first["cpu_s"]) / 0.01)
     assert read_result(tmp_path / "scale.json").kind is ResultKind.DOCUMENT
-    monkeypatch.setitem(scale.TABLE, "series", {"a": {"command": "analyse none-SIZE.npy", "sizes": [1, 2]}})
+    monkeypatch.setattr(scale, "COMPILING", "analyse none.npy")
     assert "no such file" in srbval_text("bench", "--scale", "--quick", code=4).err

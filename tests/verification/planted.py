@@ -20,8 +20,9 @@ import srbval
 
 KERNELS = Path(srbval.__file__).parent / "models" / "full"
 NEEDED = ["numba", "pytest", "scipy.optimize", "scipy.signal", "scipy.fft", "scipy.spatial.transform"]
-# Nothing of the project's own settings: checks are run as they stand, and warnings are no matter here.
-OPTIONS = "-x -q --tb=no -rf -p no:cacheprovider -p no:xdist --noconftest -o addopts= -o filterwarnings= --timeout=0"
+# Nothing of the project's own settings: checks are run as they stand, and warnings are no matter here. No plugin and no
+# rewriting of assertions: loading them takes longer than a test.
+OPTIONS = "-x -q --tb=no -rf -p no:cacheprovider --noconftest --assert=plain -o addopts= -o filterwarnings="
 
 
 def processes(count: int) -> Pool:
@@ -46,7 +47,7 @@ def plant(error: dict[str, str]) -> None:
         return found.replace(error["old"].encode(), error["new"].encode()) if path == planted else found
 
     SourceFileLoader.path_stats, SourceFileLoader.get_data = stats, data
-    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    os.environ |= {"NUMBA_DISABLE_JIT": "1", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     numba.config.reload_config()
 
 

@@ -3,12 +3,15 @@
 Reason: a W-method keeps its order whatever stands for the Jacobian, so a wrong damping matrix shows in no convergence
 test, only as chatter or drag at coarse steps. Sources: G' C G summed over the points that touch (`matrices.py`);
 `numpy.linalg.solve`; difference quotients of the model's own accelerations.
+
+The kernels' parts are called from Python, where nothing is compiled: the short form runs this file beside the planted
+errors alone.
 """
 
 import numpy as np
 import pytest
 
-from tests.verification.cases import TWO_CAGES, in_short_form, make_case, subject
+from tests.verification.cases import TWO_CAGES, make_case, subject
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, implicit_response, layout_of, rates, rolling_state
 from tests.verification.matrices import damping_with_shaft, mass_matrix
 
@@ -26,7 +29,10 @@ SPEED = 1e-4  # of bodies of 1 kg [m/s], so that every slip is far below the 10 
 DIRECTIONS = 4
 
 
-@pytest.fixture(params=in_short_form(SCENES), scope="module")
+pytestmark = pytest.mark.long_form
+
+
+@pytest.fixture(params=SCENES, scope="module")
 def case(request):
     return make_case(request.param)
 
