@@ -117,7 +117,7 @@ def test_round_trips_through_xarray_are_exact(measured, tmp_path):
         assert one.facts() == recording.facts()
         if recording.speed_signal is not None:
             assert np.array_equal(one.speed_signal.values_hz, recording.speed_signal.values_hz)
-    with pytest.raises(srbval.DataError, match="Set the attribute"):
+    with pytest.raises(srbval.DataError, match="by the attribute fs_hz"):
         srbval.Recording.from_xarray(data.isel(time_s=slice(None, None, 2)))
 
 

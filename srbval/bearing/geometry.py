@@ -30,7 +30,7 @@ class SphericalRollerGeometry(Limited):
     """
 
     raceway_radius_m: float = quantity("length", above=0)
-    tilt_rad: float = quantity("angle", above=0)
+    tilt_rad: float = quantity("angle", above=0, most=math.pi / 4)  # the contact angle
     pitch_radius_m: float = quantity("length", above=0)
     roller_width_m: float = quantity("length", above=0)
     roller_diameter_m: float = quantity("length", above=0)
@@ -44,8 +44,6 @@ class SphericalRollerGeometry(Limited):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.tilt_rad >= math.pi / 4:
-            raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad}, the contact angle, must be below pi/4.")
         assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
         if self.roller_width_m / 2 <= self.raceway_radius_m * math.sin(self.tilt_rad / 2):
             raise ConfigurationError(

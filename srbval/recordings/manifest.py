@@ -145,20 +145,15 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
         entry,
         reason=f"not stated: {'; '.join(map(str, questions))}" if questions else None,
         format=detect_format(path).name,
-        origin=reading.origin,
-        dataset=reading.dataset,
-        state=main.state,
         radial_kn=None if reading.radial_n is None else reading.radial_n / N_PER_KN,
         axial_kn=None if reading.axial_n is None else reading.axial_n / N_PER_KN,
-        nominal_rpm=reading.nominal_rpm,
         rpm=None if reading.speed is None else reading.speed.value_hz * RPM_PER_HZ,
-        bearing=main.bearing,
-        fs_hz=reading.fs_hz,
         seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
         channels=tuple(reading.channels),
-        channel=reading.channel,
         settings=settings or None,
         cautions=reading.all_cautions(),
+        **{key: getattr(reading, key) for key in ("origin", "dataset", "nominal_rpm", "fs_hz", "channel")},
+        **{key: getattr(main, key) for key in ("state", "bearing")},
     )
 
 

@@ -3,14 +3,13 @@
 import contextlib
 import logging
 import os
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import Fault, known_bearings, load_bearing
+from srbval.bearing import Fault, load_bearing
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent
@@ -44,7 +43,10 @@ TIMEOUT_S = 30
 MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()
 Registered = tuple[RegisteredRecording, ...]
-REPORT_PARTS = {"report.html", "report.json", "figures"}  # by which the folder of a report is recognised
+OUTPUT = {  # what srbval writes beside the main file of a report and of a campaign (a set of simulations)
+    "report.html": ("report.html", "report.json", "report.pdf", "figures"),
+    CAMPAIGN_JSON: (CAMPAIGN_JSON, "results.csv", "lock", RESULTS_FOLDER),
+}
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ if no set point is known
 
@@ -166,8 +168,8 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 def files_under(folder: Path) -> list[Path]:
     """Files below `folder`, sorted; `DataError` if there are none.
 
-    Hidden files, linked folders and everything in folders with a report or a campaign of srbval are left out. Of a
-    campaign's own folder the result files are listed.
+    Hidden files, linked folders and the files of `OUTPUT` are left out. Of a campaign's own folder the result files are
+    listed.
     """
     whole = Path(os.path.abspath(folder))
     results = whole / RESULTS_FOLDER
@@ -177,10 +179,8 @@ def files_under(folder: Path) -> list[Path]:
     if not whole.is_dir():
         raise DataError(f"{folder}: no such folder. Check the path.")
     paths = [path for path in whole.rglob("*") if "/." not in f"/{path.relative_to(whole).as_posix()}"]
-    parts = Counter(path.parent for path in paths if path.name in REPORT_PARTS)
-    outputs = {path.parent for path in paths if path.name == CAMPAIGN_JSON}
-    outputs |= {parent for parent, count in parts.items() if count == len(REPORT_PARTS)}
-    found = sorted(path for path in paths if not path.is_dir() and outputs.isdisjoint(path.parents))
+    outputs = {path.parent / name for path in paths for name in OUTPUT.get(path.name, ())}
+    found = sorted(path for path in paths if not path.is_dir() and outputs.isdisjoint((path, *path.parents)))
     if not found:
         raise DataError(f"{folder}: contains no files to read. Name the folder of the recordings.")
     return found
@@ -190,9 +190,8 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
     """Replace the bearing in the settings by its name or absolute path, so that it loads from every folder."""
     if settings.bearing is None:
         return settings
-    name, given = load_bearing(settings.bearing).name, settings.bearing
-    kept = name if name in known_bearings() else os.path.abspath(given) if given.endswith(".toml") else given
-    return replace(settings, bearing=kept)
+    name, is_file = load_bearing(settings.bearing).name, settings.bearing.endswith(".toml")
+    return replace(settings, bearing=os.path.abspath(settings.bearing) if is_file else name)
 
 
 def _inspect_and_store(

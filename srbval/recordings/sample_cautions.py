@@ -15,8 +15,6 @@ PILED_UP, NEAR = 3, 0.01
 SHORTEST_HOLD = 8  # samples; known recordings repeat a value three times at most
 COARSE, LONG_HOLD = 2.5, 1000  # usual change [digital steps] below which only long holds count [samples]
 MAX_CHANCE_HOLDS = 1e-3  # expected number of such runs in a record
-FULL_SCALES = {12: 2, 14: 2, 16: 1, 24: 1}  # by bits of a converter: samples at both extremes that may be a coincidence
-CODE_ROUNDING = 0.01  # of a digital step
 
 
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
@@ -45,11 +43,10 @@ def _block_cautions(samples: FloatArray, begin: int, total: int) -> tuple[str, .
         off = np.abs(values - extreme)
         at = off == 0
         near, following = ~at & (off <= NEAR * off.max()), off == off[~at].min()
-        count, longest, bits = int(lengths[at].sum()), lengths[at].max(), _full_scale(samples, extreme)
+        count, longest = int(lengths[at].sum()), lengths[at].max()
         piled_up = count >= PILED_UP * lengths[near | following].sum()
-        if bits or (piled_up and (longest >= MIN_CLIPPED_IN_ROW or (count >= MIN_CLIPPED_TOTAL and near.any()))):
-            why = f", the limit of {bits} bits" if bits else ""
-            said.append(f"clipped: {_share(count, samples)} at {extreme:.6g}{why}, up to {longest} in a row")
+        if piled_up and (longest >= MIN_CLIPPED_IN_ROW or (count >= MIN_CLIPPED_TOTAL and near.any())):
+            said.append(f"clipped: {_share(count, samples)} at {extreme:.6g}, up to {longest} in a row")
             clipped |= at
     held = ~clipped & (lengths >= _shortest_unlikely_run(lengths, values, total))
     if held.any():
@@ -72,18 +69,3 @@ def _shortest_unlikely_run(lengths: NDArray[np.intp], values: FloatArray, total:
         return math.inf
     by_chance = math.log(total / MAX_CHANCE_HOLDS) / -math.log(again) if again else 0.0
     return max(LONG_HOLD if np.median(steps) < COARSE * steps.min() else SHORTEST_HOLD, by_chance + 1)
-
-
-def _full_scale(samples: FloatArray, extreme: float) -> int | None:
-    """Number of bits of an A/D converter whose range ends at the sample value `extreme`; None if none fits."""
-    smallest = float(np.abs(samples[samples != 0]).min())
-    for step in (1.0, smallest):
-        code = extreme / step if step > np.abs(samples).max() / 2**32 else 0.0
-        for bits, least in FULL_SCALES.items():
-            half = 2 ** (bits - 1)
-            limits = (half - 1, -half, 1 - half, 2 * half - 1 if samples.min() >= 0 else half - 1)
-            if min(abs(code - limit) for limit in limits) < CODE_ROUNDING:
-                codes, ends = samples / step, (samples == samples.max()) | (samples == samples.min())
-                if ends.sum() > least and np.abs(codes - np.round(codes)).max() < CODE_ROUNDING:
-                    return bits
-    return None

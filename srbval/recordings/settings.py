@@ -127,9 +127,8 @@ KEYWORDS |= {"cluster-class": "engine", "scheduler": "engine"}
 OPTION_VALUES = "|".join(map(re.escape, sorted({*UNITS, *(fault.value for fault in Fault)} - {"in"}, reverse=True)))
 OPTION_VALUES += r"|auto|dask|full|impulse|kinematic|line|local|planar|slices|dask_jobqueue\.\w+|\w+-\d+"
 OPTION = re.compile(
-    r"(?P<command>`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
-    r"|(?<![\w-])(?:-(?P<folder>o)\b|--(?P<name>[a-z][a-z-]*)(?: (?P<edges>LO HI)"
-    rf"| (?P<value>{OPTION_VALUES})(?![\w/|]| \|)| (?=[A-Z\d']|\S+ \|)|(?P<bare>)))"
+    r"`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$)|(?<![\w-])(?:-o\b|--([a-z][a-z-]*)"
+    rf"( (?:LO HI|(?:{OPTION_VALUES})(?![\w/|]| \|)|(?=[A-Z\d']|\S+ \|)))?)"
 )
 
 
@@ -137,12 +136,11 @@ def with_keywords(text: str) -> str:
     """Replace options in an error message by keyword arguments (``--rpm R`` by ``rpm=R``), not in quoted commands."""
 
     def keyword(found: re.Match[str]) -> str:
-        if found["command"] or found["folder"]:
-            return found["command"] or "folder"
-        name = found["name"]
-        word = KEYWORDS.get(name) or ALIASES.get(name.replace("-", "_"), name.replace("-", "_"))
-        value = "(LO, HI)" if found["edges"] else f'"{found["value"]}"' if found["value"] else ""
-        value = value if found["bare"] is None else "..."
+        option, value = found[1], (found[2] or " ...").strip()
+        if option is None:
+            return "folder" if found[0] == "-o" else found[0]
+        word = KEYWORDS.get(option) or ALIASES.get(option.replace("-", "_"), option.replace("-", "_"))
+        value = "(LO, HI)" if value == "LO HI" else f'"{value}"' if value.strip(".") else value
         return word if "=" in word or " " in word else f"{word}={value}"
 
     return OPTION.sub(keyword, text)
@@ -398,11 +396,9 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
             if not file.is_file():
                 raise ConfigurationError(f"{file}: no such file")
             for key, text in stated.items():
-                if "float" in fields[key]:
-                    stated[key] = text.replace(",", ".") if separator != "," else text
-                if "tuple" in fields[key]:  # one field contains both edges of a band
-                    stated[key] = stated[key].split()
-                elif "int" in fields[key] and text.isdecimal():
+                number = text.replace(",", ".") if separator != "," and "float" in fields[key] else text
+                stated[key] = number.split() if "tuple" in fields[key] else number  # both edges of a band
+                if "int" in fields[key] and text.isdecimal():
                     stated[key] = int(text)
             settings = build(RecordingSettings, stated, "row")
             if file in found:

@@ -201,15 +201,13 @@ class _Profile(Limited):
     time_s: tuple[float, ...] = quantity("time")
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         columns: list[Sequence[float]] = list(vars(self).values())
         if len(self.time_s) < 2 or any(len(column) != len(self.time_s) for column in columns):
             raise ConfigurationError(f"{self._what} profile: give two or more times, and one value for each time.")
-        if not all(math.isfinite(value) for column in columns for value in column):
-            raise ConfigurationError(f"{self._what} profile: every time and value must be a finite number.")
         pair = next((pair for pair in itertools.pairwise(self.time_s) if not pair[1] - pair[0] >= CLOSEST_S), None)
         if pair is not None:
             raise ConfigurationError(f"{self._what} profile: times must rise by {CLOSEST_S:g} s or more; found {pair}.")
-        super().__post_init__()
 
     @property
     def _what(self) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
-from srbval.errors import ConfigurationError, UnknownNameError, closest_word
+from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.scene.parts import LoadPath
 from srbval.scene.scene import MAX_DEFECTS, Scene
 from srbval.storage.tables import SI_SUFFIX, build, nest_value, read_toml
@@ -76,11 +76,8 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
     if name in bundled:
         return bundled_table(bundled[name])
     if not Path(name).suffix and name == Path(name).name:
-        close = closest_word(name, bundled)
-        hint = f"; did you mean {close!r}?" if close else "."
-        raise UnknownNameError(
-            f"{what} {name!r} is not known{hint} Known: {', '.join(bundled)}. For a file write {name}.toml or ./{name}."
-        )
+        advice = f"for a file write {name}.toml or ./{name}"
+        raise UnknownNameError.of(f"{what} {name!r} is not known: {advice}", name, bundled)
     return read_toml(Path(folder) / name)
 
 

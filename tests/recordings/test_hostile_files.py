@@ -348,9 +348,9 @@ def test_hdf5_datasets_never_written(tmp_path, used):
 
 
 def test_dimension_without_values(tmp_path):
-    """netCDF-4 stores a dimension without coordinates as an unwritten dataset, which is no variable."""
+    """netCDF-4 stores a dimension without coordinates as an unwritten dataset; neither it nor a type is a variable."""
     with h5py.File(tmp_path / "a.nc", "w") as file:
-        file["x"], file.attrs["fs_hz"] = files.vibration(), 1000.0
+        file["x"], file.attrs["fs_hz"], file["type"] = files.vibration(), 1000.0, np.dtype("f8")
         scale = "This is a netCDF dimension but not a netCDF variable.      4096"
         file.create_dataset("sample", (4096,), ">f4").make_scale(scale)
         file["x"].dims[0].attach_scale(file["sample"])

@@ -179,7 +179,7 @@ def test_real_folder(recordings_dir, monkeypatch):
 
 
 def test_what_srbval_wrote_itself_is_no_recording(folder):
-    """Reports and campaigns contain tables and signals, and are passed over; a file of the same name alone is not."""
+    """Tables and signals of reports and campaigns are passed over, but not a record that a user put beside them."""
     tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
@@ -189,12 +189,11 @@ def test_what_srbval_wrote_itself_is_no_recording(folder):
     for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "s.h5", folder / name)
-    (folder / "below" / "report.html").write_text("<html>of another program</html>")
+    shutil.copy(folder / "s.h5", folder / "report" / "of the user.h5")
     found = add(folder)
-    assert set(by_name(found.recordings)) == {EXCERPT, RIG, "105.mat", "s.h5"}
-    assert set(by_name(found.left_out)) == {"README.md", "report.html"}
-    with pytest.raises(DataError, match="contains no files to read"):
-        add(folder / "report")
+    assert set(by_name(found.recordings)) == {EXCERPT, RIG, "105.mat", "s.h5", "of the user.h5"}
+    assert set(by_name(found.left_out)) == {"README.md"}
+    assert [Path(entry.file).name for entry in add(folder / "report").recordings] == ["of the user.h5"]
     with pytest.raises(DataError, match=f"1 of 1 files to register are no recordings, the first: {folder}/README.md"):
         add(folder / "README.md")
     assert [Path(entry.file).name for entry in add(folder / "below" / "runs").recordings] == ["a.h5"]
@@ -449,7 +448,7 @@ def test_what_cannot_be_fetched_and_the_way_out(tmp_path, monkeypatch):
         registry.fetch("torino-full")
     with pytest.raises(DataError, match=r"no files to download.*Downloadable: torino-excerpts"):
         registry.fetch("upm-citef")
-    with pytest.raises(ConfigurationError, match="Known: cwru"):
+    with pytest.raises(ConfigurationError, match="data set 'nothing' is not known; known: cwru"):
         registry.fetch("nothing")
 
 

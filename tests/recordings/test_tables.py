@@ -37,18 +37,18 @@ def changed(at, *lines):
 
 
 REFUSED = [
-    (changed(9, "", "", "0,0"), r"2 line\(s\) blank among the samples, the first is line 10\."),
+    (changed(9, "", "", "0,0"), r"2 line\(s\) among the samples are blank, contain a # .* first is line 10\."),
     (["a,b", *(row + ",0.5" for row in TABLE)], "line 1 has 2 names for 3 columns"),
     (["a,,c", *(row + ",0.5" for row in TABLE)], "line 1 is not a row of numbers, and '' is not a column name"),
     (changed(0, "0.12x, 0.3"), "line 1 is not a row of numbers, and '0.12x' is not a column name"),
     (["a,a", *TABLE], "line 1 names more than one column 'a'"),
-    (changed(7, "0.1"), r"1 line\(s\) do not have 2 fields as line 1 has, the first is line 8\."),
+    (changed(7, "0.1"), r"1 line\(s\) .* do not have 2 fields as line 1 has, the first is line 8\."),
     (changed(0, "0.1"), r"1 line\(s\) of numbers above the table do not fit its columns, the first is line 1\."),
-    (changed(7, "0.1,0.2,0.3", "0.1,0.2,", "0.3"), r"2 line\(s\) do not have 2 fields .* first is line 8\."),
+    (changed(7, "0.1,0.2,0.3", "0.1,0.2,", "0.3"), r"2 line\(s\) .* do not have 2 fields .* first is line 8\."),
     (changed(5, "NaN,0.1", "0.1,inf"), r"1 line\(s\) with a field that is not finite \('NaN'\) in col_1, .* line 6\."),
     (changed(5, "0.1,0.2 V"), r"not finite \('0\.2 V'\) in col_2.* line 6\."),
-    (changed(5, "0.1,0.2 # later"), r"1 line\(s\) with a # after the first value, the first is line 6\."),
-    (changed(5, "#0.1,0.2", "# remark"), r"1 line\(s\) of numbers after a # among the samples.* line 6"),
+    (changed(5, "0.1,0.2 # later"), r"1 line\(s\) .* contain a # .* first is line 6\."),
+    (changed(5, "#0.1,0.2", "# remark"), r"1 line\(s\) .* contain a # .* first is line 6\."),
     (changed(5, "0.1,0.2\r3"), r"1 line\(s\) with control characters, the first is line 6"),
     ([*(TABLE * 3)[:999], "0.1,0.2\x003", *TABLE], r"1 line\(s\) with control characters, the first is line 1000\."),
     (["# fs = 1000", "# fs = 2000", *TABLE], r"states fs = 1000\.0 and 2000\.0"),
@@ -198,17 +198,20 @@ def test_rate_or_speed_stays_open(tmp_path, values, said):
 @pytest.mark.parametrize(
     ("times", "said"),
     [
-        (GRID + JITTER, r"\d{4} otherwise uneven of 4095 steps, the worst off by 3\.\d+ %"),
-        (GRID + 5e3 / 20480 * (SAMPLE >= 1000), r"1 gaps .*, the worst off by 5e\+05 %"),  # more than half is missing
-        (GRID - 1 / 20480 * (SAMPLE >= 10), r"1 repeated of 4095 steps, the worst off by 100 %"),
-        (GRID - 5 / 20480 * (SAMPLE >= 2000), r"1 backwards of 4095 steps, the worst off by 500 %"),
-        (GRID + 0.01 * GRID**2, r"2042 otherwise uneven of 4095 steps, the worst off by 0\.2 %"),
+        (GRID + JITTER, r"\d{4} of 4095 steps, the worst off by 3\.\d+ %"),
+        (
+            GRID + 5e3 / 20480 * (SAMPLE >= 1000),
+            r"1 of 4095 steps, the worst off by 5e\+05 %",
+        ),  # more than half is missing
+        (GRID - 1 / 20480 * (SAMPLE >= 10), r"1 of 4095 steps, the worst off by 100 %"),
+        (GRID - 5 / 20480 * (SAMPLE >= 2000), r"1 of 4095 steps, the worst off by 500 %"),
+        (GRID + 0.01 * GRID**2, r"2042 of 4095 steps, the worst off by 0\.2 %"),
     ],
     ids=["jitter", "gaps", "repeated", "backwards", "drift"],
 )
 def test_uneven_times_leave_the_rate_open(tmp_path, times, said):
     """With an absolute tolerance of 1 us, jitter of 2 % at 20 kHz would count as even."""
-    remedy = "export them again, rising" if "backwards" in said else "--resample HZ"
+    remedy = "export them again, rising" if np.diff(times).min() < 0 else "--resample HZ"
     with pytest.raises(DataError, match=rf"no even times \(the times of t.*{said}\): {remedy}") as refused:
         load(tmp_path, {"t": times})
     assert "--fs" not in str(refused.value)
@@ -257,16 +260,11 @@ def clipped(top=1.5):
 
 
 @pytest.mark.parametrize("scale", [1.0, 9.80665 / 2**15, 1e-3])
-@pytest.mark.parametrize("bits", [12, 16, 24])
-def test_limits_of_a_converter_are_clipping(tmp_path, bits, scale):
-    """Integer or scaled samples at the limits of a converter are clipped, even if never two in a row."""
-    half = 2 ** (bits - 1)
-    samples = np.round(files.vibration(20_000) * half / 9)
-    samples[[100, 300, 500]], samples[700], samples[701] = half - 1, -half, 1
-    top, bottom = cautions_of(tmp_path, samples * scale)
-    assert "clipped: 3 of 20000 samples (0.015 %)" in top
-    assert f"the limit of {bits} bits, up to 1 in a row" in top
-    assert "clipped: 1 of 20000 samples" in bottom
+def test_limits_of_a_converter_are_clipping(tmp_path, scale):
+    samples = np.clip(np.round(files.vibration(20_000) * 2**15 / 1.5), -(2**15), 2**15 - 1)
+    for extreme, said in zip((samples.max(), samples.min()), cautions_of(tmp_path, samples * scale), strict=True):
+        count = int((samples == extreme).sum())
+        assert f"clipped: {count} of 20000 samples ({count / 200:.2g} %) at {extreme * scale:.6g}, up to " in said
 
 
 def test_held_samples_and_zeros(tmp_path):

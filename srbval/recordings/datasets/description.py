@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.errors import ConfigurationError
+from srbval.errors import UnknownNameError
 from srbval.recordings.raw import TEXT, RawFile
 from srbval.recordings.recording import ShaftSpeed
 from srbval.recordings.speed import nominal_speed
@@ -164,5 +164,5 @@ def dataset(name: str) -> DatasetDescription:
     """Description of the data set with this name; `ConfigurationError` if it is not known."""
     known = {description.name: description for description in known_datasets()}
     if name not in known:
-        raise ConfigurationError(f"data set {name!r} is not known. Known: {', '.join(known)}.")
+        raise UnknownNameError.of(f"data set {name!r} is not known", name, known)
     return known[name]

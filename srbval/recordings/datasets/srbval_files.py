@@ -21,14 +21,13 @@ from srbval.recordings.recording import (
     SpeedSignal,
 )
 from srbval.recordings.speed import prescribed_speed, profile_signal
-from srbval.storage.hdf5_files import CHECKSUM
+from srbval.recordings.times import interpret_times
 from srbval.storage.json_files import parse_json
 from srbval.storage.tables import build
 
 PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
-RATE_TOLERANCE = 1e-6  # largest relative difference between times and stated rate
 SENSOR_CHANNEL = "sensor"  # channel with the signal at the sensor, in a run with a path to the sensor
 LONGEST_NOTE = 1000
 ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
@@ -64,7 +63,6 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
     except (ValueError, TypeError, KeyError, AttributeError):
         raise DataError(f"{raw.path}: the scene stored with the run cannot be read; simulate it again.") from None
     missing = printable(raw.text("not_validated") or "", LONGEST_NOTE)
-    unchecked = "" if raw.text(CHECKSUM) else ", by a version that wrote no checksum: damage is not noticed"
     return Reading(
         channels=channels,
         origin=Origin.SIMULATED if kind == "run" else Origin.STAND_IN,
@@ -81,7 +79,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
         interval_means=kind == "run",
         name=printable(raw.text("name") or "") or None,
         notes=(
-            f"{kind} written by srbval{unchecked}",
+            f"{kind} written by srbval",
             *status_note(status, raw.text("reason") or ""),
             *([f"not validated: {missing}"] if missing else []),
         ),
@@ -90,15 +88,11 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
 
 def _check_rate(raw: RawFile) -> None:
     """Raise `DataError` if the times of the samples contradict the sampling rate in the attribute ``fs_hz``."""
-    times_s, fs_hz = raw.array("time_s"), raw.number("fs_hz")
-    if times_s is None or fs_hz is None or times_s.size < 2:
-        return
-    seconds = float(times_s[-1] - times_s[0])
-    if not abs(fs_hz * seconds / (times_s.size - 1) - 1) < RATE_TOLERANCE:
+    fs_hz = raw.number("fs_hz")
+    if fs_hz and "time_s" in raw.variables and (against := interpret_times(raw, "time_s").rate_caution(fs_hz)):
         raise DataError(
-            f"{raw.path}: the times of {times_s.size} samples last {seconds:.9g} s, which contradicts the rate in "
-            f"the attribute fs_hz, {fs_hz:.9g} Hz. Set the attribute to the rate of the stored samples. If "
-            "only every nth sample of a signal was stored, low-pass filter the signal and store it again."
+            f"{raw.path}: {against} by the attribute fs_hz. Set it to the rate of the stored samples. If only every "
+            "nth sample of a signal was stored, low-pass filter the signal and store it again."
         )
 
 

@@ -13,7 +13,6 @@ from srbval.recordings.raw import LONGEST_NAME, ArrayOrText, RawFile, first_line
 from srbval.recordings.times import is_time, parse_time_stamps
 from srbval.recordings.units import is_unit_key
 
-MAX_TABLE_COLUMNS = 256
 PARQUET = b"PAR1"
 
 
@@ -61,8 +60,6 @@ def load_table(path: Path) -> RawFile:
     def readable(schema: Any) -> list[str]:
         fits = (types.is_integer, types.is_floating, types.is_decimal, types.is_temporal, types.is_list)
         names = [f.name for f in schema if any(fit(f.type) for fit in fits) or is_time(f.name)]
-        if len(names) > MAX_TABLE_COLUMNS:
-            raise DataError(f"{path}: {len(names)} columns; at most {MAX_TABLE_COLUMNS} are read: store fewer columns.")
         if twice := [name for i, name in enumerate(names) if name in names[:i]]:
             raise DataError(f"{path}: several columns have the name {twice[0][:80]!r}: give each its own name.")
         return names

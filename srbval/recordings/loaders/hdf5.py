@@ -49,17 +49,19 @@ class _Hdf5Reader:
 
         `visititems` follows no soft and external links, which may leave the file, and visits each member once.
         """
-        if hasattr(item, "visititems"):
+        import h5py
+
+        if isinstance(item, h5py.Group):
             item.visititems(lambda key, member: self._add(_join(name, key.replace("/", ".")), member))
         self._add(name, item)
 
     def _add(self, name: str, item: Any) -> None:
-        """Add a dataset, or the attributes of a group, to `found`."""
-        if name.startswith(SKIPPED):
-            return
-        if hasattr(item, "dtype"):
+        """Add a dataset, or the attributes of a group, to `found`; a stored data type is neither."""
+        import h5py
+
+        if isinstance(item, h5py.Dataset) and not name.startswith(SKIPPED):
             self._read_dataset(name, item)
-        elif hasattr(item, "visititems"):
+        elif isinstance(item, h5py.Group) and not name.startswith(SKIPPED):
             self.found["attributes"] |= {_join(name, key): value for key, value in _attributes(item)}
 
     def _read_dataset(self, name: str, dataset: Any) -> None:

@@ -13,8 +13,6 @@ from srbval.recordings.raw import ArrayOrText, RawFile, first_line
 from srbval.recordings.times import is_time
 from srbval.storage.installation import pip_command
 
-MAX_STRUCT_DEPTH = 32
-MAX_VARIABLES = 25_000
 MIN_SIGNAL_SAMPLES = 256  # samples of a signal
 OBJECTS = "__function_workspace__"  # scipy's name for the contents of MATLAB's objects
 TIMESERIES_SUFFIX = ".Data_"  # property of a `timeseries` with its samples
@@ -30,24 +28,21 @@ def load_matlab(path: Path) -> RawFile:
     contents = loadmat(path)
     for name, value in contents.items():
         if not name.startswith("__"):  # fields by scipy, and unnamed contents by MATLAB
-            collect(path, variables, name, value)
+            collect(variables, name, value)
     notes = add_objects(path, variables) if OBJECTS in contents else ()
     return RawFile(path=path, variables=variables, notes=notes)
 
 
-def collect(path: Path, variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
-    """Add numbers and texts in `value` to `variables`, fields as ``name.field``; `depth` counts nested levels."""
+def collect(variables: dict[str, ArrayOrText], name: str, value: Any) -> None:
+    """Add numbers and texts in `value` to `variables`, fields as ``name.field``."""
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
-    if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
-        most = f"{MAX_STRUCT_DEPTH} nested levels or {MAX_VARIABLES} variables"
-        raise DataError(f"{path}: not a recording: with {name[:99]!r} it has more than {most}.")
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
     value = getattr(value, "properties", value)  # of an object
     if isinstance(value, Mapping):
         for key, member in value.items():
-            collect(path, variables, f"{name}.{key}", member, depth + 1)
+            collect(variables, f"{name}.{key}", member)
     if not isinstance(value, np.ndarray) or isinstance(value, MatlabFunction | MatlabOpaque):
         return
     if value.dtype.kind in "mM" and value.size:
@@ -61,7 +56,7 @@ def collect(path: Path, variables: dict[str, ArrayOrText], name: str, value: Any
             place = name if value.size == 1 else f"{name}({i})"
             for field in value.dtype.names or ("",):
                 member = element[field] if field else element
-                collect(path, variables, f"{place}.{field}" if field else place, member, depth + 1)
+                collect(variables, f"{place}.{field}" if field else place, member)
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
@@ -71,7 +66,7 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
         from matio import load_from_mat
 
         for name, value in load_from_mat(str(path)).items():
-            collect(path, variables, name, value)
+            collect(variables, name, value)
         _name_series(variables)
     except ImportError:
         why = f"which need the library mat-io ({pip_command('mat-io')})"
@@ -125,8 +120,6 @@ def load_modelica(path: Path) -> RawFile:
             columns[place] = (values if column > 0 else -values)[: 1 if block == 1 else None]
         if not variables or not is_time(name):  # the first variable is the time
             variables[name] = columns[place]
-        if len(variables) > MAX_VARIABLES:
-            raise DataError(f"{path}: {len(names)} variables; {MAX_VARIABLES} are read at most. Store fewer of them.")
     units = map(_MODELICA_UNIT.fullmatch, described)
     return RawFile(
         path=path,

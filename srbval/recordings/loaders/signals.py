@@ -15,7 +15,6 @@ from srbval.recordings.units import is_unit_key
 
 BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 NEVER_WRITTEN = 0xFFFF_FF00  # least size in a header that was never completed, as in a stream
-MAX_CHANNELS = 256
 UFF_FUNCTION, UFF_UNITS = 58, 164  # data sets
 UFF_TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
 UFF_ACCELERATION = 12  # specific data type of its ordinate
@@ -86,8 +85,6 @@ def load_tdms(path: Path) -> RawFile:
             for c in group.channels()
             if c.dtype.kind in "fiu" and len(c)
         }
-        if len(channels) > MAX_CHANNELS:
-            raise DataError(f"{path}: {len(channels)} channels; {MAX_CHANNELS} are read at most.")
         stated = {name: _plain_properties(c.properties) for name, c in channels.items()}
         shared = [set(properties.items()) for properties in stated.values()]
         common = dict(set.intersection(*shared)) if shared else {}

@@ -296,21 +296,22 @@ def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
         kinds = {_classify_field(field) for field in _fields(line, separator)} if line.strip() else set()
         return "n" in kinds and kinds <= {"n", "e"}
 
-    between = range(first, table.lines[-1])
-    blank = [i for i in between if not lines[i].strip()]
-    _refuse(path, blank, "blank among the samples", "Samples may be missing there: export the record again")
-    hidden = [i for i in between if lines[i].startswith("#") and has_numbers_only(lines[i].lstrip("#"))]
-    _refuse(path, hidden, "of numbers after a # among the samples", "Remove the #, or delete the line")
-    marked = [i for i in table.lines if "#" in lines[i] and "#N/A" not in lines[i]]
-    _refuse(path, marked, "with a # after the first value", "Delete the # and the text after it")
+    rows = dict(zip(table.lines, table.rows, strict=True))
     for row in table.rows:
         while len(row) > columns and not row[-1]:
             row.pop()
         if separator and len(row) == columns - 1 and table.kinds[-1] == "e":
             row.append("")
-    others = [i for i, row in zip(table.lines, table.rows, strict=True) if len(row) != columns]
+
+    def is_wrong(i: int) -> bool:
+        if i in rows:
+            return len(rows[i]) != columns or ("#" in lines[i] and "#N/A" not in lines[i])
+        return not lines[i].strip() or has_numbers_only(lines[i].lstrip("#"))
+
+    wrong = [i for i in range(first, table.lines[-1] + 1) if is_wrong(i)]
+    what = f"among the samples are blank, contain a # or do not have {columns} fields as line {first + 1} has"
     remedy = f"Values are missing or in the wrong columns there: export the record again{_hint(separator)}"
-    _refuse(path, others, f"do not have {columns} fields as line {first + 1} has", remedy)
+    _refuse(path, wrong, what, remedy)
     above = [i for i in range(first) if has_numbers_only(lines[i]) and not _counts_up(_fields(lines[i], separator))]
     _refuse(path, above, "of numbers above the table do not fit its columns", "Correct them, or put a # before them")
 
