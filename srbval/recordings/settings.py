@@ -396,8 +396,8 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
             if not file.is_file():
                 raise ConfigurationError(f"{file}: no such file")
             for key, text in stated.items():
-                number = text.replace(",", ".") if separator != "," and "float" in fields[key] else text
-                stated[key] = number.split() if "tuple" in fields[key] else number  # both edges of a band
+                point = text.replace(",", ".") if separator != "," and "float" in fields[key] else text
+                stated[key] = point.split() if "tuple" in fields[key] else point  # both edges of a band
                 if "int" in fields[key] and text.isdecimal():
                     stated[key] = int(text)
             settings = build(RecordingSettings, stated, "row")
