@@ -19,7 +19,7 @@ from srbval.storage.installation import git_revision, is_source_tree, shipped_fo
 from srbval.storage.stored_result import REPORTS, Fingerprint, ResultKind, StoredResult, newest_result, read_result
 from srbval.studies.harness import load_study, make_result, study_names
 
-State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minutes, sound
+State = dict[str, Any]  # keys: name, kind, fresh, why, made_utc, machine, minutes
 
 
 def result_states(now: Fingerprint) -> list[State]:
@@ -35,7 +35,7 @@ def _describe(name: str, result: StoredResult | None, now: Fingerprint) -> State
     why = "it was never computed" if result is None else result.why_stale(now)
     origin: Mapping[str, Any] = {} if result is None else result.origin
     state = {"name": name, "kind": kind, "fresh": why is None, "why": why, "made_utc": origin.get("made_utc")}
-    return state | {"machine": origin.get("processor"), "minutes": origin.get("minutes"), "sound": True}
+    return state | {"machine": origin.get("processor"), "minutes": origin.get("minutes")}
 
 
 def recompute(
@@ -77,6 +77,6 @@ def recompute(
             tempfile.TemporaryDirectory(prefix="srbval-") as home,
             patch.dict(os.environ, {HOME_VARIABLE: home, RECORDINGS_VARIABLE: ""}),
         ):
-            found, stored = make_result(study.name, options, prefix_tasks(progress, study.name), **origin)
+            _, stored = make_result(study.name, options, prefix_tasks(progress, study.name), **origin)
         message(f"{study.name}: stored after {stored['minutes']:.1f} minutes")
-        yield _describe(study.name, read_result(stored["file"]), now) | {"sound": found.sound}
+        yield _describe(study.name, read_result(stored["file"]), now)

@@ -48,7 +48,6 @@ def sweep(
     *,
     task: str,
     step: Step = Step.UNCHECKED,
-    stored: bool = True,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> pd.DataFrame:
@@ -56,18 +55,18 @@ def sweep(
 
     `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` computes measures of their runs, failed runs
     included. A stored row is reused only if the source code behind `measure` is unchanged. The columns `status` and
-    `reason` (of the first run of a row) are added unless `measure` returns them. With ``stored=False`` nothing is read
-    or stored. `jobs` rows are computed at a time (default: one per core). `task` is the name shown with the progress.
+    `reason` (of the first run of a row) are added unless `measure` returns them. `jobs` rows are computed at a time
+    (default: one per core). `task` is the name shown with the progress.
     """
     rows = [dict(row) for row in cases.to_dict("records")]
     made = [scenes_of(row) for row in rows]
     scenes = [one if isinstance(one, tuple) else (one,) for one in made]
     ours = measure.__module__.startswith("srbval.")
     store = ContentStore(kind="sweep", computed_by=measure.__module__ if ours else __name__)
-    code = "" if ours or not stored else inspect.getsource(measure)
-    contents = [" ".join(run_content(scene, step) for scene in of_row) if stored else "" for of_row in scenes]
+    code = "" if ours else inspect.getsource(measure)
+    contents = [" ".join(run_content(scene, step) for scene in of_row) for of_row in scenes]
     names = [f"{measure.__qualname__} {code} {row!r} {of}" for row, of in zip(rows, contents, strict=True)]
-    found: dict[int, Measures | None] = {i: store.load(name, dict) if stored else None for i, name in enumerate(names)}
+    found: dict[int, Measures | None] = {i: store.load(name, dict) for i, name in enumerate(names)}
 
     def run(place: int, report: Progress) -> Measures:
         def share_of(i: int) -> Progress:  # the scenes of a row share its progress
@@ -75,7 +74,7 @@ def sweep(
 
         tried = [attempt(scene, step=step, progress=share_of(i)) for i, scene in enumerate(scenes[place])]
         measures = {"status": tried[0].status, "reason": tried[0].reason, **measure(rows[place], *tried)}
-        if stored and not any(one.status in BY_CHANCE for one in tried):
+        if not any(one.status in BY_CHANCE for one in tried):
             store.save(names[place], measures)
         return measures
 

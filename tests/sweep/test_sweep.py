@@ -39,7 +39,7 @@ def test_rows_are_measured_once_and_then_read():
     RUNS.clear()
     first = sweep(cases, scene_of, measure, task="two speeds")
     again = sweep(cases, scene_of, measure, task="two speeds")
-    pair = sweep(cases, lambda case: (scene_of(case),) * 2, measure, task="pairs", stored=False)
+    pair = sweep(cases, lambda case: (scene_of(case),) * 2, measure, task="pairs")
     assert first.equals(again)
     assert sorted(RUNS) == [300.0, 300.0, 600.0, 600.0], "two rows of one run, then two rows of two"
     assert first["bpfo_hz"].tolist() == pytest.approx(pair["bpfo_hz"].tolist())
