@@ -55,15 +55,9 @@ class Study:
     parts: tuple[str, ...] = ()
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
-    def add_options(self, parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-        """Add the study's command options to a parser of `srbval.cli.arguments`, which converts their values."""
-        for names, settings in self.options.items():
-            parser.add_argument(*names.split(), **settings)
-
-    def defaults(self) -> dict[str, Any]:
-        """Default values of the study's options by name."""
-        words = {names.split()[-1]: about.get("default") for names, about in self.options.items()}
-        return {word.strip("-").replace("-", "_"): value for word, value in words.items()}
+    def defaults(self) -> dict[str, None]:
+        """Default values of the study's options by name: None, for the complete result."""
+        return {words.split()[-1].strip("-").replace("-", "_"): None for words in self.options}
 
     @property
     def run(self) -> Callable[[argparse.Namespace, Progress], StudyResult]:
