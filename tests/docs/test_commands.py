@@ -42,7 +42,7 @@ ITS_PAGE = "guide/own_report.md"  # on other pages reports on recordings are wri
 ABSOLUTE = "/measurements"  # parent of the guide's folder
 FS_HZ, SECONDS, RPM = 25_600, 4.0, 1480.0  # as in the guide's options
 ALL = os.environ.get("SRBVAL_TESTS") == "all"
-SHORTER = ["--seconds", "2"]  # of a simulation whose page does not state its length, in the short form
+SHORTER = ["--seconds", "1"]  # of a simulation whose page does not state its length, in the short form
 
 
 def blocks(page: str, kind: str) -> list[str]:

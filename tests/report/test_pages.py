@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import srbval
 from srbval.bearing import load_bearing
 from srbval.report import blocks
-from srbval.report.blocks import Badge, Callout, Figure, Paragraph, TableColumn, Tone
+from srbval.report.blocks import Callout, Paragraph, TableColumn
 from srbval.report.findings.gather import select_simulated
 from srbval.report.findings.records import fault_cursors
 from srbval.report.pages import Page, join_data, origin_line
@@ -37,22 +37,10 @@ is {error:+.2f} %.
 - Second
   over two lines.
 
-## chart.caption
-Ratio by speed.
-## chart.alt
-A line.
-## chart.label
-Figure {number}
-
 ## limits.caption
 Limits.
 ## limits.notes
 - In seconds.
-
-## careful.title
-Careful
-## careful
-Not all is known.
 """
 
 
@@ -76,31 +64,13 @@ def test_texts_take_values_and_keep_foreign_text_literal(prose):
     assert prose.text("intro", count=3, error=-0.001) == "The mean of 3 runs is 0.00 %."
 
 
-def test_section_callout_figure_and_table(prose):
-    section = prose.section(prose.paragraph("careful"), bearing="SKF")
-    assert (section.id, section.title, len(section.blocks)) == ("cage-speed", "Cage speed of SKF", 1)
-    assert prose.callout("careful", tone=Tone.WARNING) == Callout(Tone.WARNING, "Not all is known.", "Careful")
-    figure = prose.figure("chart", lambda *_: None, id="chart-2", badge="measured", number=2)
-    assert isinstance(figure, Figure)
-    assert (figure.id, figure.label, figure.badge) == ("chart-2", "Figure 2", Badge.MEASURED)
-    assert (figure.caption, figure.alt) == ("Ratio by speed.", "A line.")
-    assert prose.grid("careful", [figure]).caption == "Not all is known."
-    table = prose.table("limits", [{"a": 1}], {"a": TableColumn("A")})
-    assert (table.id, table.caption, table.label, table.notes) == ("limits", "Limits.", "", ("In seconds.",))
-
-
 @pytest.mark.parametrize("error", [None, math.nan, math.inf, "not given"])
-def test_a_missing_value_is_an_error_that_names_the_part(prose, error):
+def test_a_missing_value_or_part_is_an_error_that_names_the_part(prose, error):
     values = {} if error == "not given" else {"error": error}
     with pytest.raises(ValueError, match=r"texts\.md of made_prose: a value .* the part 'intro'"):
         prose.text("intro", count=3, **values)
-
-
-def test_a_missing_part_is_an_error_that_says_what_to_add(prose):
     with pytest.raises(KeyError, match="no part 'outro'; add '## outro' to it"):
         prose.text("outro")
-    assert prose.has("intro")
-    assert not prose.has("outro")
 
 
 def test_lists_of_pages_are_joined_and_other_keys_added():
