@@ -155,7 +155,7 @@ srbval.trend(*[mine] * 6, baseline=5).to_frame()
 srbval.plan("paper", question="slip").to_frame()
 stated = {"uncertainty.cage_pct": 0.01, "uncertainty.level_db": 1.0}
 validation = srbval.validate(changes=stated, simulated=run, measured="OR_877rpm_sample.h5", state="outer")
-srbval.report(analysis.recording, mine, bearing="skf-22240", folder="report", model=False)["html"].stat().st_size > 1000
+srbval.report(analysis.recording, mine, bearing="skf-22240", folder="report")["html"].stat().st_size > 1000
 done = srbval.run_campaign(Path("speeds.toml"), "speeds", engine="local")
 srbval.trend("speeds").time_from == "the campaign's cases" and len(srbval.features("speeds")) == 2
 srbval.load_campaign("speeds").to_xarray(signals=True).acceleration_y_m_s2.std("time_s")

@@ -338,7 +338,7 @@ def run_identify_command(options: argparse.Namespace) -> int:
 
 def _print_path(found: "Identified") -> None:
     path, bands = found.path, found.to_dict()["bands"]
-    print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz: {found.band_why}\n")
+    print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz\n")
     rows = [[f"{band[name]:{spec}}" for name, (_, spec) in PATH_COLUMNS.items()] for band in bands]
     print_table([title for title, _ in PATH_COLUMNS.values()], rows)
     if found.sidebands_db is not None:

@@ -4,25 +4,18 @@ The fault lines of a damaged race, BPFO or BPFI with its harmonics, are read in 
 `BANDS` in which the first harmonic is highest over the noise. The passage lines, multiples of BPFO in the vibration
 itself, are caused by passing rollers, also in a healthy bearing. They are used only if they are improbable as noise and
 stronger than most sets of multiples of a meaningless frequency (`rank_among_placebos`). If both readings agree within
-their intervals, the more precise one is used, otherwise the reading of the fault lines; the other is kept as a check.
+their intervals, the more precise one is used, otherwise the reading of the fault lines.
 """
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.reading.families import Family, families_of, placebo_fundamentals, window_share
-from srbval.reading.pipeline import (
-    LEAST_REVOLUTIONS,
-    Tracking,
-    choose_tracking,
-    one_signal,
-    periodogram_of,
-    process,
-)
+from srbval.reading.pipeline import LEAST_REVOLUTIONS, Tracking, choose_tracking, one_signal, periodogram_of, process
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, read_comb
@@ -39,8 +32,7 @@ class CageReading:
     c varies with time; `reading_u` is the standard uncertainty of reading its long-term mean, `speed_u` the standard
     uncertainty due to the shaft speed. `per_speed` is the derivative of c with respect to the relative error of the
     shaft speed: -c if c was read from BPFO, 1 - c if from BPFI. `read_from` names the lines and the signal that were
-    read, `band_hz` is their frequency band. c can be read from the lines of a race fault in the envelope, and from
-    multiples of BPFO in the vibration itself; if both were possible, `check` is the reading that was not chosen.
+    read, `band_hz` is their frequency band.
     """
 
     record: str
@@ -53,7 +45,6 @@ class CageReading:
     per_speed: float
     read_from: str
     band_hz: tuple[float, float]
-    check: "CageReading | None" = None
 
 
 def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[CageReading, ...]:
@@ -80,9 +71,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
         return of_fault or passages
     apart = abs(of_fault.ratio - passages.ratio)
     agree = apart <= NORMAL_95 * math.hypot(of_fault.reading_u, passages.reading_u)
-    if agree and passages.reading_u < of_fault.reading_u:
-        return replace(passages, check=of_fault)
-    return replace(of_fault, check=passages)
+    return passages if agree and passages.reading_u < of_fault.reading_u else of_fault
 
 
 def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:

@@ -107,7 +107,6 @@ def comparison_row(
         "uncertainty": uncertainty,
         "data_ci95": math.hypot(*(parts.get(part, 0.0) for part in DATA_PARTS)),
         "parts": dict(parts),
-        "dominant": max(parts, key=lambda name: parts[name], default=""),
         "margin": margin,
         "verdict": verdict_on_error(error, uncertainty if known else None, margin).value,
     }

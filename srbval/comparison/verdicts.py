@@ -71,7 +71,7 @@ def verdict(value: ComparedValue, variant: Variant, readings: Sequence[CageReadi
     """Judge the error of one compared value in the runs of one scene (`variant`), in per cent of `scale`.
 
     `scale` is the rig's cage ratio. In the result, `reversed_by` names inputs with which the verdict is ``met`` at one
-    fixed value and ``missed`` at another; `changed_by` names inputs that change it if fixed at their nominal value.
+    fixed value and ``missed`` at another.
     """
     weights = of_model(variant, readings, value.weights)
 
@@ -79,21 +79,16 @@ def verdict(value: ComparedValue, variant: Variant, readings: Sequence[CageReadi
         return np.asarray(100 / scale * (weights @ np.array([one[name] for one in variant["records"]])))
 
     rig = np.quantile(100 / scale * value.rig, (np.arange(QUANTILES) + 0.5) / QUANTILES)
-    drawn, nominal = model("drawn"), float(model("nominal"))
-    numerics = float(model("finer")) - nominal
+    drawn, numerics = model("drawn"), float(model("finer") - model("nominal"))
     apart = np.concatenate([rig - numerics, rig + numerics])
     error, p = float(drawn.mean() - rig.mean()), share_beyond_limit(drawn, apart)
-    answer, reversing, changing = verdict_on_tolerance(p, TOLERANCE.risk), list[str](), list[str]()
+    answer, reversing = verdict_on_tolerance(p, TOLERANCE.risk), list[str]()
     for place, effect in enumerate(variant["effects"]):
         curve = 100 / scale * (weights @ np.array(effect["ratios"]))
         left = drawn - interpolate_effect(np.array(variant["at"])[:, place], effect["shares"], curve)
-        *known, own = (
-            verdict_on_tolerance(share_beyond_limit(left + x, apart), TOLERANCE.risk) for x in (*curve, nominal)
-        )
-        if {Verdict.MET, Verdict.MISSED} <= {*known, answer}:
+        known = {verdict_on_tolerance(share_beyond_limit(left + x, apart), TOLERANCE.risk) for x in curve}
+        if {Verdict.MET, Verdict.MISSED} <= known | {answer}:
             reversing.append(effect["name"])
-        if own is not answer:
-            changing.append(effect["name"])
     return {
         "endpoint": value.name,
         "scene": variant["scene"],
@@ -103,7 +98,6 @@ def verdict(value: ComparedValue, variant: Variant, readings: Sequence[CageReadi
         "records": int(np.count_nonzero(value.weights)),
         "draws": drawn.size,
         "reversed_by": reversing,
-        "changed_by": changing,
         "verdict": (Verdict.NOT_RESOLVED if reversing else answer).value,
     }
 

@@ -37,7 +37,7 @@ CROSS_RATIO_RANGE = (0.1, 30.0)  # range of cross over load in which the ratio i
 # Standard deviation of a ratio that may be anywhere in the range.
 WIDEST_DB = 20 * math.log10(CROSS_RATIO_RANGE[1] / CROSS_RATIO_RANGE[0]) / math.sqrt(12)
 RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sidebands
-BAND_REASON = "default: the band in which the models were compared with measurements"
+
 NO_POWER_CHANCE = 0.025  # that noise alone is taken for power in any of the bands
 ROUNDS = 3  # corrections of the gains for the edges of bands and filters
 HIGHEST_SHARE = 0.999  # highest centre of a third octave over the greatest that half the sampling rate permits
@@ -56,15 +56,13 @@ class Identified:
 
     path: SensorPath
     bands: pd.DataFrame
-    band_why: str
     sidebands_db: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Values for JSON; `bands` is a list with one object per third octave."""
         path, bands = self.path, self.bands.to_dict("records")
         found = {"bands": bands, "cross_u_db": path.cross_u_db, "sidebands_db": self.sidebands_db}
-        found |= {"band_hz": (path.low_hz, path.high_hz), "band_choice": {"why": self.band_why}}
-        return found | {"used": path.used, "source": path.source}
+        return found | {"band_hz": (path.low_hz, path.high_hz), "used": path.used, "source": path.source}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,9 +88,9 @@ def identify(
     inner race. The default of `band_hz` is `DEFAULT_BAND_HZ`, as far as the sampling rates allow. Raises `DataError`
     for unusable records, `ConfigurationError` for an unknown fault or speed or a band above half a sampling rate.
     """
-    bearing, why = load_bearing(bearing), "given"
+    bearing = load_bearing(bearing)
     if band_hz is None:
-        band_hz, why = default_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
+        band_hz = default_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
     bands, powers = record_powers(pair.record, bearing, band_hz, healthy)
     value, u, blocks = np.array([(one.value, one.u, one.blocks) for one in powers.values()]).reshape(-1, 3).T
     if not np.any(value > u * stdtrit(blocks - 1, 1 - NO_POWER_CHANCE / max(value.size, 1))):
@@ -136,15 +134,13 @@ def identify(
     path = replace(path_of(gain, ratio), cross_u_db=cross_u_db)
     table = {name: getattr(path, name) for name in ("frequency_hz", "load", "cross", "u_db")}
     table |= {"record_db": levels[place], "ring_load_db": ring[0, place], "ring_cross_db": ring[1, place]}
-    return Identified(path=path, bands=pd.DataFrame(table), sidebands_db=sidebands, band_why=why)
+    return Identified(path=path, bands=pd.DataFrame(table), sidebands_db=sidebands)
 
 
-def default_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
-    """Default band in which a path is identified, below half the sampling rate of all records, and why it is chosen."""
+def default_band(records: list[Recording]) -> tuple[float, float]:
+    """Band in which models were compared with measurements, as far as it is below half the records' sampling rates."""
     low, high = DEFAULT_BAND_HZ
-    most_hz = HIGHEST_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
-    limited = ", limited to the range of record and run" if most_hz < high else ""
-    return (low, min(high, most_hz)), BAND_REASON + limited
+    return low, min(high, HIGHEST_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE)
 
 
 def line_order(run: Run, bearing: Bearing) -> float:

@@ -2,14 +2,14 @@
 
 import hashlib
 import math
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, ClassVar
 
-from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.bearing import RACE_DEFECTS, load_bearing
 from srbval.errors import DataError
-from srbval.models.hierarchy import level_of
 from srbval.models.run_file import scene_dict
 from srbval.plan.questions import Question
 from srbval.scene import Scene, load_scene
@@ -23,10 +23,6 @@ MIN_DURATION_SHARE = 0.6  # shortest run, as a share of the measured duration, w
 # Axes of the table, and settings that change an answer only through the length of the record.
 AXIS_KEYS = {"model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed"}
 AXIS_KEYS |= {"solver.step_s", "load.radial_n", "contact.roller_fit", "defect.kind", "defect.height_m"}
-UNMEASURED = {
-    "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
-}
-
 STORED_KEYS = ("reference", "seconds", "ranges", "values", "pace")  # of the stored table of a scene
 BoundKey = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
@@ -93,7 +89,7 @@ class MeasuredErrors:
         ignored = () if settings["defect.kind"] in RACE_DEFECTS else ("defect.",)
         both = {name: (settings.get(name), self.values.get(name)) for name in (*settings, *self.values)}
         return [
-            UNMEASURED.get(name) or f"{name} = {_describe_value(own)}, measured only at {_describe_value(measured)}"
+            f"{name} = {_describe_value(own)}, measured only at {_describe_value(measured)}"
             for name, (own, measured) in both.items()
             if not (name in AXIS_KEYS or name.startswith(ignored) or _nearly_equal(own, measured))
         ]
@@ -110,9 +106,7 @@ class MeasuredErrors:
     def _list_exceeded_axes(self, scene: Scene) -> Iterator[str]:
         """List the properties of a scene (defect, speed, load, duration, step) outside the measured ranges."""
         kind, fit, step_s = scene.defect.kind, scene.contact.roller_fit.value, self.values["solver.step_s"]
-        if kind is Fault.ROLLER:
-            yield "defects on rollers were not measured: no question reads their line, and the line model has none"
-        elif not any(key[:2] == (fit, kind.scene_word) for key in self.bounds):
+        if not any(key[:2] == (fit, kind.scene_word) for key in self.bounds):
             yield f"no scene with defect {kind.scene_word} and roller fit {fit} was measured"
         axes = {"rpm": 60 * scene.shaft_hz, "radial_kn": scene.mean_radial_n / 1e3}
         if kind in RACE_DEFECTS:
@@ -120,8 +114,7 @@ class MeasuredErrors:
         for axis, value in axes.items():
             low, high = self.ranges[axis]
             if not (low <= value <= high or _nearly_equal(value, low) or _nearly_equal(value, high)):
-                span = " to ".join(f"{end:g}" for end in dict.fromkeys((low, high)))
-                yield f"{axis.replace('_', ' in ')} = {value:.6g} is outside the measured range, {span}"
+                yield f"{axis.replace('_', ' in ')} = {value:.6g} is outside the measured range, {low:g} to {high:g}"
         if scene.duration_s < MIN_DURATION_SHARE * self.seconds:
             yield f"{scene.duration_s:g} s is too short: errors were measured in runs of {self.seconds:g} s"
         if scene.solver.step_s > step_s * (1 + 1e-6):
@@ -155,28 +148,20 @@ def measured_errors() -> Mapping[str, MeasuredErrors]:
 
 
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
-    """Convert the content of the result ``model_levels`` to tables by scene; `DataError` if it is not valid."""
-    bounds: dict[str, dict[BoundKey, Bound]] = {}
-    try:
-        for row in (one for one in content["bounds"] if one["question"] in list(Question)):
-            key = row["fit"], row["kind"], row["model"], Question(row["question"])
-            bounds.setdefault(row["base"], {})[key] = Bound(**{one.name: row[one.name] for one in fields(Bound)})
-        tables = {
-            base: MeasuredErrors(
-                base=base,
-                models=tuple(level_of(model).name for model in about["models"]),
-                bounds=bounds[base],
-                **{name: about[name] for name in STORED_KEYS},
-            )
-            for base, about in content["bases"].items()
-        }
-        if not tables:
-            raise LookupError("no scenes")
-    except (LookupError, TypeError, AttributeError, ValueError) as error:
-        raise DataError(
-            f"the stored result {ERRORS_RESULT} contains no table of measured errors ({error!r}); {REMEDY} anew."
-        ) from error
-    return tables
+    """Convert the content of the result ``model_levels`` to tables by scene."""
+    bounds = defaultdict[str, dict[BoundKey, Bound]](dict)
+    for row in (one for one in content["bounds"] if one["question"] in list(Question)):
+        key = row["fit"], row["kind"], row["model"], Question(row["question"])
+        bounds[row["base"]][key] = Bound(**{one.name: row[one.name] for one in fields(Bound)})
+    return {
+        base: MeasuredErrors(
+            base=base,
+            models=tuple(about["models"]),
+            bounds=bounds[base],
+            **{name: about[name] for name in STORED_KEYS},
+        )
+        for base, about in content["bases"].items()
+    }
 
 
 def nearest_table(scene: Scene) -> MeasuredErrors:

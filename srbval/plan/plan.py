@@ -1,10 +1,9 @@
 """Choice of the cheapest model whose measured error is within the tolerance of a question."""
 
 import math
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError, UnknownNameError
@@ -40,8 +39,6 @@ class Plan:
     `met`: some model is known to be accurate enough. `outside`: why measured errors do not apply to the scene.
     """
 
-    JSON_PROPERTIES: ClassVar = ("error_of",)
-
     chosen: str
     question: Question
     tolerance_pct: float
@@ -59,11 +56,6 @@ class Plan:
     def tolerance(self) -> str:
         """Tolerance as text with its unit."""
         return MEANING[self.question].text(self.tolerance_pct)
-
-    @property
-    def error_of(self) -> str:
-        """Quantity to which the errors refer, in words."""
-        return MEANING[self.question].error_of
 
 
 def make_plan(
@@ -95,35 +87,21 @@ def make_plan(
         )
     table, bearing = measured or nearest_table(scene), load_bearing(scene.bearing)
     outside, levels = table.list_gaps(scene), [level_of(name) for name in table.models]
-    only_some = scene.oil is not None or scene.bodies.free_rollers
-    refused = {
-        level.name: why
-        for level in levels
-        if (only_some or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None
-    }
-    judged = {one.name: _judge_model(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels}
-    judged |= {model: Candidate(model=model, why=why) for model, why in refused.items()}
-    while why := refusal(
-        level_of(chosen := _choose_model(judged.values(), question, table.reference, refused)), scene, bearing
-    ):
-        refused[chosen], judged[chosen] = why, Candidate(model=chosen, why=why)
-    candidates = tuple(judged.values())
-    met = any(one.ok for one in candidates)
-    asked: dict[str, Any] = {"question": question, "tolerance_pct": tolerance_pct}
-    return Plan(chosen=chosen, met=met, candidates=candidates, outside=outside, **asked)
-
-
-def _choose_model(
-    candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]
-) -> str:
-    """Name of the cheapest model that is accurate enough, else the reference, else the most detailed that can run."""
-    if enough := [one for one in candidates if one.ok]:
-        return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
-    able = [candidate.model for candidate in candidates if candidate.model not in refused]
-    if not able:
+    refused = {level.name: why for level in levels if (why := refusal(level, scene, bearing)) is not None}
+    judged = [_judge_model(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels]
+    candidates = tuple(
+        Candidate(model=one.model, why=refused[one.model]) if one.model in refused else one for one in judged
+    )
+    if len(refused) == len(levels):
         raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
-    knowing = [model for model in able if question.value not in level_of(model).lacks] or able
-    return reference if reference in knowing else knowing[-1]
+    if enough := [one for one in candidates if one.ok]:
+        chosen = min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
+    else:  # the reference, else the most detailed model that can run and answer
+        able = [level for level in levels if level.name not in refused]
+        knowing = [level.name for level in able if question.value not in level.lacks] or [able[-1].name]
+        chosen = table.reference if table.reference in knowing else knowing[-1]
+    asked: dict[str, Any] = {"question": question, "tolerance_pct": tolerance_pct}
+    return Plan(chosen=chosen, met=bool(enough), candidates=candidates, outside=outside, **asked)
 
 
 def _judge_model(

@@ -5,7 +5,6 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from typing import Any, ClassVar
 
 from srbval.report.figures.style import Drawing
@@ -15,16 +14,6 @@ CellValue = float | int | str | bool | None
 REPORT_SCHEMA = 1  # version of the keys of report.json
 MISSING = "–"
 ReportRow = Mapping[str, Any]  # a row of a list in report.json, by its keys
-_IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
-
-
-class Badge(enum.StrEnum):
-    """Label of the source of a value or picture; `STAND_IN` marks synthetic data used in place of a recording."""
-
-    MEASURED = "measured"
-    PUBLISHED = "published"
-    STAND_IN = "stand-in"
-    SIMULATED = "simulated"
 
 
 class Tone(enum.StrEnum):
@@ -60,7 +49,7 @@ class Cell:
 
     value: CellValue
     ci95: float | None = None
-    badge: str | None = None
+    badge: str | None = None  # source: measured, published, simulated, or stand-in (synthetic)
     tone: Tone | None = None
     note: str = ""
 
@@ -96,8 +85,7 @@ def format_value(value: CellValue, spec: str) -> str:
 class ReportTable:
     """Table with a caption; the first cell of each row is the header of the row.
 
-    `label` ("Table 6") precedes the caption, `notes` follow the table. Raises ValueError if a row does not have a cell
-    for each column.
+    `label` ("Table 6") precedes the caption, `notes` follow the table.
     """
 
     JSON_OMITTED: ClassVar = ("notes",)
@@ -109,15 +97,10 @@ class ReportTable:
     label: str = ""
     notes: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        for number, row in enumerate(self.rows, start=1):
-            if len(row) != len(self.columns):
-                raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
-
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Paragraph of text with inline markup (see `srbval.report.plain`)."""
+    """Paragraph of text with inline markup (see `srbval.report.renderers`)."""
 
     text: str
 
@@ -152,25 +135,17 @@ class Command:
     line: str
 
 
-@dataclass(frozen=True)
-class KeyValues:
-    """List of names with their values, printed as plain text in the given order."""
-
-    pairs: Mapping[str, CellValue]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Figure:
     """Picture with its data, caption and alternative text.
 
     ``draw(folder, id)`` writes the picture (SVG) and the plotted data (CSV). `label` ("Figure 11a") precedes the
     caption. A `wide` figure takes the full width of the text. `small_of` is empty, or for a thumbnail the id of the
-    full figure. `explore` describes an interactive chart of the data as JSON (see `explore_spectrum`). Raises
-    ValueError if the alternative text or the caption is empty.
+    full figure. `explore` describes an interactive chart of the data as JSON (see `explore_spectrum`).
     """
 
-    JSON_OMITTED: ClassVar = ("draw", "badge", "wide", "small_of", "explore")
-    JSON_PROPERTIES: ClassVar = ("synthetic", "file", "data")
+    JSON_OMITTED: ClassVar = ("draw", "wide", "small_of", "explore")
+    JSON_PROPERTIES: ClassVar = ("file", "data")
 
     id: str
     caption: str
@@ -181,15 +156,6 @@ class Figure:
     wide: bool = True
     small_of: str = ""
     explore: str = ""
-
-    def __post_init__(self) -> None:
-        if not (self.alt.strip() and self.caption.strip()):
-            raise ValueError(f"figure {self.id!r} needs an alternative text and a caption.")
-
-    @property
-    def synthetic(self) -> bool:
-        """True if the figure is marked as drawn from synthetic data."""
-        return self.badge == Badge.STAND_IN
 
     @property
     def file(self) -> str:
@@ -212,7 +178,7 @@ class FigureGrid:
     label: str = ""
 
 
-Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | ReportTable | Figure | FigureGrid
+Block = Heading | Paragraph | Listing | Callout | Command | ReportTable | Figure | FigureGrid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -242,28 +208,13 @@ class Section:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """Complete report; `data` is the content of ``report.json`` except for its tables and figures.
-
-    Each list in `rows` is written as a CSV file, named after its key. Raises ValueError if two parts have the same id,
-    or if an id cannot be the name of a file.
-    """
+    """Complete report; `data` is the content of ``report.json`` except for its tables and figures."""
 
     title: str
     verdict: VerdictBox
     sections: tuple[Section, ...]
     subtitle: str = ""
     data: dict[str, Any] = field(default_factory=dict)
-    rows: Mapping[str, Any] = field(default_factory=dict)
-    generated_utc: datetime = field(default_factory=lambda: datetime.now(UTC))
-
-    def __post_init__(self) -> None:
-        seen = {"verdict", "contents", "main"}  # anchors that the page defines
-        parts: tuple[Section | ReportTable | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
-        for name in (*(part.id for part in parts), *self.rows):
-            if name in seen or not _IDENTIFIER.fullmatch(name):
-                why = "used twice" if name in seen else "not at most 64 lower-case letters, digits and hyphens"
-                raise ValueError(f"report id {name[:80]!r} is {why}.")
-            seen.add(name)
 
     def _blocks(self) -> Iterator[Block | None]:
         """Iterate over all blocks in the order of the page, and over the figures of each grid."""

@@ -72,24 +72,18 @@ def join_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dic
 
 
 def origin_line(results: StoredResults, name: str) -> Callout | Paragraph:
-    """State kind, date, machine, command and data sets of a stored result, and the reason if it is out of date.
+    """State kind, date, machine and command of a stored result, and the reason if it is out of date.
 
     If no result is stored, the block names the command that computes it.
     """
     if name not in results:
         return STORED_TEXTS.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")
-    result, facts = results[name], ("name", "records", "revision", "date")
-    origin = result.origin
-    sets = [
-        ", ".join(f"{one[fact]}{' records' * (fact == 'records')}" for fact in facts if one.get(fact))
-        for one in result.content.get("data_sets", ())
-    ]
+    result, origin = results[name], results[name].origin
     text = STORED_TEXTS.text(
         result.kind.value,
         made_utc=result.made_utc[:16].replace("T", " "),
         machine=origin.get("processor") or "an unknown processor",
         command=str(origin["command"] or "unknown command").replace("`", "'"),
-        data_sets="; ".join(sets) or "not stated",
     )
     why = result.why_stale()
     return Paragraph(text if why is None else f"{text} {STORED_TEXTS.text('stale', why=why)}")

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 from srbval.report import blocks
 from srbval.report.blocks import Cell, Figure, FigureGrid, ReportTable, Section, TableColumn, Tone, format_value
 from srbval.report.figures.style import Drawing
-from srbval.report.plain import literal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,6 +29,11 @@ WHOLE_NUMBER_FORMATS = ("d", ",d")  # a frame with gaps stores whole numbers as 
 _TITLE = re.compile(r"#\s+(?P<title>.+?)\s*\{#(?P<id>[a-z0-9-]+)\}\s*")
 _PART_HEADING = re.compile(r"^##[ \t]+(\S+)[ \t]*$", re.MULTILINE)
 _ITEM_START = re.compile(r"^- ", re.MULTILINE)
+
+
+def literal(text: str) -> str:
+    """Escape the markup characters of a text, so that it is printed unchanged."""
+    return re.sub(r"([*`\\])", r"\\\1", text)
 
 
 class Prose:
@@ -43,10 +47,7 @@ class Prose:
         """Source text of every part by its name; the head of the file has the name ``""``."""
         source = (resources.files(self._package) / self._file).read_text(encoding="utf-8")
         head, *parts = _PART_HEADING.split(source)
-        names, texts = parts[::2], parts[1::2]
-        for doubled in (name for name in names if names.count(name) > 1):
-            raise ValueError(f"{self._file} of {self._package}: the part {doubled!r} occurs twice.")
-        return {"": head, **dict(zip(names, texts, strict=True))}
+        return {"": head, **dict(zip(parts[::2], parts[1::2], strict=True))}
 
     def _source(self, name: str) -> str:
         if name not in self._parts:
@@ -170,8 +171,7 @@ _FILL = _Fill()
 def _cell(row: Mapping[str, Any], name: str, column: TableColumn) -> Cell:
     """Make the cell of a table row from the value `name` and its companions, such as ``NAME_ci95``."""
     value, ci95, badge, tone, note = (row.get(f"{name}{of}") for of in ("", "_ci95", "_badge", "_tone", "_note"))
-    if isinstance(value, list | tuple | set | Mapping):
-        raise TypeError(f"column {column.title!r}: a cell must be one value, not {type(value).__name__}.")
+
     if column.format in WHOLE_NUMBER_FORMATS and isinstance(value, float) and value.is_integer():
         value = int(value)
     return Cell(value=value, ci95=ci95, badge=badge or None, tone=Tone(tone) if tone else None, note=note or "")

@@ -1,28 +1,108 @@
-"""Renderers of a report: one HTML file that needs no network and no script, and an accessible PDF (PDF/UA-1)."""
+"""Renderers of a report: one HTML file that needs no network and no script, and an accessible PDF (PDF/UA-1).
+
+Both show the same nested dicts of formatted text (`as_plain`): numbers are formatted only there. The markup of texts is
+``**strong**`` and ```code```; a backslash before ``*``, a backtick or a backslash makes it text.
+"""
 
 import base64
+import dataclasses
+import enum
 import hashlib
+import itertools
 import json
 import re
+from datetime import UTC, datetime
 from functools import lru_cache, partial
-from importlib import metadata, resources
-from importlib.util import find_spec
+from importlib import resources
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from markupsafe import Markup
 
-from srbval.report.blocks import Report
-from srbval.report.plain import as_plain
+from srbval import __version__
+from srbval.report.blocks import FIGURES_FOLDER, Cell, Report, ReportTable, TableColumn
+from srbval.report.figures.style import version_of
+from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.installation import import_library
 
-# Characters of a data URI that need an escape in a quoted attribute.
-_ESCAPED = re.compile(rb"[^\w !$'()*+,\-./:;=?@\[\]^{|}~]")
+PDF_STORE = ContentStore(kind="pdf", computed_by=__name__)
+UNESCAPED = " !$'()*+,-./:;=?@[]^{|}~"  # characters that a data URI may contain in a quoted attribute
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
-# In the PDF, a longer run of characters without a blank may be broken anywhere, so that it does not leave the page.
-MAX_WORD = 28
-_SEPARATOR = re.compile(r"(?<=[/_])(?=[^/_])")
-MAX_CELL_WORD = 14  # in a table cell, a longer run may be broken between its parts
+# In the PDF, a line may end between the parts of a long word, such as a file's name, and anywhere in a longer one.
+LONG_WORD, MAX_WORD = r"\S{14,}", 28
+_SEPARATOR = re.compile(r"(?<=[/_])(?=\w)")
+Span = tuple[str, str]  # (kind, text); kind is one of "text", "strong", "code"
+MAX_OPEN_SECTIONS = 3  # sections of a page without folds; a page with more sections folds them
+UNSHOWN = {"draw", "value", "ci95"}  # fields that the renderers do not read: the text of a cell contains its numbers
+MARKUP = {"caption", "headline", "items", "kicker", "notes", "points", "text"}  # fields with inline markup
+_TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
+# C0 and C1 controls but tab and newline, lone surrogates, direction overrides, non-characters.
+_UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
+# Where a line must not end: between a number and its unit, and on both sides of a plus-minus sign.
+_WITHIN_QUANTITY = re.compile(
+    r"(?<=\d) (?=(?:%|°|dB|rpm|[kM]?Hz|k?N|[mµn]?m|[mµn]?s|m/s²?|h|min)(?![\w/]))| (?=±)|(?<=±) "
+)
+
+
+def mask_controls(text: str) -> str:
+    """Replace characters that no page can print (controls, lone surrogates, direction overrides) by U+FFFD."""
+    return _UNPRINTABLE.sub("\ufffd", text)
+
+
+def spans(text: str) -> tuple[Span, ...]:
+    """Split a text with markup into (kind, text) pieces; join a number and its unit by a no-break space."""
+    pieces, position = list[Span](), 0
+    for match in _TOKEN.finditer(text):
+        kind = match.lastgroup or "text"
+        pieces += [("text", text[position : match.start()]), ("text" if kind == "escaped" else kind, match[kind])]
+        position = match.end()
+    found = list[Span]()
+    for kind, neighbours in itertools.groupby([*pieces, ("text", text[position:])], key=itemgetter(0)):
+        if part := mask_controls("".join(piece for _, piece in neighbours)):
+            found.append((kind, part if kind == "code" else _WITHIN_QUANTITY.sub("\u00a0", part)))
+    return tuple(found)
+
+
+def as_plain(report: Report) -> dict[str, Any]:
+    """Convert a report to dicts, lists and strings; text with markup becomes a list of (kind, text) pieces."""
+    return {
+        "title": mask_controls(report.title),
+        "subtitle": mask_controls(report.subtitle),
+        "made_by": f"srbval {__version__}",
+        "generated": f"{datetime.now(UTC):%Y-%m-%d}",
+        "verdict": _plain(report.verdict),
+        "sections": [
+            _plain(section) | {"open": section.open or len(report.sections) <= MAX_OPEN_SECTIONS}
+            for section in report.sections
+            if section.blocks
+        ],
+    }
+
+
+def _plain(value: Any, name: str = "") -> Any:
+    """Convert a value in the report's field `name` to text, list or dict; a dict's `kind` is its dataclass's name."""
+    if isinstance(value, enum.Enum):
+        return value.value
+    if isinstance(value, str):
+        return spans(value) if name in MARKUP else mask_controls(value)
+    if isinstance(value, list | tuple):
+        return [_plain(item, name) for item in value]
+    if not dataclasses.is_dataclass(value):
+        return value
+    names = (*(field.name for field in dataclasses.fields(value)), *getattr(value, "JSON_PROPERTIES", ()))
+    parts = {name: getattr(value, name) for name in names if name not in UNSHOWN}
+    if isinstance(value, ReportTable):
+        parts["rows"] = [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]
+    found = {"kind": type(value).__name__} | {key: _plain(item, key) for key, item in parts.items()}
+    if parts.get("tone"):
+        found["sign"] = parts["tone"].sign
+    return found
+
+
+def _cell(cell: Cell, column: TableColumn) -> dict[str, Any]:
+    return _plain(cell) | {"text": cell.text(column), "number": not isinstance(cell.value, str)}
 
 
 def _template(name: str) -> str:
@@ -57,8 +137,7 @@ def _data_uri(folder: Path, name: str) -> Markup:
     if kind == "image/svg+xml":
         content = re.sub(rb">\s*\n\s*<", b"><", content)
         content = content if b"'" in content else content.replace(b'"', b"'")
-    escaped = _ESCAPED.sub(lambda character: b"%%%02X" % ord(character[0]), content)
-    return Markup(f"data:{kind};charset=utf-8,{escaped.decode('ascii')}")
+    return Markup(f"data:{kind};charset=utf-8,{quote(content, safe=UNESCAPED)}")
 
 
 def require_typst() -> Any:
@@ -67,28 +146,27 @@ def require_typst() -> Any:
 
 
 def render_pdf(report: Report, folder: Path) -> bytes:
-    """Typeset a report, whose pictures are in ``folder/figures``, as a PDF; equal reports give equal bytes.
+    """Typeset a report, whose pictures are in ``folder/figures``, as a PDF; equal reports of one day are typeset once.
 
     Text is passed as JSON data, so that nothing in it can be executed. Raises `ConfigurationError` if typst is missing,
     and typst's own error, a sign of a bug in srbval, if the document does not compile.
     """
-    content: bytes = require_typst().compile(
-        _template("report.typ").encode("utf-8"),
+    typst, template, text = require_typst(), _template("report.typ"), json.dumps(_displayable(as_plain(report)))
+    pictures = [(one.name, one.read_bytes()) for one in sorted((folder / FIGURES_FOLDER).glob("*.svg"))]
+    key = content_sha256(template, text, pictures, version_of("typst"), version_of("matplotlib"))
+    if (stored := PDF_STORE.load(key, base64.b64decode)) is not None:
+        return stored
+    content: bytes = typst.compile(
+        template.encode("utf-8"),
         root=str(folder),
         format="pdf",
         font_paths=[str(_font_folder())],
         ignore_system_fonts=True,
-        sys_inputs={"report": json.dumps(_displayable(as_plain(report)))},
+        sys_inputs={"report": text},
         pdf_standards=["ua-1"],
-        timestamp=int(report.generated_utc.timestamp()),
     )
+    PDF_STORE.save(key, base64.b64encode(content).decode())
     return content
-
-
-def list_pdf_dependencies() -> list[Any]:
-    """Return the template and the versions of the libraries on which a PDF depends; matplotlib provides the fonts."""
-    versions = [metadata.version(name) for name in ("typst", "matplotlib") if find_spec(name)]
-    return [_template("report.typ"), *versions]
 
 
 def _font_folder() -> Path:
@@ -108,17 +186,12 @@ def _known_characters() -> frozenset[int]:
 def _displayable(value: Any) -> Any:
     """Replace characters that the PDF's font lacks in all strings, and allow line breaks inside long words."""
     if isinstance(value, dict):
-        shown = {key: item if key in ("file", "kind") else _displayable(item) for key, item in value.items()}
-        for key in ("text", "note") if "number" in value else ():  # a cell, such as a file's name
-            parts = re.sub(rf"\S{{{MAX_CELL_WORD},}}", lambda word: _SEPARATOR.sub("\u200b", word[0]), value[key])
-            shown[key] = _displayable_text(parts)
-        return shown
+        return {key: item if key in ("file", "kind") else _displayable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_displayable(item) for item in value]
-    return _displayable_text(value) if isinstance(value, str) else value
-
-
-def _displayable_text(text: str) -> str:
+    if not isinstance(value, str):
+        return value
     known = _known_characters()
-    shown = "".join(c if c in "\n\t" or ord(c) in known else "\ufffd" for c in text)
-    return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", shown)
+    shown = "".join(c if c in "\n\t" or ord(c) in known else "\ufffd" for c in value)
+    parts = re.sub(LONG_WORD, lambda word: _SEPARATOR.sub("\u200b", word[0]), shown)
+    return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", parts)

@@ -33,7 +33,7 @@ from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather
 from srbval.report.findings.provenance import provenance
-from srbval.report.findings.user_records import gather_user_records, user_record
+from srbval.report.findings.user_records import UserRecord, gather_user_records
 from srbval.report.pages import Page
 from srbval.report.renderers import render_html
 from srbval.report.sections.assemble import assemble
@@ -87,14 +87,12 @@ def report(
     """Write a report on recordings (files, folders, recordings, runs) into `folder`; return its files by format.
 
     Without recordings, the main report is written, with the `options` of `make_report`. With recordings, `options` are
-    `model` (false: no comparison with the model) and fields of `RecordRequest` and `RecordingSettings`, such as
-    `healthy`, `rpm`. `formats` may also contain ``pdf``.
+    fields of `RecordRequest` and `RecordingSettings`, such as `healthy`, `rpm`. `formats` may also contain ``pdf``.
     """
     written: dict[str, Any] = {"formats": formats, "jobs": jobs, "command": "srbval.report", "progress": progress}
     if not sources:
         return make_report(Path(folder), **written, **options)[1]
-    model = options.pop("model", True)
-    return report_sources(sources, Path(folder), build_request(options), model=model, **written)[1]
+    return report_sources(sources, Path(folder), build_request(options), **written)[1]
 
 
 def report_sources(
@@ -102,7 +100,6 @@ def report_sources(
     folder: Path,
     request: RecordRequest,
     *,
-    model: bool = True,
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
     command: str = "srbval report",
@@ -111,8 +108,8 @@ def report_sources(
     """Write a report on recordings of one bearing into `folder`; return the report, and its files by format.
 
     For a folder or many files, a table lists all recordings, and only the most serious ones get a section. If no band
-    is requested, one is chosen for each record. Files that fail are listed with the reason. For `model` and the
-    errors raised, see `gather_user_records` and `make_report`.
+    is requested, one is chosen for each record. Files that fail are listed with the reason. Raises the errors of
+    `gather_user_records` and `make_report`.
     """
     check_formats(formats)
     named = list(dict.fromkeys(str(find_shipped(one)) for one in sources if isinstance(one, str | Path)))
@@ -133,7 +130,7 @@ def report_sources(
         healthy = load_healthy(request.healthy, request.settings, request.healthy_scale)
         requests = [replace(one, healthy=healthy) for one in requests]
     with one_thread():
-        records, unread, facts = gather_user_records(requests, model=model, progress=progress)
+        records, unread, facts = gather_user_records(requests, progress=progress)
         failed = [*unread, *failed]
         report = assemble_user_report(records, command=command, provenance=facts, failed=failed, others=others)
         return report, _written(report, folder, formats, progress)
@@ -203,16 +200,15 @@ def check_plot(path: Path) -> None:
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
     """Draw an analysed record to `path`: as PNG, SVG, or HTML page with a table of the fault lines, by its suffix."""
-    path = Path(path)
+    path, baseline = Path(path), reading.baseline
     check_plot(path)
-    analysis, baseline = reading.analysis, reading.baseline
     if path.suffix.lower() == ".html":
-        record = user_record(reading)
-        _write_page(assemble_user_report([record], command=command, provenance={}, brief=True), path)
-        return
-    with atomic_write(path) as part, figure_style():
-        figure = analysis_figure(analysis, None if baseline is None else baseline.analysis)
-        part.write_bytes(picture_bytes(figure, path.suffix.lower()))
+        record = UserRecord(analysis=reading.analysis, baseline=baseline, verdict=reading.verdict)
+        _write_page(assemble_user_report([record], command=command, provenance={}), path)
+    else:
+        with atomic_write(path) as part, figure_style():
+            figure = analysis_figure(reading.analysis, None if baseline is None else baseline.analysis)
+            part.write_bytes(picture_bytes(figure, path.suffix.lower()))
 
 
 def write_trend(trend: Trend, path: str | Path, *, command: str = "srbval trend") -> None:

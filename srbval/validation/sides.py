@@ -195,10 +195,8 @@ def pair_files(
                 "pairs in a case (`srbval validate --write-case FILE` shows its form)."
             )
         other = fits.loc[(fits["rpm"] - own["rpm"]).abs().fillna(math.inf).idxmin()]
-        known = {name: not math.isnan(own[name]) and not math.isnan(other[name]) for name in ("rpm", "radial_n")}
-        how = f"state by {own['state_from']} (simulated) and {other['state_from']} (measured)"
-        how += ", nearest speed" if known["rpm"] else ", speed of one side unknown"
-        how += ", same radial load" if known["radial_n"] else ", load not stated by both"
+        how = f"state by {own['state_from']} (simulated) and {other['state_from']} (measured), "
+        how += "nearest speed and same radial load as far as both are known"
         pairs.append({"state": own["state"], "simulated": own["path"], "measured": other["path"], "how": how})
     return pairs
 

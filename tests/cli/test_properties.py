@@ -43,7 +43,7 @@ LONG = (  # functions that take long, or change this machine; everything before 
     *(f"srbval.cli.{name}" for name in ("data_command.fetch", "installation_commands.clear_cache")),
     *(f"srbval.cli.study_commands.{name}" for name in ("make_result", "fingerprint", "recompute")),
     "srbval.path.identify.simulated_run",
-    *(f"srbval.report.{name}" for name in ("reports.gather", "findings.user_records.run_cases")),
+    *(f"srbval.report.{name}" for name in ("reports.gather", "findings.user_records.run_counterpart")),
     "sphinx.cmd.build.build_main",
 )
 OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records can be analysed

@@ -94,7 +94,7 @@ def test_noise_has_no_cage_and_a_nominal_speed_no_order():
 def test_the_tachometer_s_scale_moves_outer_and_inner_readings_apart():
     """A speed stated too high by s lowers c read from BPFO by s c and raises that read from BPFI by s (1 - c)."""
     read = cage_reading(simulated(2, Fault.OUTER, 0.43), BEARING)
-    outer = replace(read, read_from="", check=None, reading_u=0.0)
+    outer = replace(read, read_from="", reading_u=0.0)
     inner = replace(outer, per_speed=0.57, speed_u=0.57 * 1e-4 / 1.96)
     own = covariance([outer, inner])
     assert outer.per_speed == pytest.approx(-outer.ratio)
@@ -145,13 +145,11 @@ def test_a_fault_that_shifts_one_race_is_no_scatter_between_records():
 
 
 def test_the_rig_s_records_are_read_and_its_cage_slows_less_at_low_speed(recordings_dir):
-    """Both combs of a faulty record name one cage, so that BPFO and BPFI add up to the number of rollers."""
+
     files = sorted((recordings_dir / "torino").glob("*.mat"))
     found = cage_readings(map(load_recording, files), BEARING)
     assert len(found) == len(files) == 8
-    for one in found:
-        if one.check is not None:
-            assert abs(one.ratio - one.check.ratio) < 1.96 * math.hypot(one.reading_u, one.check.reading_u)
+
     means = cage_means(found)
     low, high = np.quantile(means.draws[:, 0] - means.draws[:, -1], (0.025, 0.975))
     assert 0 < low < means.means[0] - means.means[-1] < high

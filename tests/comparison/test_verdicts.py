@@ -119,11 +119,6 @@ def test_only_an_input_that_reverses_the_answer_takes_it_back() -> None:
     assert verdict_on_tolerance(reversed_["p_beyond"], TOLERANCE.risk) is Verdict.MISSED
 
 
-def test_an_input_whose_knowledge_would_change_the_answer_is_named() -> None:
-    wide = found(readings(), variant(0.8 * LIMIT, half_pct=LIMIT))[LEVEL]
-    assert (wide["verdict"], wide["changed_by"]) == (Verdict.NOT_RESOLVED, ["spread"])
-
-
 def test_each_scene_has_its_own_verdict_and_one_that_is_missed_does_not_hold() -> None:
     rows = found(readings(), variant(), variant(2 * LIMIT, scene="paper"))
     assert [one["scene"] for one in rows] == ["rig"] * 3 + ["paper"] * 3

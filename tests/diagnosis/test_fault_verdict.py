@@ -25,10 +25,11 @@ from srbval.diagnosis.fault_verdict import (
     verdict_of,
     weigh_evidence,
 )
+from srbval.diagnosis.records import ALARMS
 from srbval.reading.lines import Line, NotDetected, detected_fault_lines, read_lines
 from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.report.blocks import Tone
-from srbval.report.sections.user_report import FINDING_TONES
+from srbval.report.sections.user_report import ALARM_TONES
 from srbval.storage.json_files import to_json
 from srbval.studies.reading.records import BACKGROUNDS, MACHINE_HZ, RATE_HZ
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
@@ -42,7 +43,7 @@ UNLIKE = Baseline(analysis=healthy_analysis(), conditions=("339 rpm instead of 8
 
 def assert_no_contradiction(analysis: Analysis, verdict: FaultVerdict) -> None:
     """Headline, tone and data of one verdict, and a tick only where nothing stands out."""
-    entry, tone = to_json(verdict), FINDING_TONES[verdict.finding]
+    entry, tone = to_json(verdict), ALARM_TONES[ALARMS[verdict.finding]]
     start = {Finding.UNDECIDED: "Undecided", Finding.NOTHING_FOUND: "Nothing found"}
     start |= {Finding.NAMED: f"{LABELS[entry['state']].capitalize()} " if verdict.part else "?"}
     assert verdict.headline.startswith(start[verdict.finding])

@@ -4,7 +4,6 @@ import os
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -181,7 +180,7 @@ def test_real_folder(recordings_dir, monkeypatch):
 def test_what_srbval_wrote_itself_is_no_recording(folder):
     """Tables and signals of reports and campaigns are passed over, but not a record that a user put beside them."""
     tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
-    report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
+    report = Report(title="a", sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
     table = CampaignTable(campaign=small(), version="", cases=(), folder=folder / "below" / "runs")
     with folder_lock(table.folder):
@@ -379,11 +378,10 @@ def test_they_serve_where_nothing_is_registered(tmp_path, monkeypatch):
         assert (recording.fs_hz, recording.unit, recording.seconds) == (20480.0, "m/s2", 2.0)
         assert recording.speed.source is SpeedSource.TACHOMETER
         assert any("compact copy of" in note and "SHA-256" in note for note in recording.notes)
-    facts = provenance((), found)["recordings_shipped_with_srbval"]
-    assert "OR_877rpm_sample.h5" in facts["files"]
-    assert "commit 946782ab" in facts["source"]
-    assert "Copyright (c) 2025 Politecnico di Torino" in facts["licence"]
-    assert "recordings_shipped_with_srbval" not in provenance((), ())
+    assert "OR_877rpm_sample.h5" in provenance((), found)["recordings"]
+    origin = dataset("torino-excerpts")
+    assert "commit 946782ab" in origin.source
+    assert "Copyright (c) 2025 Politecnico di Torino" in origin.licence
     (outer,) = rig_recordings(state=Fault.OUTER, nominal_rpm=877)
     assert Path(healthy_baseline(load_recording(outer.file)).file).name == "H_877rpm_sample.h5"
     files.excerpt(tmp_path / "mine.mat", condition="OR", rpm_nominal=877)

@@ -4,7 +4,6 @@ import json
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +19,7 @@ from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.findings import gather as gathering
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
-from srbval.report.plain import literal
+from srbval.report.prose import literal
 from srbval.report.sections.assemble import assemble
 from srbval.report.write import write_report
 from srbval.studies.harness import pages
@@ -113,7 +112,7 @@ def report():
         caption="Acceleration.",
         alt="Noise without bursts, 195 ms long",
         draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"),
-        badge=blocks.Badge.STAND_IN,
+        badge="stand-in",
     )
     simulated = blocks.Figure(
         id="fig12a",
@@ -123,7 +122,7 @@ def report():
         draw=spectrum_panel(spectrum(view("simulated")), top=33.6),
         wide=False,
     )
-    model = blocks.Cell(value=96.998, ci95=0.004, badge=blocks.Badge.SIMULATED, note="cage 96.997")
+    model = blocks.Cell(value=96.998, ci95=0.004, badge="simulated", note="cage 96.997")
     rows = (
         ("outer", 96.79, model, 0.2149, blocks.Cell(value="within", tone=blocks.Tone.GOOD)),
         ("inner", 128.04, float("nan"), -0.164, blocks.Cell(value="outside", tone=blocks.Tone.BAD)),
@@ -152,13 +151,11 @@ def report():
         blocks.Listing(("first", "second")),
         blocks.Callout(blocks.Tone.WARNING, "A stand-in.", title="Mind:"),
         blocks.Command("srbval report -o out"),
-        blocks.KeyValues({"seed": 1, "note": HOSTILE, "nothing": None}),
     )
     grid = blocks.FigureGrid(figures=(stand_in,), columns=2, caption="One panel.")
     return blocks.Report(
         title="Model against rig",
         subtitle="A test",
-        generated_utc=datetime(2025, 1, 2, 3, 4, 5, tzinfo=UTC),
         verdict=blocks.VerdictBox(
             tone=blocks.Tone.GOOD,
             headline="Within **0.25 %**.",

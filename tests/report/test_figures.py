@@ -33,7 +33,7 @@ DRAWERS = {
     "spectrum": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title),
     "brief": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title, brief=True),
     "scalogram": lambda record, title: scalogram_panel(record, Fault.INNER, top=1.0, title=title),
-    "band": lambda record, _: band_panel({"outer": record}, limits_db=(-60.0, 10.0), end_hz=10_000.0),
+    "band": lambda record, _: band_panel({"outer": record}),
 }
 COLUMNS = {
     "acceleration": ["time_s", "acceleration_std", "envelope_std"],

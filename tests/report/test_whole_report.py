@@ -9,16 +9,19 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pandas as pd
 import pytest
 
 from srbval import DataError, Findings
+from srbval.recordings.manifest import FileStatus
 from srbval.report.blocks import MISSING, Callout, Cell, Listing, TableColumn
 from srbval.report.findings import gather as gathering
-from srbval.report.findings.findings import list_cautions
-from srbval.report.plain import literal, mask_controls
+from srbval.report.findings.findings import list_problems
+from srbval.report.prose import literal
+from srbval.report.renderers import mask_controls
 from srbval.report.sections.assemble import MAX_LISTED, records_blocks
 from srbval.storage.installation import child_environment
 from srbval.storage.json_files import to_json
@@ -87,7 +90,7 @@ def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig):
         assert row["validation_uncertainty_pct"] > 0
         assert abs(row["comparison_error_pct"]) < 0.5
         assert row["shaft_rpm"] == row["rig_shaft_rpm"]
-    assert not any(figure["synthetic"] for figure in found["figures"])
+    assert not any(figure["badge"] == "stand-in" for figure in found["figures"])
     assert len(found["recordings"]) == 3
     (rule,) = [s for s in found["closure"] if s["origin"] == "measured"]
     assert rule["total"] == pytest.approx(19, abs=0.01)
@@ -127,24 +130,23 @@ def changed(findings: Findings, **data: Any) -> Findings:
 
 
 def test_problems_of_the_data_are_named_and_counted(with_rig):
-    found = with_rig.document()
-    assert (found["recordings_not_used"], found["cautions"]) == ([], [])
+    assert with_rig.document()["problems"] == []
     assert problems(with_rig.findings) == ([], [])
-    gone = [{"file": f"{n}.mat", "status": "missing", "reason": "it is no longer there"} for n in range(MAX_LISTED + 3)]
-    titles, items = problems(changed(with_rig.findings, recordings_not_used=gone))
-    assert titles == [f"Registered recordings that are not used: {MAX_LISTED + 3}"]
-    assert items[0] == "**0.mat**: missing; it is no longer there"
-    assert len(items) == MAX_LISTED + 1
-    assert items[-1].startswith("3 more")
+    gone = [SimpleNamespace(file=f"set/{n}.mat", status=FileStatus.MISSING, reason="not there") for n in range(2)]
+    register = SimpleNamespace(problems=gone)
     pair = {"measured": ["set/a.mat"], "measured_facts": {"cautions": ("clipped: 3 of 9", "held: 5")}}
-    cautioned = list_cautions([pair, pair])
-    assert cautioned == [{"file": "a.mat", "caution": "clipped: 3 of 9"}, {"file": "a.mat", "caution": "held: 5"}]
-    titles, items = problems(changed(with_rig.findings, cautions=cautioned))
-    assert titles == ["Recordings used with a caution: 1"]
-    assert items == ["**a.mat**: clipped: 3 of 9", "**a.mat**: held: 5"]
-    hostile = [{"file": HOSTILE, "status": "missing", "reason": HOSTILE}]
-    _, (item,) = problems(changed(with_rig.findings, recordings_not_used=hostile))
-    assert item == f"**{literal(HOSTILE)}**: missing; {literal(HOSTILE)}"
+    rows = list_problems(register, [pair, pair])
+    titles, items = problems(changed(with_rig.findings, problems=rows))
+    assert titles == ["Recordings with problems: 3"]
+    assert items[0] == "**0.mat**: not used, missing; not there"
+    assert items[2:] == [
+        "**a.mat**: clipped: 3 of 9",
+        "**a.mat**: held: 5",
+    ]
+    many = [{"file": HOSTILE, "problem": HOSTILE}] * (MAX_LISTED + 3)
+    _, items = problems(changed(with_rig.findings, problems=many))
+    assert (items[0], len(items)) == (f"**{literal(HOSTILE)}**: {literal(HOSTILE)}", MAX_LISTED + 1)
+    assert items[-1].startswith("3 more")
 
 
 AGAIN = "import sys; from srbval.cli import run_command_line; sys.exit(run_command_line(sys.argv[1:]) not in (0, 1))"
@@ -223,12 +225,6 @@ def test_a_rig_s_value_has_one_interval(with_rig):
     assert {str(value).count("±") for value in values if value} == {1}
 
 
-def test_each_table_and_the_rows_behind_them_are_csv_files(with_rig):
-    found, folder = with_rig.document(), with_rig.folder / "figures"
+def test_each_table_is_a_csv_file(with_rig):
     for table in with_rig.report.tables():
-        assert len(pd.read_csv(folder / f"{table.id}.csv")) == len(table.rows)
-    read = pd.read_csv(folder / "rows-line-deviations.csv")
-    rows = found["line_deviations"]
-    assert read["slip_pct"].tolist() == pytest.approx([row["slip_pct"] for row in rows])
-    assert read["record"].tolist() == [row["record"] for row in rows]
-    assert {path.stem for path in folder.glob("rows-*.csv")} == set(with_rig.report.rows)
+        assert len(pd.read_csv(with_rig.folder / "figures" / f"{table.id}.csv")) == len(table.rows)

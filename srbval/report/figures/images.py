@@ -1,13 +1,15 @@
 """Images of wavelet transforms over time and frequency, as in the paper's Figure 14, and thumbnails of figures."""
 
+from collections import defaultdict
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.report.figures import style
-from srbval.report.figures.style import INK, ORIGINS, PanelData, panel
+from srbval.report.figures.style import ORIGINS, PanelData, panel
 from srbval.report.findings.records import RecordView
 
 IMAGE_COLUMNS, IMAGE_ROWS, COLOUR_LEVELS = 320, 110, 64
@@ -22,7 +24,7 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
     `kind` is ``scalogram``, ``spectrum`` (up to `end_hz`) or ``acceleration``. `top` is the end of a scalogram's colour
     scale, otherwise of the amplitude axis.
     """
-    figure, columns = style.new_figure(THUMBNAIL_INCHES), list[tuple[str, FloatArray, FloatArray]]()
+    figure, columns = style.new_figure(THUMBNAIL_INCHES), defaultdict[str, list[Any]](list)
     for axes, record in zip(figure.subplots(1, 2), sides, strict=True):
         word, colour, light = ORIGINS[record.origin]
         if kind == "scalogram":
@@ -42,23 +44,20 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
         axes.grid(False)
         axes.set(xticks=[], yticks=[])
         axes.set_title("model" if word == "Simulated" else "rig", color=colour, fontsize=10)
-        columns.append((word.lower(), x, y))
-    return figure, {
-        "side": np.repeat([side for side, *_ in columns], [len(x) for _, x, _ in columns]),
-        "x": np.concatenate([x for _, x, _ in columns]),
-        "y": style.round_digits(np.concatenate([y for *_, y in columns])),
-    }
+        columns["side"] += [word.lower()] * len(x)
+        columns["x"] += x.tolist()
+        columns["y"] += y.tolist()
+    return figure, columns
 
 
 @panel
 def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str = "", title: str = "") -> PanelData:
     """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
-    The fault frequency of the bearing state `state` is marked. If this fault causes sidebands, ticks along the top mark
-    the shaft's turns. The regions that the ends of the record distort (cone of influence) are hatched.
+    The fault frequency of the bearing state `state` is marked. The regions that the ends of the record distort (cone of
+    influence) are hatched.
     """
     from matplotlib import colormaps
-    from matplotlib.transforms import offset_copy
 
     image, (start, stop) = record.scalogram, record.window_s
     time = image.time_s + start
@@ -83,11 +82,6 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
         at = float(np.log10(record.analysis.line(state.line).kinematic_hz))
         axes.axhline(at, color="white", lw=0.8, ls="--")
         axes.text(span[1] / 2, at, state.line, color="white", fontsize=7.5, ha="center", va="bottom")
-    if state.sidebands:
-        turn_ms, look = 1e3 / record.shaft_hz, {"color": INK, "lw": 0.9, "clip_on": False}
-        axes.vlines(np.arange(0.0, span[1], turn_ms), 1.012, 1.05, transform=axes.get_xaxis_transform(), **look)
-        place = {"transform": offset_copy(axes.transAxes, axes.figure, y=8.0, units="points"), "ha": "right"}
-        axes.text(1.0, 1.0, f"ticks: 1/fr = {turn_ms:.2f} ms", fontsize=7.5, va="baseline", **place)
     bar = axes.figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
@@ -110,8 +104,7 @@ def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, 
     coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
     n = coarse.shape[1]
     names = [f"magnitude_at_{hz:.4g}_hz" for hz in frequency[rows]]
-    columns = dict(zip(names, map(style.round_digits, coarse), strict=True))
-    return {"time_s": (np.arange(n) + 0.5) / n * span[1] / 1e3} | columns
+    return {"time_s": (np.arange(n) + 0.5) / n * span[1] / 1e3} | dict(zip(names, coarse, strict=True))
 
 
 def average_columns(values: FloatArray, columns: int) -> FloatArray:

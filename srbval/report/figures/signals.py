@@ -1,19 +1,19 @@
 """Figures of one record: signal and envelope over time, spectra before and after demodulation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from srbval.recordings import Origin
 from srbval.report.figures import style
 from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, PanelData, legend_above, new_axes, panel
-from srbval.report.findings.records import NORMALISED, Cursor, RecordView, SpectrumView
+from srbval.report.findings.records import NORMALISED, RecordView, SpectrumView
 
 SIGNAL_BINS = 700
+BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 HEALTHY_LOOK = {"color": style.HEALTHY_COLOUR, "ls": (0, (3, 1.2))}
 FOUND_LOOK = {"ls": "none", "marker": "v", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 0.9, "zorder": 7}
-UPRIGHT = {"rotation": 90, "va": "bottom", "ha": "center"}
+
 ON_WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.7}
 
 
@@ -44,8 +44,7 @@ def draw_acceleration(
         _mark_period(axes, *period)
     style.title_panel(axes, record.origin, letter, title)
     legend_above(axes)
-    columns = {"acceleration_std": style.round_digits(signal), "envelope_std": style.round_digits(envelope)}
-    return axes.figure, {"time_s": time_s - start} | columns
+    return axes.figure, {"time_s": time_s - start, "acceleration_std": signal, "envelope_std": envelope}
 
 
 acceleration_panel = panel(draw_acceleration)
@@ -61,24 +60,24 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 
 @panel
-def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
-    """Draw Welch spectra up to `end_hz`, levels within `limits_db`; shade the demodulation band of the last record."""
-    last = list(records.values())[-1]
-    origins = [record.origin for record in records.values()]
-    origin = Origin.STAND_IN if Origin.STAND_IN in origins else last.origin
-    band_hz, right = last.analysis.processed.band_hz, last.analysis.processed.band_hz[0] > end_hz / 2
-    axes = new_axes(WIDE)
+def band_panel(records: Mapping[str, RecordView]) -> PanelData:
+    """Draw Welch spectra by name of the record; shade the demodulation band of the last record."""
+    last, axes = list(records.values())[-1], new_axes(WIDE)
+    band_hz, end_hz = last.analysis.processed.band_hz, float(last.power_hz[-1])
+    every_db, right = np.concatenate([one.power_db for one in records.values()]), band_hz[0] > end_hz / 2
+    top = float(np.nanmax(every_db)) + BAND_HEAD_DB
+    limits_db = max(float(np.nanmin(every_db)) - BAND_HEAD_DB, top - BAND_RANGE_DB), top
     axes.axvspan(band_hz[0] / 1e3, band_hz[1] / 1e3, color=GREEN, alpha=0.16, lw=0, zorder=0)
     place, text = (band_hz[right] / 1e3, limits_db[1]), f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz "
     axes.text(*place, text, color=GREEN, fontsize=8, va="top", ha="right" if right else "left", zorder=9)
     for name, record in records.items():
-        look = HEALTHY_LOOK if name.startswith("healthy") else {"color": ORIGINS[origin][1]}
+        look = HEALTHY_LOOK if name.startswith("healthy") else {"color": ORIGINS[last.origin][1]}
         axes.plot(last.power_hz / 1e3, record.power_db, **look, lw=0.9, label=name)
     density = "1/Hz" if last.unit == NORMALISED else f"1 ({last.unit})²/Hz"
     axes.set(xlabel="Frequency, kHz", ylabel=f"Power density, dB re {density}", ylim=limits_db, xlim=(0, end_hz / 1e3))
-    style.title_panel(axes, origin, "", "spectra before demodulation", pad=9.0)
+    style.title_panel(axes, last.origin, "", "spectra before demodulation", pad=9.0)
     legend_above(axes)
-    levels = {name.replace(" ", "_") + "_db": style.round_digits(np.asarray(r.power_db)) for name, r in records.items()}
+    levels = {name.replace(" ", "_") + "_db": record.power_db for name, record in records.items()}
     return axes.figure, {"frequency_hz": last.power_hz} | levels
 
 
@@ -112,7 +111,7 @@ def draw_spectrum(
         axes.plot(*curve, **HEALTHY_LOOK, lw=0.8, label="healthy", zorder=5)
     if found := [peak for peak in view.peaks if peak[0] <= end_hz]:
         axes.plot(*zip(*found, strict=True), **FOUND_LOOK, label="found")
-    (_draw_names if brief else _draw_cursors)(axes, view)
+    _draw_cursors(axes, view, brief)
     hz = record.shaft_hz
     orders = axes.secondary_xaxis("top", functions=(lambda f: f / hz, lambda order: order * hz))
     orders.set_xlabel("Shaft orders", fontsize=7.5, labelpad=2, loc="left")
@@ -121,54 +120,34 @@ def draw_spectrum(
     if not brief:
         legend_above(axes, points=ORDER_LABEL_POINTS)
     frequency, height = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, style.BINS_SHOWN)
-    columns = {"frequency_hz": frequency, "shaft_order": frequency / hz, "amplitude": style.round_digits(height)}
+    columns = {"frequency_hz": frequency, "shaft_order": frequency / hz, "amplitude": height}
     if healthy is not None:
-        columns["healthy_amplitude"] = style.round_digits(np.interp(frequency, healthy.frequency_hz, healthy.amplitude))
+        columns["healthy_amplitude"] = np.interp(frequency, healthy.frequency_hz, healthy.amplitude)
     return axes.figure, columns
 
 
 spectrum_panel = panel(draw_spectrum)
 
 
-def _draw_names(axes: Any, view: SpectrumView) -> None:
-    """Draw a vertical line at each expected frequency; name harmonics and the first harmonic's sidebands."""
-    blended = axes.get_xaxis_transform()
+def _draw_cursors(axes: Any, view: SpectrumView, brief: bool) -> None:
+    """Draw a vertical line with its name at each expected frequency; unless `brief`, harmonics have Hz and order too.
+
+    In a brief panel, only sidebands of the first harmonic are named. In others, names are staggered in height so that
+    they do not overlap.
+    """
+    width, last = LABEL_INCHES / axes.figure.get_figwidth(), dict.fromkeys(LABEL_TOPS, -np.inf)
     for cursor in view.cursors:
-        look: dict[str, Any] = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
-        axes.axvline(cursor.frequency_hz, ymax=NAME_HEIGHT - 0.01, color=GREEN, zorder=2, **look)
-        if not cursor.sideband or not cursor.name[0].isdigit():
-            look = {"fontsize": 5.5 if cursor.sideband else 6.5, "color": GREEN, "zorder": 6}
-            axes.text(cursor.frequency_hz, NAME_HEIGHT, cursor.name, transform=blended, **UPRIGHT, **look)
-
-
-def _draw_cursors(axes: Any, view: SpectrumView) -> None:
-    """Draw a vertical line at each expected frequency; label harmonics with frequency and order, sidebands by name."""
-    cursors, blended = view.cursors, axes.get_xaxis_transform()
-    first = next((cursor for cursor in cursors if not cursor.sideband), None)
-    room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # width of the numbers beside the axis
-    for cursor, top in zip(cursors, _label_tops(axes, cursors), strict=True):
-        at_hz, look = cursor.frequency_hz, {"transform": blended, "rotation": 90, "va": "top", "color": GREEN}
-        if cursor.sideband:
-            axes.axvline(at_hz, color=GREEN, lw=0.6, ls=":", alpha=0.8, zorder=2)
-            axes.text(at_hz, top, cursor.name, ha="right", fontsize=5.5, zorder=6, **look)
-            continue
-        axes.axvline(at_hz, color=GREEN, lw=0.9, ls="--", zorder=2, label="expected" if cursor is first else None)
-        text = f"{cursor.name}  {at_hz:.1f} Hz, {at_hz / view.record.shaft_hz:.2f}"
-        side = "right" if at_hz > room else "left"
-        axes.text(at_hz, top, text, ha=side, fontsize=6.5, zorder=6, bbox=ON_WHITE, **look)
-    if any(cursor.sideband for cursor in cursors):
-        axes.plot([], [], color=GREEN, lw=0.8, ls=":", label="sidebands")
-
-
-def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
-    """Choose the height of each cursor's label, as a fraction of the axes' height, so that labels do not overlap."""
-    low, high = axes.get_xlim()
-    width = LABEL_INCHES / axes.figure.get_figwidth()
-    last = dict.fromkeys(LABEL_TOPS, -np.inf)
-    tops = []
-    for cursor in cursors:
-        place = (cursor.frequency_hz - low) / (high - low)
-        top = next((top for top, taken in last.items() if place - taken >= width), LABEL_TOPS[0])
-        last[top] = place
-        tops.append(top)
-    return tops
+        at_hz, side, place = cursor.frequency_hz, cursor.sideband, cursor.frequency_hz / view.end_hz
+        line: dict[str, Any] = {"lw": 0.6, "ls": ":"} if side else {"lw": 0.9, "ls": "--"}
+        label, end = "sidebands" if side else "expected", NAME_HEIGHT - 0.01 if brief else 1.0
+        axes.axvline(at_hz, ymax=end, color=GREEN, zorder=2, label=label, **line)
+        look: dict[str, Any] = {"fontsize": 5.5 if side else 6.5, "color": GREEN, "zorder": 6, "rotation": 90}
+        if brief and not (side and cursor.name[0].isdigit()):
+            look |= {"va": "bottom", "ha": "center", "transform": axes.get_xaxis_transform()}
+            axes.text(at_hz, NAME_HEIGHT, cursor.name, **look)
+        elif not brief:
+            top = next((top for top, taken in last.items() if place - taken >= width), LABEL_TOPS[0])
+            last[top] = place
+            text = cursor.name if side else f"{cursor.name}  {at_hz:.1f} Hz, {at_hz / view.record.shaft_hz:.2f}"
+            look |= {"va": "top", "ha": "right" if place > width else "left", "bbox": None if side else ON_WHITE}
+            axes.text(at_hz, top, text, transform=axes.get_xaxis_transform(), **look)

@@ -60,11 +60,6 @@ def _short(path: bytes) -> bytes:
     return re.sub(rb"\s*\n", b" ", re.sub(rb"(\.\d\d)\d+", rb"\1", path))
 
 
-def round_digits(values: FloatArray) -> FloatArray:
-    """Round values to four significant digits, enough for data that are only plotted."""
-    return np.array([float(f"{value:.4g}") for value in values])
-
-
 def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
     """Return ascending indices of the smallest and largest value in each of `bins` segments, for plotting."""
     n = len(values)
@@ -189,10 +184,12 @@ def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17
 
 
 def legend_above(axes: Any, points: float = 3.0) -> None:
-    """Draw the legend in one row, `points` (1/72 inch) above the axes, so that it covers no curve."""
+    """Draw the legend in one row, `points` (1/72 inch) above the axes, so that it covers no curve; each label once."""
     from matplotlib.transforms import offset_copy
 
     above = offset_copy(axes.transAxes, axes.figure, y=points, units="points")
     place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": above}
     spaces = {"borderaxespad": 0, "borderpad": 0, "columnspacing": 1.2, "handletextpad": 0.5}
-    axes.legend(**place, **spaces, ncols=6, frameon=False)
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    axes.legend(once.values(), once, **place, **spaces, ncols=6, frameon=False)

@@ -11,8 +11,8 @@ import numpy as np
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.compared_quantities import RACE_LINE, biases, effects_of
-from srbval.comparison.comparison import VERDICT, Row, comparison_frame, deviation_pct, plain_frame, verdict_on_error
+from srbval.comparison.compared_quantities import RACE_LINE, biases
+from srbval.comparison.comparison import VERDICT, Row, comparison_frame, plain_frame, verdict_on_error
 from srbval.comparison.counterpart import AnalysedRun, SimulationCase
 from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows, table6
 from srbval.comparison.verdicts import none_missed, trend_pct, verdicts
@@ -110,18 +110,11 @@ def compared_rows(
         "closure": tuple(check_table6_sums(printed, paper, runs, rig)),
         "comparisons": levels,
         "pairs": pairs,
-        "line_deviations": list(line_deviations(pairs, found.validation.comparisons)),
         "recordings": tuple(registered),
-        "recordings_not_used": [
-            {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
-        ],
+        "problems": list_problems(register, pairs),
         "bias": biases(every, used_for="withheld"),
-        "sensitivity": list(effects_of(stored).values()),
         "pictures": [row for state in models for row in picture_rows(state, found.sides_of(state), levels)],
-        "verdict_power": stored.get("power", []),
-        "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": [run_facts(case, runs[case.id]) for case in cases],
-        "cautions": list_cautions(pairs),
         "scene": scene_dict(runs["paper-outer"].scene) | {"geometry": vars(bearing.geometry)},
     }
 
@@ -173,9 +166,12 @@ def near_cage_rows(judged: Iterable[Row], ratios: Iterable[Row], change: Row) ->
         value, ci95, unit = known.get(one["endpoint"], (None, None, ""))
         of_rig = {"rig": value, "rig_ci95": ci95, "unit": unit, "error_unit": "%"}
         row = rows.setdefault(one["endpoint"], {"quantity": f"cage ratio, {one['endpoint']}"} | of_rig)
-        names = {"error": "error_pct", "u": "u_pct", "verdict": "verdict"}
-        row |= {f"{one['scene']}_{name}": one[key] for name, key in names.items()}
+        row |= _error_of(one["scene"], one["error_pct"], one["u_pct"], one["verdict"])
     return list(rows.values())
+
+
+def _error_of(scene: str, error: float, u: float | None, verdict: str) -> Row:
+    return {f"{scene}_error": error, f"{scene}_error_ci95": u, f"{scene}_error_note": verdict}
 
 
 def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
@@ -189,12 +185,11 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
             continue
         record = Path(one["record"]).stem
         row = {"quantity": one["quantity"], "record": record, "unit": "dB", "error_unit": "dB", "rig": one["rig"]}
-        row |= {"paper_error": one["error"], "paper_u": one["uncertainty"], "paper_verdict": one["verdict"]}
-        row |= {"rig_ci95": one["rig_ci95"]}
+        row |= {"rig_ci95": one["rig_ci95"]} | _error_of("paper", one["error"], one["uncertainty"], one["verdict"])
         if other := own.get((record, one["kind"])):
             error, u = other["error"], other["uncertainty"]
             seen = "fitted" if other["used_for"] == "fit" else verdict_on_error(error, u, VERDICT.level_db).value
-            row |= {"rig_error": error, "rig_u": u, "rig_verdict": seen}
+            row |= _error_of("rig", error, u, seen)
         yield row
 
 
@@ -210,20 +205,11 @@ def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
     return frame[kept].sort_values("pair", kind="stable").drop(columns=list(PAIR_KEYS))
 
 
-def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterator[Row]:
-    """List each measured BPFO or BPFI: its deviation [%] from pure rolling, and the speed's source (from `pairs`)."""
-    speed_source = {one["pair"]: one["measured_facts"]["shaft_from"] for one in pairs}
-    for row in comparisons:
-        if row["kind"] == RACE_LINE.kind and row["rig_present"]:
-            found = {"record": Path(row["record"]).stem, "line": Fault(row["state"]).line}
-            found |= {"speed_source": speed_source[row["pair"]], "slip_ci95_pct": row["data_ci95"]}
-            yield found | {"slip_pct": deviation_pct(row["rig"], row["kinematic"])}
-
-
-def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
-    """List once each caution on a measured recording, with its file; `pairs` are measured and simulated recordings."""
+def list_problems(register: RegisterListing, pairs: Iterable[Row]) -> list[dict[str, str]]:
+    """List recordings of the `register` that cannot be used, and once each caution on a measured record of `pairs`."""
+    unusable = [(Path(one.file).name, f"not used, {one.status.value}; {one.reason or ''}") for one in register.problems]
     once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
-    return [{"file": file, "caution": caution} for file, caution in once]
+    return [{"file": file, "problem": problem} for file, problem in (*unusable, *once)]
 
 
 def cage_ratio_rows(

@@ -1,7 +1,6 @@
 """Gather the findings of the main report: simulate, read, analyse and compare everything before anything is drawn."""
 
 import dataclasses
-import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
@@ -46,27 +45,27 @@ def gather(
     bearing, results = load_bearing(DEFAULT_BEARING), load_newest_results(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
         register = listing()
-        of_rig = rig_recordings(register.recordings)
-        chosen = choose_rig_recordings(of_rig)
+        of_rig = select_at_paper_load(rig_recordings(register.recordings))
     cases = paper_cases(seconds)
     runs = dict(run_cases(cases, jobs=jobs, progress=progress))
-    stored = stored_content(results, "inputs")
-    rig, models = dict[Fault, Analysis](), dict[Fault, AnalysedRun]()
+    stored, entries = stored_content(results, "inputs"), {one.file: one for one in of_rig}
+    read = defaultdict[float, dict[Fault, PairReading]](dict)  # at the paper's load, by nominal speed and state
 
     def keep(one: PairReading) -> None:
-        """Keep the analyses of a measured and simulated pair of recordings if the figures show the measured one."""
-        analysis, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
-        if entry is None or analysis.recording.file != entry.file:
-            return
-        if one.problem:
-            raise NumericsError(f"the simulation at the speed of the {one.state} recording failed: {one.problem}")
-        shown = one.sides["simulated"].model if "simulated" in one.sides else None  # none for a healthy bearing
-        rig[one.state] = analysis
-        models[one.state] = shown or run_counterpart(analysis, one.state, progress=progress)
+        recording = one.sides["measured"].analyses[0].recording
+        if recording.file in entries and recording.nominal_rpm and recording.seconds >= MIN_SIMULATED_S:
+            read[recording.nominal_rpm][one.state] = one
 
     validation = validate(PAPER_CASE, found=keep, jobs=jobs, progress=progress)
-    require_states(rig, validation.failed)
-    models = {state: models[state] for state in PAPER_STATES}
+    chosen = choose_speed(read)
+    require_states(chosen, validation.failed)
+    rig, models = dict[Fault, Analysis](), dict[Fault, AnalysedRun]()
+    for state in PAPER_STATES:
+        rig[state], simulated = chosen[state].sides["measured"].analyses[0], chosen[state].sides.get("simulated")
+        if chosen[state].problem:
+            raise NumericsError(f"the simulation at the speed of the {state} recording failed: {chosen[state].problem}")
+        model = simulated and simulated.model  # none for a healthy bearing
+        models[state] = model or run_counterpart(rig[state], state, progress=progress)
     with stage(progress, "Read the cage ratio of every record"):
         records = [load_entry(one) for one in select_simulated(of_rig, stored)]
         content = content_sha256(records, bearing)
@@ -76,16 +75,12 @@ def gather(
             CAGE_STORE.save(content, readings)
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analysis_once(recording_from_run(runs[f"paper-{s}"]), bearing) for s in PAPER_STATES}
-    analyses = {
-        "paper": paper,
-        "model": {state: side.analysis for state, side in models.items()},
-        "rig": {state: rig[state] for state in models},
-    }
+    analyses = {"paper": paper, "model": {state: side.analysis for state, side in models.items()}, "rig": rig}
     runs |= {side.case.id: side.run for side in models.values()}
     cases += [side.case for side in models.values()]
     with stage(progress, "Prepare the records that figures show"):
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
-    registered = [chosen[state] for state in models]
+    registered = [entries[one.recording.file or ""] for one in rig.values()]
     found = Findings(
         data={},
         bearing=bearing,
@@ -111,9 +106,9 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 
 
 def select_simulated(registered: Iterable[RegisteredRecording], stored: Mapping[str, Any]) -> list[RegisteredRecording]:
-    """Select recordings at the paper's load and the speeds of the runs in `stored` (all speeds, if it has none)."""
+    """Select recordings at the speeds of the runs in `stored` (all recordings, if it has no runs)."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
-    return [one for one in select_at_paper_load(registered) if not speeds or one.nominal_rpm in speeds]
+    return [one for one in registered if not speeds or one.nominal_rpm in speeds]
 
 
 def select_at_paper_load(registered: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
@@ -122,16 +117,8 @@ def select_at_paper_load(registered: Iterable[RegisteredRecording]) -> list[Regi
     return [one for one in registered if one.radial_kn == radial_kn and not one.axial_kn]
 
 
-def choose_rig_recordings(registered: Iterable[RegisteredRecording]) -> dict[Fault, RegisteredRecording]:
-    """Choose one recording of the rig for each bearing state, all at the paper's load and at one speed.
-
-    It is the speed at which most states were recorded or, of several such speeds, the nearest to the paper's motor
-    speed. Of several recordings of a state, the longest is chosen.
-    """
+def choose_speed(read: Mapping[float, Mapping[Fault, PairReading]]) -> Mapping[Fault, PairReading]:
+    """Choose the speed at which most states were recorded; of several, the nearest to the paper's motor speed."""
     paper_rpm = table6()[Fault.OUTER].motor_rpm or 0.0
-    by_speed = defaultdict[float, dict[Fault, RegisteredRecording]](dict)
-    for entry in sorted(select_at_paper_load(registered), key=lambda entry: -(entry.seconds or 0)):
-        if entry.nominal_rpm and entry.state in PAPER_STATES and (entry.seconds or 0) >= MIN_SIMULATED_S:
-            by_speed[entry.nominal_rpm].setdefault(entry.state, entry)
-    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - paper_rpm)), default=math.nan)
-    return {state: by_speed[best][state] for state in PAPER_STATES if state in by_speed[best]}
+    states = {rpm: sum(state in of_speed for state in PAPER_STATES) for rpm, of_speed in read.items()}
+    return read[max(states, key=lambda rpm: (states[rpm], -abs(rpm - paper_rpm)))] if states else {}

@@ -1,111 +1,84 @@
 """Gather data on a user's recordings: fault lines, why some are not detected, comparison with the model."""
 
-import dataclasses
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.comparison.counterpart import SimulationCase, run_cases
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
+from srbval.comparison.compared_quantities import read_quantities
+from srbval.comparison.counterpart import AnalysedRun, run_counterpart
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, common_error, read_record, summary_of
-from srbval.errors import ConfigurationError, SrbvalError
-from srbval.models.run import Run
+from srbval.errors import SrbvalError
 from srbval.progress import Progress, silent, stage
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
-from srbval.recordings import Origin, recording_from_run
+from srbval.recordings import Origin
 from srbval.report.findings.provenance import provenance
-from srbval.report.findings.records import (
-    RecordView,
-    SpectrumView,
-    first_lines,
-    marked_line,
-    record_view,
-    record_views,
-    spectrum_view,
-)
-from srbval.scene import load_scene
+from srbval.report.findings.records import SpectrumView, first_lines, marked_line, record_views, spectrum_view
 from srbval.storage.json_files import to_json
+from srbval.validation.case import Tolerance, ValidationCase
+from srbval.validation.compare import compare_pair, table_of
+from srbval.validation.sides import QUANTITIES, SideReading
 
-MODEL_TURNS = 30.0  # shaft turns of the model's run, enough to detect its lines
+if TYPE_CHECKING:
+    import pandas as pd
+
 OPEN_CAGE = 5e-3  # 95 % half width of a ball bearing's cage ratio: contact angles up to 18 degrees, and slip
-MAX_BAND_SHARE_OF_RATE = 0.45  # upper end of the model's band, as a share of the run's sampling rate
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ModelSide:
-    """Run of the model at a record's speed in the bearing state `state`, and the run's arrays for figures.
-
-    `open_cage` is the relative 95 % half width of the model's cage speed, due to unknown contact angle and slip; it is
-    0 for a spherical roller bearing of known geometry. `stated_load` is false if the record states no load; then the
-    load of the bundled scene `base` was used.
-    """
-
-    run: Run
-    base: str
-    state: Fault
-    stated_load: bool
-    open_cage: float
-    view: RecordView
-
-    @property
-    def lines(self) -> dict[str, tuple[float, float]]:
-        """Fault frequencies [Hz] of the model at its mean cage speed, with 95 % half widths [%]."""
-        elements, shaft_hz = self.view.analysis.bearing.rolling_elements, self.view.shaft_hz
-        cage, ci95 = self.run.cage_ratio, self.open_cage
-        return {
-            "BPFO": (elements * cage * shaft_hz, 100 * ci95),
-            "BPFI": (elements * (1 - cage) * shaft_hz, 100 * ci95 * cage / (1 - cage)),
-            "FTF": (cage * shaft_hz, 100 * ci95),
-        }
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the run's entry in ``report.json``."""
-        own = {name: getattr(self.run, name) for name in ("status", "cage_ratio", "bpfo_hz", "bpfi_hz")}
-        origin = {"scene": self.base, "model": self.run.scene.model, "state": self.state}
-        return origin | own | {"open_cage": self.open_cage, "analysis": self.view.analysis}
+MAX_MODEL_BAND_HZ = 9216.0  # highest end of the model's band; the scenes' runs have 20,480 samples per second
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UserRecord(RecordReading):
-    """Analysed recording with its envelope spectrum, and the line whose harmonics are marked in the spectrum.
+    """Analysed recording; `model` is None if no model was run, and the reason as a text if its run failed."""
 
-    `model` is None if no model was run, and the reason as a text if its run failed.
-    """
+    model: AnalysedRun | str | None = None
 
-    view: SpectrumView
-    marked: Line | None
-    model: ModelSide | str | None
+    @cached_property
+    def marked(self) -> Line | None:
+        """Line of the fault that is named or compared with the healthy record, otherwise the clearest fault line."""
+        verdict = self.verdict
+        line = verdict.part.line if verdict.part is not None else verdict.comparison.line
+        return marked_line(self.analysis) if line is None else self.analysis.line(line)
+
+    @cached_property
+    def view(self) -> SpectrumView:
+        """Envelope spectrum of the recording, and of the healthy record if there is one."""
+        healthy = None if self.baseline is None else self.baseline.analysis
+        return spectrum_view(*record_views(self.analysis, healthy), self.marked)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the recording's entry in ``report.json``: all numbers, but no arrays, which figures store as CSV."""
-        baseline, model = self.baseline, self.model
+        baseline, model, bearing = self.baseline, self.model, self.analysis.bearing
         shown = baseline and {name: getattr(baseline, name) for name in ("conditions", "remarks", "analysis")}
+        of_model: Any = {"failed": model} if isinstance(model, str) else None
+        if isinstance(model, AnalysedRun):
+            own = {name: getattr(model.run, name) for name in ("status", "cage_ratio", "bpfo_hz", "bpfi_hz")}
+            of_model = {"scene": base_scene(bearing), "model": model.run.scene.model, "state": model.case.state} | own
+            of_model |= {"open_cage": 0.0 if bearing.geometry else OPEN_CAGE, "analysis": model.analysis}
         return super().to_dict() | {
             "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
             "baseline": shown,
-            "model": {"failed": model} if isinstance(model, str) else model,
+            "model": of_model,
         }
 
 
-def summary_rows(records: Iterable[UserRecord | Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return one row for each analysed recording (or its JSON document), for the report's table of all recordings."""
-    return [summary_of(to_json(record)) for record in records]
+def summary_rows(records: Sequence[UserRecord], others: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return one row for each of the `records`, and for each of the JSON documents `others`, for a table of all."""
+    return [summary_of(to_json(one)) for one in (*records, *others)]
 
 
 def gather_user_records(
-    requests: Sequence[RecordRequest], *, model: bool = True, progress: Progress = silent
+    requests: Sequence[RecordRequest], *, progress: Progress = silent
 ) -> tuple[tuple[UserRecord, ...], list[FailedFile], dict[str, Any]]:
     """Analyse recordings of one bearing; compare each with a healthy record, given or registered for the same rig.
 
-    Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, the model
-    is run for comparison with each measured record of a bearing with known dimensions. If no recording can be analysed,
-    an error with the reasons is raised.
+    Returns the records, the files that could not be read or analysed, and the provenance. The model is run for
+    comparison with each measured record of a bearing with known dimensions. If no recording can be analysed, an error
+    with the reasons is raised.
     """
-    if not requests:
-        raise ConfigurationError("no recording is given: name at least one file.")
+
     records, failed = list[UserRecord](), list[FailedFile]()
     for request in requests:
         own = request.recording
@@ -114,13 +87,13 @@ def gather_user_records(
             with stage(progress, f"Analyse {Path(file).name}"):
                 reading = read_record(request)
             bearing = request.bearing or reading.analysis.recording.bearing
-            compared = _model_side(reading.analysis, reading.verdict.part, bearing, progress) if model else None
-            records.append(user_record(reading, compared))
+            compared = _model_side(reading.analysis, reading.verdict.part, bearing, progress)
+            records.append(UserRecord(**vars(reading), model=compared))
         except SrbvalError as error:
             failed.append(FailedFile(file=file, error=error))
     if not records:
         raise common_error(failed)
-    runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
+    runs = [record.model.run for record in records if isinstance(record.model, AnalysedRun)]
     analyses = [record.analysis for record in records]
     used = [one.recording for one in (*analyses, *(r.baseline.analysis for r in records if r.baseline is not None))]
     names = {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
@@ -128,47 +101,37 @@ def gather_user_records(
     return tuple(records), failed, {key: value for key, value in facts.items() if value}
 
 
-def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
-    """Prepare a recording for the report: choose the line to mark, make the spectrum, and attach the model's run."""
-    analysis, verdict, baseline = reading.analysis, reading.verdict, reading.baseline
-    line = verdict.part.line if verdict.part is not None else verdict.comparison.line
-    marked = marked_line(analysis) if line is None else analysis.line(line)
-    view = spectrum_view(*record_views(analysis, None if baseline is None else baseline.analysis), marked)
-    own = {field.name: getattr(reading, field.name) for field in dataclasses.fields(RecordReading)}
-    return UserRecord(**own, view=view, marked=marked, model=model)
-
-
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
-) -> ModelSide | str | None:
+) -> AnalysedRun | str | None:
     """Run the model for a measured record of a known bearing; None for other records, a text if the run failed."""
-    recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
-    if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
+    recording, own = analysis.recording, analysis.bearing
+    if (own.geometry is None and own.elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None
-    state = part or recording.state or Fault.HEALTHY
-    base = "rig" if geometry is not None and geometry == load_bearing(DEFAULT_BEARING).geometry else "paper"
-    load = {"radial_n": recording.radial_n, "axial_n": recording.axial_n}
-    changes = {
-        "bearing": bearing,
-        "shaft_speed_rad_s": 2 * math.pi * analysis.speed.value_hz,
-        "duration_s": MODEL_TURNS / analysis.speed.value_hz,
-        "load": {key: value for key, value in load.items() if value is not None},
-        "defect": {"kind": state.scene_word},
-    }
+    state, (low, high) = part or recording.state or Fault.HEALTHY, analysis.processed.band_hz
+    band_hz = (low, min(high, MAX_MODEL_BAND_HZ)) if own.geometry is None else None
+    told: dict[str, Any] = {"bearing_name": bearing, "progress": progress}
     try:
-        scene = load_scene(base, changes)
-        case = SimulationCase(id=f"beside-{recording.name}", purpose="beside the record", state=state, scene=scene)
-        run = run_cases([case], jobs=1, progress=progress)[case.id]
-        low, high = analysis.processed.band_hz
-        own = (low, min(high, MAX_BAND_SHARE_OF_RATE * run.scene.output_rate_hz)) if geometry is None else None
-        found = analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=own)
+        return run_counterpart(analysis, state, base_scene(own), band_hz, QUANTITIES, **told)
     except SrbvalError as error:
         return str(error)
-    return ModelSide(
-        run=run,
-        base=base,
-        state=state,
-        stated_load=recording.radial_n is not None,
-        open_cage=OPEN_CAGE if geometry is None else 0.0,
-        view=record_view(found),
-    )
+
+
+def base_scene(bearing: Bearing) -> str:
+    """Name of the bundled scene on whose inputs the model's run is based."""
+    same = bearing.geometry is not None and bearing.geometry == load_bearing(DEFAULT_BEARING).geometry
+    return "rig" if same else "paper"
+
+
+def compare_with_model(analysis: Analysis, model: AnalysedRun) -> "pd.DataFrame | None":
+    """Compare a record with the model as `validate` does; None if the record does not show the model's fault line."""
+    state = model.case.state
+    if not state.line or not analysis.line_of(state).detected:
+        return None
+    stated = Tolerance() if analysis.bearing.geometry else Tolerance(cage_pct=100 * OPEN_CAGE)
+    case = ValidationCase(bearing=model.run.scene.bearing, uncertainty=stated)
+    sides = {
+        "simulated": SideReading(analyses=(model.analysis,), values=(model.values,)),
+        "measured": SideReading(analyses=(analysis,), values=(read_quantities(analysis, state, None, QUANTITIES),)),
+    }
+    return table_of(list(compare_pair(1, state, sides, case, {}, "withheld")), case.tolerance)

@@ -7,7 +7,7 @@ from typing import Any
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
-from srbval.report.blocks import Badge, Callout, Figure, FigureGrid, ReportRow, ReportTable, Tone, VerdictBox
+from srbval.report.blocks import Callout, Figure, FigureGrid, ReportRow, ReportTable, Tone, VerdictBox
 from srbval.report.figures.images import thumbnail
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import peak_amplitude
@@ -29,15 +29,6 @@ VERDICT_TONES: dict[str, Tone] = {  # the worst first
 SCENE_NAMES = {"paper": "the paper's scene", "rig": "the rig's scene"}
 THUMBNAILS = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # state by panel
 PAPER_SOURCE, RIG_SOURCE = ("published", "measured")
-TABLE6_SOURCES = (  # rows of Table 6: source of the rig's value, source of the row, keys of line and half width
-    (PAPER_SOURCE, Badge.PUBLISHED, "kinematic_hz", ""),
-    (PAPER_SOURCE, Badge.PUBLISHED, "paper_model_hz", ""),
-    (PAPER_SOURCE, Badge.PUBLISHED, "paper_rig_hz", ""),
-    (PAPER_SOURCE, Badge.SIMULATED, "model_cage_hz", ""),
-    (RIG_SOURCE, Badge.SIMULATED, "model_hz", ""),
-    (RIG_SOURCE, Badge.SIMULATED, "rig_scene_hz", "rig_scene_ci95_hz"),
-    (RIG_SOURCE, Badge.MEASURED, "rig_hz", "rig_ci95_hz"),
-)
 
 
 def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
@@ -114,10 +105,15 @@ def missing_sentence(data: ReportRow) -> str:
 
 
 def _table6(data: ReportRow) -> ReportTable:
-    """Make Table 6 of Giraudo et al. 2025, one row per source; deviations from pure rolling are below the values."""
+    """Make Table 6 of Giraudo et al. 2025, one row per source; deviations from pure rolling are below the values.
+
+    Each item of the text's list of sources has the name of a row, the source of the rig's value and of the row, and the
+    keys of line and half width in ``table6``.
+    """
     of = {(row["rig_source"], Fault(row["defect"])): row for row in data["table6"]}
     shown = []
-    for name, (source, badge, value, ci95) in zip(ANSWER_TEXTS.items("sources"), TABLE6_SOURCES, strict=True):
+    for item in ANSWER_TEXTS.items("sources"):
+        name, source, badge, value, ci95 = (part.strip() for part in item.split("|"))
         speeds = [f"{of[source, fault]['shaft_rpm']:.4g}" for fault in (Fault.OUTER, Fault.INNER)]
         at = f"at {' and '.join(dict.fromkeys(speeds))} rpm"
         found: dict[str, Any] = {"source": name, "source_badge": badge, "source_note": at}

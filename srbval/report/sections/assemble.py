@@ -4,10 +4,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from srbval.report.blocks import Block, Command, KeyValues, Listing, Report, Section, Tone
+from srbval.report.blocks import Block, Command, Listing, Report, Section, Tone
 from srbval.report.findings.findings import Findings
 from srbval.report.pages import Page, join_data, record_words
-from srbval.report.prose import Prose
+from srbval.report.prose import Prose, literal
 from srbval.report.sections.answer import verdict_box
 from srbval.report.sections.figures import figures_section
 from srbval.report.sections.table6 import near_section, table6_section
@@ -18,7 +18,6 @@ RECORD_TEXTS, LIMIT_TEXTS, COMMAND_TEXTS = (
 )
 MAX_LISTED = 20  # files in a list; report.json contains all
 SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds", "recordings")  # of the provenance
-CSV_KEYS = ("comparisons", "pairs", "bias", "line_deviations", "runs", "pictures", "near")
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:
@@ -41,58 +40,38 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         verdict=verdict,
         sections=tuple(section for _, section in sorted(placed, key=lambda one: one[0])),
         data=data | {"headline": headline},
-        rows={f"rows-{name.replace('_', '-')}": data[name] for name in CSV_KEYS if name in data},
     )
 
 
-def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] = ()) -> Iterator[Block]:
-    """List problems of registered recordings, and tabulate how each rig record was used.
-
-    The model's levels were fitted to the record, or it was unknown before its comparison with the model (blind), or
-    neither (seen).
-    """
-    for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
-        if rows:
-            yield RECORD_TEXTS.callout(name, tone=Tone.WARNING, files=len({row["file"] for row in rows}))
-            shown = [RECORD_TEXTS.text(f"{name}-row", **row) for row in rows[:MAX_LISTED]]
-            more = [RECORD_TEXTS.text("more", more=len(rows) - MAX_LISTED)] if len(rows) > MAX_LISTED else []
-            yield Listing((*shown, *more))
-    used = {(Path(one["record"]).stem, one["used_for"]) for one in comparisons}
+def records_blocks(findings: Findings) -> Iterator[Block]:
+    """List problems of registered recordings, and tabulate the rig's records with their cage ratios."""
+    if rows := findings.data["problems"]:
+        yield RECORD_TEXTS.callout("problems", tone=Tone.WARNING, files=len({row["file"] for row in rows}))
+        more = [RECORD_TEXTS.text("more", more=len(rows) - MAX_LISTED)] if len(rows) > MAX_LISTED else []
+        yield Listing((*(RECORD_TEXTS.text("problem", **row) for row in rows[:MAX_LISTED]), *more))
     readings = findings.frame("cage_readings")
-    stems = [Path(record).stem for record in readings["record"]]
-    uses = [
-        "levels fitted" if (stem, "fit") in used else "blind" if (stem, "blind") in used else "seen" for stem in stems
-    ]
     ci95 = 1.96 * (readings["reading_u"] ** 2 + readings["speed_u"] ** 2) ** 0.5
-    shown = readings.assign(name=[record_words(stem) for stem in stems], used=uses, ratio_ci95=ci95)
-    yield RECORD_TEXTS.table("records", shown)
+    names = [record_words(Path(record).stem) for record in readings["record"]]
+    yield RECORD_TEXTS.table("records", readings.assign(name=names, ratio_ci95=ci95))
 
 
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
     """Make the last section: rig records, limitations, glossary, and the command that repeats the report."""
     axial = any(pair["measured_facts"]["axial_n"] for pair in findings.validation.pairs.to_dict("records"))
-    blind = blind_sentence(findings.validation.comparisons, predicted="prediction_outcome" in findings.results)
     limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
     sources = [COMMAND_TEXTS.text("recordings", **vars(one)) for one in findings.datasets]
     return LIMIT_TEXTS.section(
-        *records_blocks(findings, data["comparisons"]),
-        Listing((blind, *limits, *LIMIT_TEXTS.items("words"))),
+        *records_blocks(findings),
+        Listing((*limits, *LIMIT_TEXTS.items("words"))),
         COMMAND_TEXTS.paragraph("again"),
         Command(data["provenance"]["command"]),
         Listing((COMMAND_TEXTS.text("paper"), *sources)),
     )
 
 
-def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
-    """Name records first read when compared with the model; if `predicted`, add that it predicted vibration levels."""
-    blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
-    text = LIMIT_TEXTS.text("blind", records=", ".join(blind)) if blind else LIMIT_TEXTS.text("not-blind")
-    return f"{text} {LIMIT_TEXTS.text('predicted')}" if predicted else text
-
-
 def provenance_section(origin: Mapping[str, Any]) -> Section:
     """Make the section on the origin of a report: versions, computer, and the command that repeats the report."""
     facts = {**origin, "machine.system": origin.get("machine", {}).get("system")}
     facts |= {key: ", ".join(map(str, facts.get(key, ()))) for key in ("seeds", "recordings")}
-    shown = {key: facts[key] for key in SHOWN_FACTS if facts.get(key)}
-    return COMMAND_TEXTS.section(COMMAND_TEXTS.paragraph("again"), Command(origin["command"]), KeyValues(pairs=shown))
+    shown = tuple(f"{key}: {literal(str(facts[key]))}" for key in SHOWN_FACTS if facts.get(key))
+    return COMMAND_TEXTS.section(COMMAND_TEXTS.paragraph("again"), Command(origin["command"]), Listing(shown))

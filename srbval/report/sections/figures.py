@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
+from srbval.comparison.comparison import Verdict
 from srbval.recordings import Origin
 from srbval.report.blocks import Figure, FigureGrid, ReportRow, Section
 from srbval.report.figures import style
@@ -46,17 +47,9 @@ PAPER_FIGURES = {  # kind and bearing states of each figure
 }
 COLOUR_QUANTILE = 0.995  # end of the colour scale, so that one burst does not darken the rest
 HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # end of a shared axis over the highest value: signals, spectra with labels
-
-
 MAX_ERROR_BARS = 40  # rows of the figure of errors
-VERDICT_LOOK = {
-    "differs": (style.VERMILION, "s"),
-    "missed": (style.VERMILION, "X"),
-    "agrees": (style.GREEN, "o"),
-    "met": (style.GREEN, "D"),
-    "not resolved": (style.SOFT, "v"),
-    "insufficient data": (style.ORANGE, "^"),
-}
+VERDICT_COLOURS = (style.GREEN, style.VERMILION, style.SOFT, style.ORANGE, style.GREEN, style.VERMILION)
+VERDICT_LOOK = dict(zip(Verdict, zip(VERDICT_COLOURS, "osv^DX", strict=True), strict=True))  # colour and marker
 
 
 def figures_section(findings: Findings) -> Section:
@@ -70,12 +63,10 @@ def figures_section(findings: Findings) -> Section:
         for view, *letter in zip(spectra, letters, "ab", strict=True):
             plots = drawings(view, state, scale | {"spectrum": top}, *letter)
             for number, (kind, states) in PAPER_FIGURES.items():
-                label, options = f"{number}{letter[kind == 'spectrum']}", dict[str, Any]()
-                if kind == "spectrum":
-                    curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
-                    options["explore"] = explore_spectrum(view, "Envelope amplitude, std. dev.", curves)
-                options |= {"id": f"fig{label}", "label": f"Figure {label}"}
+                label = f"{number}{letter[kind == 'spectrum']}"
                 if state in states:
+                    options = {"explore": explore_spectrum(view)} if kind == "spectrum" else {}
+                    options |= {"id": f"fig{label}", "label": f"Figure {label}"}
                     panels[number].append(panel_figure(kind, plots[kind], view, state, **options))
     sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
     sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
@@ -140,15 +131,16 @@ def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
     return FIGURE_TEXTS.text(f"{name}-weak" if row["model"] < row["rig"] - row["limit"] else f"{name}-there", **row)
 
 
-def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> str:
+def explore_spectrum(view: SpectrumView) -> str:
     """Return the description (JSON) from which the page's script draws the interactive chart of an envelope spectrum.
 
     `x` and the keys of `curves` are columns of the figure's CSV file. `marks` are names and x positions of the
     frequencies to mark, `x_per_order` is the width of one shaft order in units of the x axis.
     """
-    axes = {"x": "frequency_hz", "x_label": "Frequency, Hz", "y_label": y_label, "curves": curves}
+    axes = {"x": "frequency_hz", "x_label": "Frequency, Hz", "y_label": f"Envelope, {view.record.unit}"}
+    curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
     marks = [(cursor.name, cursor.frequency_hz) for cursor in view.cursors]
-    return json_text(axes | {"marks": marks, "x_per_order": view.record.shaft_hz})
+    return json_text(axes | {"curves": curves, "marks": marks, "x_per_order": view.record.shaft_hz})
 
 
 def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **options: Any) -> Figure:
@@ -160,20 +152,17 @@ def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **o
     return FIGURE_TEXTS.figure(kind, plot, **options)
 
 
-def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
-    """Draw a panel into `folder` now; return a drawing function that copies its files instead of drawing again."""
-    draw(folder, name)
-
-    def copy(to: Path, as_name: str) -> None:
-        to.mkdir(parents=True, exist_ok=True)
-        for suffix in (".svg", ".csv"):
-            shutil.copyfile(folder / f"{name}{suffix}", to / f"{as_name}{suffix}")
-
-    return copy
-
-
 def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
-    """Draw waveform, spectrum and scalogram of model and rig into `folder`; if one is missing, only of the other."""
+    """Draw waveform, spectrum and scalogram of model and rig into `folder`; if one is missing, only of the other.
+
+    The figures copy the files drawn, so that the arrays of the pair are not kept.
+    """
+
+    def copy(to: Path, name: str) -> None:
+        to.mkdir(parents=True, exist_ok=True)
+        for file in folder.glob(f"{name}.*"):
+            shutil.copy(file, to)
+
     state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
     views = [record_view(analysis, window_s=middle_window(analysis)) for analysis in analyses]
     spectra, kinds = _spectra(views, state), dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
@@ -182,8 +171,8 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
     for view, spectrum in zip(views, spectra, strict=True):
         for kind, plot in drawings(spectrum, state, scale).items():
             name, label = f"pair-{one.number}-{kind}-{view.origin.value}", f"Pair {one.number}"
-            drawn = draw_now(plot, folder, name)
-            kinds[kind].append(panel_figure(kind, drawn, spectrum, state, id=name, label=label))
+            plot(folder, name)
+            kinds[kind].append(panel_figure(kind, copy, spectrum, state, id=name, label=label))
     if len(views) < 2:
         alike = dict.fromkeys(kinds, PAIR_TEXTS.text("one-side"))
     else:
@@ -212,8 +201,6 @@ def draw_errors(rows: Sequence[Mapping[str, Any]], axes: Any = None) -> PanelDat
     axes.set_yticks(range(len(shown)), labels=names, parse_math=False)
     axes.set(ylim=(len(shown) - 0.4, -0.6), xlabel="Error, simulated less measured, %")
     axes.grid(False, axis="y")
-    handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-    corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4, "frameon": False}
-    axes.legend(handles.values(), handles, **corner)
+    style.legend_above(axes)
     keys = ("pair", "quantity", "error", "uncertainty", "verdict")
     return axes.figure, {key: [row[key] for row in shown] for key in keys}

@@ -1,11 +1,11 @@
 """Sections on the model's errors: BPFO, BPFI and their sum (Table 6 of Giraudo et al. 2025), cage speed and levels."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT
-from srbval.report.blocks import Badge, Section, Tone
+from srbval.report.blocks import Section
 from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelData, new_figure, panel
 from srbval.report.findings.findings import Findings
 from srbval.report.pages import origin_line, record_words
@@ -25,15 +25,14 @@ def table6_section(findings: Findings) -> Section:
     rows["name"] = [f"{Fault(defect).code} ({line})" for defect, line in zip(rows["defect"], rows["line"], strict=True)]
     measured = rows[rows["rig_source"] == "measured"]
     at_rig = measured.assign(
-        model_hz_badge=Badge.SIMULATED,
-        rig_hz_badge=Badge.MEASURED,
+        model_hz_badge="simulated",
+        rig_hz_badge="measured",
         rig_hz_ci95=measured["rig_ci95_hz"],
         verdict_tone=measured["verdict"].map(VERDICT_TONES),
     )
     rollers = findings.bearing.rolling_elements
-    shown = sums.assign(
-        source_badge=sums["origin"], total_ci95=sums["ci95"], closed=[closure_word(c) for c in sums["closed"]]
-    )
+    closed = sums["closed"].map({True: "yes", False: "no"}).fillna("no interval")
+    shown = sums.assign(source_badge=sums["origin"], total_ci95=sums["ci95"], closed=closed)
     difference = sums.loc[sums["origin"] == "simulated", "slip_difference"].iloc[0]
     return TABLE6_TEXTS.section(
         origin_line(findings.results, "inputs"),
@@ -44,11 +43,6 @@ def table6_section(findings: Findings) -> Section:
             "sum-rule-table", shown, rollers=rollers, more_notes=[SPEED_TEXTS.text("own", slip_difference=difference)]
         ),
     )
-
-
-def closure_word(value: Any) -> str:
-    """Convert `value`, true if BPFO + BPFI is rollers times shaft speed, to "yes" or "no"; missing: "no interval"."""
-    return "no interval" if value is None or value != value else "yes" if value else "no"
 
 
 def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
@@ -69,7 +63,7 @@ def near_section(findings: Findings) -> Section:
     low, high = data["trend"]["between_records_ci95_pct"]
     return NEAR_TEXTS.section(
         origin_line(findings.results, "inputs"),
-        NEAR_TEXTS.table("near-table", list(_near_rows(data["near"])), **vars(TOLERANCE), level_db=VERDICT.level_db),
+        NEAR_TEXTS.table("near-table", map(_near_row, data["near"]), **vars(TOLERANCE), level_db=VERDICT.level_db),
         NEAR_TEXTS.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), wide=False, values=values),
         NEAR_TEXTS.paragraph("trend", trend=trend_sentence(data["trend"]), low_pct=low, high_pct=high, **data["trend"]),
     )
@@ -111,19 +105,13 @@ def _draw_ratio(
         axes.errorbar(place, ratio, yerr=[[ratio - low], [high - ratio]], **RATIO_LOOK, **look)
 
 
-def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Format for a table the rig's value of each quantity, and the model's error in the scenes `paper` and `rig`."""
-    for row in rows:
-        value, half, spec = row["rig"], row["rig_ci95"], "+.2f" if row["unit"] else ".5f"
-        found: dict[str, Any] = {"paper_error": None, "rig_error": None} | dict(row) | {"rig_ci95": None}
-        found["record"] = record_words(row.get("record", "")) or "all"
-        found["rig"] = None if value is None else f"{value:{spec}} ± {half:{spec.lstrip('+')}} {row['unit']}".strip()
-        for name in ("paper", "rig"):
-            verdict = row.get(f"{name}_verdict") or ""
-            tone = VERDICT_TONES.get(verdict, Tone.NEUTRAL)
-            more = {"ci95": row.get(f"{name}_u"), "note": verdict, "tone": None if tone is Tone.NEUTRAL else tone}
-            found |= {f"{name}_error_{what}": one for what, one in more.items()}
-        yield found
+def _near_row(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Format for a table the rig's value of a quantity, and the model's error in the scenes `paper` and `rig`."""
+    value, half, spec = row["rig"], row["rig_ci95"], "+.2f" if row["unit"] else ".5f"
+    rig = None if value is None else f"{value:{spec}} ± {half:{spec.lstrip('+')}} {row['unit']}".strip()
+    tones = {f"{name}_tone": VERDICT_TONES.get(row.get(f"{name}_note", "")) for name in ("paper_error", "rig_error")}
+    own = {"record": record_words(row.get("record", "")) or "all", "rig": rig, "rig_ci95": None}
+    return {"paper_error": None, "rig_error": None} | dict(row) | own | tones
 
 
 def trend_sentence(trend: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Page on the trend of a machine's records: a verdict on risen levels, and a figure and a table for each channel."""
+"""Page on the trend of a machine's records: a verdict on risen levels, and a figure for each channel."""
 
 from collections.abc import Iterator, Mapping
 from datetime import datetime
@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
-from srbval.report.blocks import MISSING, Block, Figure, Report, Section, TableColumn, Tone, VerdictBox
+from srbval.report.blocks import Figure, Report, Tone, VerdictBox
 from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, PanelData, new_figure, panel
-from srbval.report.plain import literal
-from srbval.report.prose import Prose
+from srbval.report.prose import Prose, literal
 from srbval.report.sections.assemble import provenance_section
 
 TREND_TEXTS = Prose("srbval.report", "texts/trend.md")
@@ -22,15 +21,13 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
     """Build the page of a trend; `command` is printed as the command that repeats it."""
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
     pictures = [_levels(trend, one, f"levels-{number}") for number, one in enumerate(trend.channels, start=1)]
-    first = trend.channels.index(trend.alarm) if trend.alarm else 0
-    places = [() if number == first else (picture,) for number, picture in enumerate(pictures)]
-    sections = map(_section, trend.channels, range(1, len(places) + 1), places)
-    points, headline = tuple(trend_points(trend)), literal(trend.answer)
+    first = pictures.pop(trend.channels.index(trend.alarm) if trend.alarm else 0)
+    points = tuple(trend_points(trend))
     return Report(
-        title=TREND_TEXTS.section(records=len(trend.channels[0].points)).title,
+        title=TREND_TEXTS.text("title", records=len(trend.channels[0].points)),
         subtitle=TREND_TEXTS.text("subtitle", time_from=trend.time_from),
-        verdict=VerdictBox(tone=tone, headline=headline, points=points, figure=pictures[first]),
-        sections=(*sections, provenance_section({"command": command, **provenance})),
+        verdict=VerdictBox(tone=tone, headline=literal(trend.answer), points=points, figure=first),
+        sections=(TREND_TEXTS.section(*pictures), provenance_section({"command": command, **provenance})),
     )
 
 
@@ -47,46 +44,19 @@ def trend_points(trend: Trend) -> Iterator[str]:
 def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
     first, has_velocity = one.first_alarm, one.points[0]["velocity_rms_mm_s"] is not None
     marks = ["; dashed, the limits"] * bool(one.limits) + ["; dotted, the first alarm"] * (first is not None)
-    words: dict[str, Any] = {
-        "channel": f"Channel {one.channel}. " if one.channel else "",
-        "of_channel": f" of channel {one.channel}" if one.channel else "",
-        "names": ", ".join(level for level in one.reference if level != RMS),
-        "below": "velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
-        "alarm": "no alarm" if first is None else f"first alarm at {one.time_text(one.points[first])}",
-        "baseline": trend.baseline,
-        "records": len(one.points),
-    }
-    return TREND_TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **words)
-
-
-def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Section:
-    names = [name for name in one.reference if name != RMS]
-    rows = [
-        {
-            "time": one.time_text(point),
-            "risen": ", ".join(point["risen"]) or ("no" if point["comparable"] else "other speed"),
-            "risen_tone": Tone.BAD if point["risen"] else None,
-            "rms": point["levels"][RMS],
-            "velocity": point["velocity_rms_mm_s"],
-            "zone": point["zone"] or MISSING,
-            "rpm": point["rpm"],
-        }
-        | {name: one.rise_db(point["levels"], name) for name in names}
-        | {f"{name}_ci95": point["ci95_db"].get(name) for name in names}
-        for point in one.points
-    ]
-    columns = {
-        "time": TableColumn("Time"),
-        "risen": TableColumn("Risen"),
-        **{name: TableColumn(name, "dB", "+.1f") for name in names},
-        "rms": TableColumn("RMS", format=".3g"),
-        "velocity": TableColumn("Velocity", "mm/s", ".2f"),
-        "zone": TableColumn("Zone"),
-        "rpm": TableColumn("Shaft", "rpm", ".1f"),
-    }
-    table = TREND_TEXTS.table("records", rows, columns, id=f"records-{number}")
-    title = f"Channel {one.channel}" if one.channel else "The records"
-    return Section(id=f"channel-{number}", title=title, blocks=(*pictures, table))
+    return TREND_TEXTS.figure(
+        "levels",
+        levels_panel(one),
+        id=name,
+        marks="".join(marks),
+        channel=f"Channel {one.channel}. " if one.channel else "",
+        of_channel=f" of channel {one.channel}" if one.channel else "",
+        names=", ".join(level for level in one.reference if level != RMS),
+        below="velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
+        alarm="no alarm" if first is None else f"first alarm at {one.time_text(one.points[first])}",
+        baseline=trend.baseline,
+        records=len(one.points),
+    )
 
 
 @panel
