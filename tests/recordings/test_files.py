@@ -44,7 +44,7 @@ def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
     (tmp_path / "broken" / f"{module.split('.')[0]}.py").write_text("raise ImportError('none here')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "broken"))
     command = f"{shlex.quote(sys.executable)} -m pip install {name}"
-    with pytest.raises(DataError, match=rf"library {name}, .* Install it: {re.escape(command)}$"):
+    with pytest.raises(DataError, match=rf"reading it needs {name}\. Install: {re.escape(command)}$"):
         load_recording(path)
     limited.end_readers()
 

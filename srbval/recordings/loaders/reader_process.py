@@ -1,17 +1,16 @@
 """Child process that loads one file after another: ``python -m srbval.recordings.loaders.reader_process``."""
 
-import importlib
 import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import limit_memory, limit_resource
 from srbval.processes.worker import serve_calls
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import RawFile, first_line
-from srbval.storage.installation import pip_command
+from srbval.storage.installation import import_library
 
 Request = tuple[FileFormat, Path, str | None, int, int]  # folder, computing time [s] and memory [bytes]
 
@@ -31,12 +30,9 @@ def _load_within_limits(request: Request) -> RawFile | DataError:
     if form.library is not None:
         module, name = form.library
         try:
-            importlib.import_module(module)
-        except (ImportError, OSError) as error:
-            return DataError(
-                f"{path}: reading it needs the library {name}, which cannot be imported ({first_line(error)}). "
-                f"Install it: {pip_command(name)}"
-            )
+            import_library(module, f"{path}: reading it", name)
+        except (ConfigurationError, OSError) as error:  # OSError: a shared library is missing
+            return DataError(str(error))
     limit_resource("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
     limit_memory(memory)
     try:
