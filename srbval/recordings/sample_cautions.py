@@ -20,16 +20,13 @@ MAX_CHANCE_HOLDS = 1e-3  # expected number of such runs in a record
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
     """Cautions about clipped and repeated samples, with the number of these samples; none for a constant signal.
 
-    A long signal is checked in blocks; a caution then describes the first affected block and counts such blocks.
+    A long signal is checked in blocks; the cautions describe the first affected block.
     """
-    blocks = [(first, _block_cautions(block, first, samples.size)) for first, block in blocks_of(samples)]
-    if len(blocks) == 1:
-        return blocks[0][1]
-    kinds: dict[str, list[str]] = {}
-    for first, said in blocks:
-        for one in said[:1]:
-            kinds.setdefault(one.split(":")[0], []).append(f"{one}, in the block from sample {first} on")
-    return tuple(f"{every[0]}; {len(every)} of {len(blocks)} blocks have such samples" for every in kinds.values())
+    for first, block in blocks_of(samples):
+        if said := _block_cautions(block, first, samples.size):
+            where = f", in the block from sample {first} on" if block.size < samples.size else ""
+            return tuple(one + where for one in said)
+    return ()
 
 
 def _block_cautions(samples: FloatArray, begin: int, total: int) -> tuple[str, ...]:

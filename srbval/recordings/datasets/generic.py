@@ -17,7 +17,7 @@ from srbval.recordings.units import CONVERTER_COUNTS, ENVELOPE, known_unit, spli
 
 MIN_SAMPLES = 256
 MAX_MATRIX_COLUMNS = 64
-MAX_NAMES_LISTED = 8  # variables in a list
+MAX_PROBLEMS, LONGEST_LIST = 8, 300  # of a note; characters of a list in it
 LIKELY_RPM = (1.0, 120_000.0)
 _RATE_IN_TEXT = re.compile(r"\d+(?:[.,]\d+)?\s*[kM]?Hz", re.IGNORECASE)
 _SIMULINK = re.compile(r".*\.signals(?:\(\d+\))?\.values")
@@ -50,12 +50,11 @@ def read_generic(raw: RawFile) -> Reading:
     ]
     notes = [f"{raw.format} file of no known data set: read by the names of its variables"]
     if unknown := sorted({c.unknown_unit for c in channels.values() if c.unknown_unit}):
-        notes.append(f"left out: unit {', '.join(map(repr, unknown[:MAX_NAMES_LISTED]))}, which is not known")
-    notes += [f"not to be analysed: {problem}" for problem in problems[:MAX_NAMES_LISTED]]
+        notes.append(printable(f"left out: unit {', '.join(map(repr, unknown))}, which is not known", LONGEST_LIST))
+    notes += [f"not to be analysed: {problem}" for problem in problems[:MAX_PROBLEMS]]
     if left:
-        more = f" and {len(left) - MAX_NAMES_LISTED} more" if len(left) > MAX_NAMES_LISTED else ""
-        listed = ", ".join(left[:MAX_NAMES_LISTED])
-        notes.append(f"left out, no signal of {MIN_SAMPLES} samples or more: {listed}{more}")
+        listed = printable(", ".join(left), LONGEST_LIST)
+        notes.append(f"left out, no signal of {MIN_SAMPLES} samples or more: {listed}")
     reading = Reading(
         channels=channels,
         origin=Origin.MEASURED,
