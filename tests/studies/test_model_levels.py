@@ -65,6 +65,7 @@ def test_the_page_names_the_cheapest_model_that_is_enough():
 
 
 @pytest.mark.long_form
+@pytest.mark.timeout(3600)
 def test_bounds_hold_on_fresh_scenes():
     """The planner's bounds hold for nine of ten answers on forty scenes that were not used to measure them."""
     found, held = study.errors(sweep(study.cases(4, FRESH_SEED), study.scenes_of, study.measure, task="models")), []
