@@ -229,7 +229,7 @@ LINE_HZ = 0.04  # of a line in a record of 0.27 s
 
 def test_two_degrees_of_freedom_show_the_kinematic_line():
     changes = {"shaft_speed": "3000 rpm", "duration_s": 0.27, "settle_s": 0.01, "defect": {"kind": "outer"}}
-    changes |= {"solver": {"name": "RK23", "step_s": 1 / 20480}}
+    changes |= {"solver": {"name": "RK45", "step_s": 1 / 20480}}
     run = simulate(load_scene("rig", {"model": f"{FOLDER / 'two_dof.py'}:simulate"} | changes))
     assert run.status is RunStatus.OK, run.reason
     found = analyse(recording_from_run(run), bearing=load_bearing(run.scene.bearing)).line("BPFO")
