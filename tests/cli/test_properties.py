@@ -44,7 +44,6 @@ LONG = (  # functions that take long, or change this machine; everything before 
     *(f"srbval.cli.study_commands.{name}" for name in ("make_result", "fingerprint", "recompute")),
     "srbval.path.identify.simulated_run",
     *(f"srbval.report.{name}" for name in ("reports.gather", "findings.user_records.run_counterpart")),
-    "sphinx.cmd.build.build_main",
 )
 OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records can be analysed
 SHARES = {"kinematics": 150, "simulate": 60, "plan": 150, "report": 6, "bearing list": 10, "analyse": 60}

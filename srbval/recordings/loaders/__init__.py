@@ -24,7 +24,7 @@ _ARROW = rb"PAR1|ARROW1\0\0"
 _SCIPY, _PYARROW = ("scipy.io.matlab", "scipy"), ("pyarrow.parquet", "pyarrow")
 # Expansion: in memory twice during the transfer; losslessly compressed, or 8 and 16-bit samples become 32 or 64-bit
 # samples; texts converted to Python objects first; compressed columns that store repeated values once.
-_COPIED, _PACKED, _OBJECTS, _COLUMNS = 4, 8, 16, 16
+_COPIED, _PACKED, _OBJECTS, _REPEATED = 4, 8, 16, 16
 
 # The first format whose mark matches is used.
 FILE_FORMATS = (
@@ -37,7 +37,7 @@ FILE_FORMATS = (
     FileFormat("TDMS", "TDMS", rb"TDSm", load_tdms, ("nptdms", "npTDMS"), _PACKED),
     FileFormat("UFF58", "universal file (UFF, data set 58)", _UFF, load_uff, ("pyuff", "pyuff"), _OBJECTS),
     FileFormat("LabVIEW", "LabVIEW .lvm", rb"LabVIEW Measurement", load_lvm, ("lvm_read", "lvm-read"), _OBJECTS),
-    FileFormat("table in columns", "Parquet, Feather", _ARROW, load_table, _PYARROW, _COLUMNS),
+    FileFormat("table in columns", "Parquet, Feather", _ARROW, load_table, _PYARROW, _REPEATED),
     FileFormat("JSON", "JSON", _JSON, load_json, ("pandas", "pandas"), 64),
     FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True),
 )
