@@ -15,7 +15,6 @@ import os
 import random
 import re
 import shutil
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -302,14 +301,13 @@ def check_tables(command: str, document: dict[str, Any], text: Sequence[str]) ->
 @pytest.mark.timeout(3000)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_says_one_thing(command, said):
-    chance, ended = random.Random(command), Counter[Any]()
+    chance, codes = random.Random(command), set[int]()
     for _ in range(math.ceil(EXAMPLES / 1000 * SHARES.get(command, OTHERS))):
         code, document, text = answered(command_line(chance, command), said)
-        ended[document["status"], code] += 1
+        codes.add(code)
         if document["status"] != "failed":
             check_tables(command, document, text)
-    assert command != "analyse" or any(code == 0 for _, code in ended), "records are read"
-    print(f"\n{command}: " + ", ".join(f"{n} {status} ({code})" for (status, code), n in ended.most_common()))
+    assert command != "analyse" or 0 in codes, "records are read"
 
 
 HOSTILE_NUMBERS = ["nan", "inf", "-inf", "-1", "0", "-0.0", "1e-320", "1e308", "1e400", "1e12", "0x10", "٣", "1e-13"]
