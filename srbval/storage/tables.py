@@ -245,14 +245,11 @@ def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberR
 def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:
     """Read a number: in SI for a `key` like ``radial_n``, as text with a unit for one like ``radial``."""
     dimension = field.metadata.get("dimension")
-    if dimension and key == field.name and isinstance(raw, str):
+    if dimension and (key == field.name) == isinstance(raw, str):
+        what = "is text" if isinstance(raw, str) else "has no unit"
         raise ConfigurationError(
-            f"{where}: this key takes a plain number in SI units. A value with a unit ({quote_value(raw)}) belongs "
-            f"under the key {without_unit(field)!r}."
-        )
-    if dimension and key != field.name and not isinstance(raw, str):
-        raise ConfigurationError(
-            f"{where}: {quote_value(raw)} has no unit; write text with a unit, or the SI number as {field.name!r}."
+            f"{where}: {quote_value(raw)} {what}. Write text with a unit as {without_unit(field)!r}, or the number in "
+            f"SI as {field.name!r}."
         )
     return parse_quantity(raw, dimension or "one", where)
 

@@ -90,7 +90,7 @@ def test_what_was_written_as_json_is_read_again():
         ({"times": ["1 s", 2.0]}, r"t\.times\[1\]: 2\.0 has no unit"),
         ({"names": "a"}, r"t\.names: expected a list"),
         ({"parts": [{"radial": 5.0}]}, r"5\.0 has no unit.*radial_n"),
-        ({"parts": [{"radial_n": "5 N"}]}, "number in SI"),
+        ({"parts": [{"radial_n": "5 N"}]}, "is text. Write .* number in SI"),
         ({"parts": [{"radial": "5 N", "radial_n": 5.0}]}, "only one of the keys 'radial' and 'radial_n'"),
         ({"parts": [{"radail": "5 N"}]}, "did you mean 'radial'"),
         ({"parts": [{}]}, "missing key 'radial_n'"),
