@@ -81,7 +81,8 @@ def bench(
     status. `message` receives the expected time, then each row of the table. An interrupted command continues if it is
     given again. `cpu_ratio` is the CPU time divided by the default solver's at the same step, both timed alternately:
     the median, and the range. Errors named ``bundled_`` are differences from the bundled model's converged run.
-    `extent` replaces the usual steps and durations. `jobs` runs are compared at a time; timed runs never overlap.
+    `extent` replaces the usual steps and durations. `jobs` runs are compared at a time, with their `step` checked or
+    not; timed runs never overlap.
     """
     check_names(scenes, () if model else solvers)
     steps_per_s, timed_s, compared_s = extent or (QUICK if quick else FULL)
@@ -164,7 +165,7 @@ def stability(
     table = lines.pivot(index=["scene", "series"], columns="rpm", values="steps_per_s")
     text = "Fewest steps per second of a stable run, by speed [rpm] (-: no tried step is stable):\n\n"
     text += table.to_string(float_format="{:.0f}".format, na_rep="-")
-    if not lines["bounded"].all():
+    if model and not lines["bounded"].all():
         text += "\n\nThe longest step is stable: does the model use scene.solver.step_s?"
     limits = [row | predicted.get((row["scene"], row["solver"], row["rpm"]), NONE) for row in records(lines)]
     content = {"tolerances": ERROR_LIMITS, "limits": limits, "cells": [judged(cell) for cell in records(cells)]}
