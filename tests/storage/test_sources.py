@@ -11,7 +11,7 @@ from srbval.storage import sources as module
 from srbval.storage import stored_result
 from srbval.storage.installation import package_folder
 from srbval.storage.json_files import write_json
-from srbval.storage.sources import code_sha256, content_version, sources_of
+from srbval.storage.sources import code_sha256, content_version
 from srbval.storage.stored_result import StoredResult, compare_part, fingerprint_of, newest_result
 
 SOURCES = {
@@ -92,12 +92,6 @@ def test_no_import_of_this_package_is_overlooked():
             elif isinstance(node, ast.Import):
                 names |= {alias.name for alias in node.names}
         assert names <= set(module._imported(text)), source
-
-
-def test_lazily_imported_models_belong_to_a_run():
-    names = {path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.models.simulate")}
-    assert {"models/full/contact_kernel.py", "models/planar/ring.py", "bearing/geometry.py"} <= names
-    assert not any(name.startswith(("studies/", "cli/", "report/findings/")) for name in names)
 
 
 def test_every_kernel_of_the_models_is_behind_the_version_of_the_kernel_cache():
