@@ -19,7 +19,9 @@ FAILED = 1  # exit status of pytest when tests ran and some failed; others mean 
 ERRORS = tomllib.loads((HERE / "planted_errors.toml").read_text())["error"]
 # The short form plants every eighth; SRBVAL_PLANTED=all plants them all.
 PLANTED = ERRORS if os.environ.get("SRBVAL_PLANTED") == "all" else ERRORS[::8]
-ALWAYS_UNCOMPILED = "test_damping_matrix.py"  # in the short form
+# Tests with cases that the short form does not compile.
+UNCOMPILED = ("test_damping_matrix.py", "test_equations_of_motion.py", "test_implicit_steps.py")
+UNCOMPILED += ("test_energy_balance.py::test_balance_at_an_instant",)
 UNHARMED = {"what": "nothing", "file": "motion_kernel.py", "old": "", "new": ""}
 
 
@@ -30,8 +32,8 @@ def outcomes(request):
         pytest.skip("no fork here")
     asked = {item.name for item in request.session.items}
     wanted = [error for error in PLANTED if f"{test_planted_error_is_caught.__name__}[{error['what']}]" in asked]
-    unharmed = sorted({ALWAYS_UNCOMPILED, *(error["caught_by"] for error in ERRORS)})
-    tests = [unharmed, *([error["caught_by"]] for error in wanted)]
+    single = {error["caught_by"] for error in ERRORS if not error["caught_by"].startswith(UNCOMPILED)}
+    tests = [[*UNCOMPILED, *sorted(single)], *([error["caught_by"]] for error in wanted)]
     with processes(PROCESSES) as pool:
         yield {
             error["what"]: pool.apply_async(run_tests, (error, [str(HERE / name) for name in names]))
