@@ -28,7 +28,7 @@ def load_hdf5(path: Path) -> RawFile:
 
     checked = checked_summary(path) is not None
     with h5py.File(path, "r") as file:
-        reader = _Hdf5Reader(file)
+        reader = _Hdf5Reader(h5py, file)
     if CHECKSUM in reader.found["attributes"] and not checked:
         raise DataError(f"{path}: no checksum at its end: cut off, or changed by another program. Copy it again.")
     notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
@@ -36,10 +36,10 @@ def load_hdf5(path: Path) -> RawFile:
 
 
 class _Hdf5Reader:
-    """Reader of an open HDF5 file; `found` contains the fields of the `RawFile` to create."""
+    """Reader of an open HDF5 file by the module `h5py`; `found` contains the fields of the `RawFile` to create."""
 
-    def __init__(self, file: Any) -> None:
-        self.file = file
+    def __init__(self, h5py: Any, file: Any) -> None:
+        self.h5py, self.file = h5py, file
         self.has_objects = self.matlab = False
         self.found: dict[str, Any] = {key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")}
         self._read("", file)
@@ -49,25 +49,20 @@ class _Hdf5Reader:
 
         `visititems` follows no soft and external links, which may leave the file, and visits each member once.
         """
-        import h5py
-
-        if isinstance(item, h5py.Group):
+        if isinstance(item, self.h5py.Group):
             item.visititems(lambda key, member: self._add(_join(name, key.replace("/", ".")), member))
         self._add(name, item)
 
     def _add(self, name: str, item: Any) -> None:
         """Add a dataset, or the attributes of a group, to `found`; a stored data type is neither."""
-        import h5py
-
-        if isinstance(item, h5py.Dataset) and not name.startswith(SKIPPED):
+        if isinstance(item, self.h5py.Dataset) and not name.startswith(SKIPPED):
             self._read_dataset(name, item)
-        elif isinstance(item, h5py.Group) and not name.startswith(SKIPPED):
+        elif isinstance(item, self.h5py.Group) and not name.startswith(SKIPPED):
             self.found["attributes"] |= {_join(name, key): value for key, value in _attributes(item)}
 
     def _read_dataset(self, name: str, dataset: Any) -> None:
         """Add a dataset of numbers, references or one text to `found`."""
-        import h5py
-
+        h5py = self.h5py
         if dataset.shape is None or dataset.is_virtual or dataset.external:
             return
         dtype, size, is_matlab = dataset.dtype, math.prod(dataset.shape), "MATLAB_class" in dataset.attrs
