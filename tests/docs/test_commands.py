@@ -32,6 +32,7 @@ LEFT_OUT = {  # words of commands that are not run here, with the reason
     "srbval check": "takes minutes, or replaces the reference: .ci/run does it",
     "srbval evidence": "takes minutes: tests/studies",
     "srbval bench": "takes minutes: tests/studies",
+    "srbval stability": "takes minutes: tests/studies",
     "data fetch": "needs a network",
     "--scheduler": "needs a cluster: below",
     "speeds": "of that campaign: below",
@@ -62,8 +63,8 @@ def is_run(command: str) -> bool:
     return command != MAIN_JOB and not any(words in command for words in LEFT_OUT)
 
 
-OWN_MODEL = "guide/your_model.md"  # in an empty folder: below
-PAGES = [page for page in TEXTS if page != OWN_MODEL and any(map(is_run, commands(page)))]
+OWN_MODEL = "guide/your_model.md"
+PAGES = [page for page in TEXTS if any(map(is_run, commands(page)))]
 
 
 def write_csv(path: Path, *, fault: bool) -> None:
@@ -82,6 +83,7 @@ def named(tmp_path_factory):
     folder = tmp_path_factory.mktemp("named")
     elements = next(block for block in blocks("guide/your_bearing.md", "toml") if "[elements]" in block)
     (folder / "my_bearing.toml").write_text(elements, encoding="utf-8")
+    (folder / "my_model.py").write_text(blocks(OWN_MODEL, "python")[0], encoding="utf-8")
     for name, fault in (("drive_end", True), ("healthy", False)):
         write_csv(folder / f"{name}.csv", fault=fault)
     seconds = np.arange(0, 3, 1 / 20_480)
@@ -154,6 +156,7 @@ def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path):
     assert not any(case.refused for case in plan_cases(load_campaign(str(path))))
 
 
+@pytest.mark.long_form
 @pytest.mark.usefixtures("_results_of_the_module")
 def test_the_guides_own_model_runs_in_an_empty_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
