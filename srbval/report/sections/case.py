@@ -103,17 +103,10 @@ def _signal_rows(pairs: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
             if (facts := pair[f"{side}_facts"]) is None:
                 continue
             names = [Path(name).name for name in pair[side]]
-            yield {
-                "pair": pair["pair"],
-                "file": names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else ""),
-                "file_badge": facts["origin"],
-                "fs_hz": facts["fs_hz"],
-                "seconds": facts["seconds"],
-                "shaft_rpm": 60 * pair["shaft_hz"][side],
-                "shaft_from": facts["shaft_from"],
-                "band": "{:g} to {:g}".format(*facts["band_hz"]),
-                "how": pair["how"],
-            }
+            file = names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
+            own = {"pair": pair["pair"], "how": pair["how"], "file": file, "file_badge": facts["origin"]}
+            own |= {"shaft_rpm": 60 * pair["shaft_hz"][side], "band": "{:g} to {:g}".format(*facts["band_hz"])}
+            yield facts | own
 
 
 def limits_of(result: Validation) -> Iterator[str]:
