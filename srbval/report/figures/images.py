@@ -85,7 +85,7 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
     bar = axes.figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
-    style.title_panel(axes, record.origin, letter, title, pad=20.0)
+    style.title_panel(axes, record.origin, letter, title, pad=6.0)
     return axes.figure, _scalogram_csv(shown, frequency, span)
 
 
