@@ -30,7 +30,6 @@ from srbval.scene.scene import describe_step
 # outermost circle alone. Outside of the range, rollers slip along all of their length. Reference runs: 31 at 0.979 or
 # below, the others at 0.985 or above.
 PURE_ROLLING_RANGE = (0.985, 1.026)
-CAGE_DRIFT_SHARE = 0.01  # change of the cage's speed over a run, in the speed of pure rolling, that the reason mentions
 # With a housing spring: least share of the load that the rollers carry in static balance, and least part of this share
 # that they carry in the run; below, they rattle more than they carry. The reference runs: 0.0024 and below, or 0.03
 # and above; at least 0.86 of this share.
@@ -87,8 +86,7 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
             f"{'; '.join(map(str, beyond))}; {_step_advice(run, beyond)}"
         )
     if error.undecided_estimates or slides:
-        grows = ", which grows while the cage's speed changes" if _cage_drifts(run) else ""
-        cautions = [f"up to {SLIDING:.0%} is accepted because rollers slide or rattle: {e}{grows}" for e in slides]
+        cautions = [f"up to {SLIDING:.0%} is accepted because rollers slide or rattle: {e}" for e in slides]
         if error.undecided_estimates:
             cautions.append(f"chance hides the error due to the step: {'; '.join(map(str, error.undecided_estimates))}")
         return status, f"{reason}; {'' if CAUTION in reason else CAUTION}{'; '.join(cautions)}"
@@ -183,20 +181,11 @@ def _light_load_warnings(run: RunSummary) -> list[str]:
 
 def _slip_text(run: RunSummary) -> str:
     slip, faster = run.cage_ratio / run.rolling_ratio - 1, (1 - run.cage_ratio) / (1 - run.rolling_ratio) - 1
-    (first, last), drifts = run.cage_course, _cage_drifts(run)
     return (
         f"the rollers slide: the cage turned at {run.cage_ratio:.4f} of the shaft, {abs(slip):.1%} "
-        f"{'below' if slip < 0 else 'above'} pure rolling ({run.rolling_ratio:.4f})"
-        + (f", {first:.4f} at the start and {last:.4f} at the end" if drifts else "")
-        + f"; so BPFO lies {slip:+.1%} and BPFI {faster:+.1%} from the kinematic line"
-        + f", and both {'drift and ' if drifts else ''}broaden"
+        f"{'below' if slip < 0 else 'above'} pure rolling ({run.rolling_ratio:.4f}); so BPFO lies {slip:+.1%} and BPFI "
+        f"{faster:+.1%} from the kinematic line, and both broaden"
     )
-
-
-def _cage_drifts(run: RunSummary) -> bool:
-    """True if the cage speed changes by more than `CAGE_DRIFT_SHARE` in the run, at constant shaft speed."""
-    first, last = run.cage_course
-    return run.scene.speed_profile is None and abs(last - first) > CAGE_DRIFT_SHARE * run.rolling_ratio
 
 
 def _rollers_are_unloaded(run: RunSummary) -> bool:
@@ -242,12 +231,9 @@ def _carried_text(run: RunSummary) -> str:
 
 def _loading_advice(run: RunSummary, *, skids: bool) -> str:
     """Advice on how to load the rollers of this scene; if the cage `skids`, also to lower the speed."""
-    scene = run.scene
-    loose = scene.contact.roller_fit is RollerFit.PLAY and scene.contact.radial_play_m > 0
-    less_play = f"a radial play below {scene.contact.radial_play_m * 1e6:.4g} um"
-    beside = scene.load.path is LoadPath.HOUSING and scene.mean_radial_n > 0
-    helps = ['load path = "bearing"', less_play if loose else "more load"] if beside else ["more radial load"]
-    return f"to load the rollers: {', '.join(helps)}{', less speed' if skids else ''}"
+    beside = run.scene.load.path is LoadPath.HOUSING and run.scene.mean_radial_n > 0
+    helps = 'load path = "bearing", less radial play, more load' if beside else "more radial load"
+    return f"to load the rollers: {helps}{', less speed' if skids else ''}"
 
 
 def _step_advice(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:

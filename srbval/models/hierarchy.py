@@ -133,7 +133,7 @@ def level_of(name: str) -> FidelityLevel:
 def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
     """Return the geometry of `bearing`; if the bearing has none, raise `ConfigurationError`, which names `model`."""
     if bearing.geometry is None:
-        instead = "impulse or kinematic" if bearing.elements is None else "planar, impulse or kinematic"
+        instead = "kinematic" if bearing.elements is None else "planar, impulse or kinematic"
         raise ConfigurationError(
             f"bearing {bearing.name!r} has no [geometry]; the {model} model cannot run it: use --model {instead}."
         )

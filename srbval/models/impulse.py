@@ -5,10 +5,6 @@ Method of McFadden & Smith (1984, J. Sound Vib. 96, 69); slip is a process of st
 depends on the defect's angle in the load zone (see `srbval.models.planar.contacts`). The ring responds as a mass on the
 springs of housing and contacts, linearised about static balance.
 
-If only a bearing's fault orders are known, only line frequencies are reliable: half-sine pulses of constant length act
-on the housing's mass and spring. The height of a pulse is the load of the rolling element after Stribeck's distribution
-without clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology, 2006, sect. 7.4).
-
 The model computes frequencies of the fault lines, pattern of their harmonics, sidebands, modulation by the load zone,
 and roughly the amplitude. It does not contain: mean slip of the cage (prescribed), noise floor, vibration of a healthy
 bearing (the signal is zero), effects of the ring's motion on the pulses, axial load.
@@ -20,17 +16,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from srbval.arrays import FloatArray, IntArray
-from srbval.bearing import ElementShape, Fault
-from srbval.models.kinematic import PrescribedMotion, passage_times, prescribed_outputs, refuse_axial
+from srbval.bearing import Fault
+from srbval.models.kinematic import PrescribedMotion, passage_times, prescribed_outputs
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.contacts import LINE_EXPONENT, STRIBECK_FACTOR
 from srbval.models.planar.ring import PlanarRing, make_ring
 from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
 
 MOST_AT_ONCE = 2_000_000  # samples of pulses computed together
-PULSE_S = 5e-4  # length of a pulse if only the bearing's orders are known: up to 3 kHz is excited
 
 
 def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
@@ -44,15 +38,12 @@ def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
 def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
     """Velocity of the ring under the pulses of all defects [m/s], [samples, 2]."""
     scene = stats.scene
-    if stats.bearing.geometry is None and stats.bearing.elements is None:
-        own, force = scene.housing, _assumed_pulses(stats, samples)
-        return _move_mass(scene, own.mass_kg, own.stiffness_n_m * np.eye(2), own.damping_ns_m * np.eye(2), force)
     ring = make_ring(scene, stats.bearing)
     balance = ring.balance_m()
     force = np.zeros((samples, 2))
     for number in range(len(scene.defects)):
         of_defect = np.zeros((samples, 2))
-        time_s, race, angle = _defect_passages(scene, number, ring.motion, ring.kernel.rollers, samples)
+        time_s, race, angle = _defect_passages(ring, number, samples)
         outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
             hit = race == ring.kernel.defects[table, ring_kernel.BUMP_KIND] % 2
@@ -61,14 +52,13 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
     return _move_mass(scene, ring.kernel.mass, ring.stiffness_n_m(balance), ring.damping_ns_m(balance), force)
 
 
-def _defect_passages(
-    scene: Scene, number: int, motion: PrescribedMotion, rolling_elements: int, samples: int
-) -> tuple[FloatArray, IntArray, FloatArray]:
+def _defect_passages(ring: PlanarRing, number: int, samples: int) -> tuple[FloatArray, IntArray, FloatArray]:
     """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), roller's angular position [rad]."""
+    scene, motion, rollers = ring.scene, ring.motion, ring.kernel.rollers
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
-    time_s, race = passage_times(defect, motion, rolling_elements, samples / scene.output_rate_hz, random)
+    time_s, race = passage_times(defect, motion, rollers, samples / scene.output_rate_hz, random)
     if defect.kind is Fault.ROLLER:
-        angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
+        angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rollers
     else:
         turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
         angle = scene.load.zone_rad + defect.angle_rad + turned
@@ -108,26 +98,6 @@ def _add_pulses(
     height = (1 - weight) * np.take_along_axis(pulse, k, 1) + weight * np.take_along_axis(pulse, k + 1, 1)
     for axis in range(2):
         np.add.at(force[:, axis], sample[inside], (height * outwards[:, axis, None])[inside])
-
-
-def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
-    """Force of half-sine pulses on the ring [N], [samples, 2], if only the bearing's fault orders are known."""
-    scene, bearing = stats.scene, stats.bearing
-    refuse_axial(scene)
-    motion = PrescribedMotion(scene=scene, orders=bearing.orders)
-    force, rate_hz = np.zeros((samples, 2)), scene.output_rate_hz
-    half = math.ceil(PULSE_S / 2 * rate_hz) + 1
-    for number in range(len(scene.defects)):
-        time_s, _, angle = _defect_passages(scene, number, motion, bearing.rolling_elements, samples)
-        load_n = motion.radial_n(time_s) * STRIBECK_FACTOR[ElementShape.ROLLER] / bearing.rolling_elements
-        strength = load_n * np.maximum(np.cos(angle - scene.load.zone_rad), 0.0) ** LINE_EXPONENT
-        height = strength[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
-        sample = np.round(time_s * rate_hz).astype(np.int64)[:, None] + np.arange(-half, half + 1)
-        away = (sample / rate_hz - time_s[:, None]) / PULSE_S
-        inside = (np.abs(away) < 0.5) & (sample >= 0) & (sample < samples)
-        for axis in range(2):
-            np.add.at(force[:, axis], sample[inside], (np.cos(np.pi * away) * height[:, axis, None])[inside])
-    return force
 
 
 def _move_mass(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:

@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -35,11 +34,10 @@ from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
-from srbval.models.full.point_cloud import cross_section, inner_circle, outer_circle
-from srbval.scene import Contact, Defect, DefectShape, Scene
+from srbval.models.full.point_cloud import inner_circle, outer_circle
+from srbval.scene import Contact, Defect, Scene
 
 DENSER = 4  # number of points near a defect for each point of the full model
-COSINE_PARTS = 24  # parts of constant height that approximate a cosine-shaped defect
 
 
 def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
@@ -111,13 +109,13 @@ class Patch:
         """Damping coefficient [N s/m] of the contact at penetrations `depth_m` in its middle, an array of any shape."""
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
-    def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: RaisedPiece) -> FloatArray:
-        """Force [N] that a `defect` adds; `middle_m`: distance from contact's to defect's middle; arrays broadcast."""
-        added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
-        for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
-            start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2
-            added += self._area(depth_m + height, start, end) - self._area(depth_m, start, end)
-        return self.stiffness_n_m2 * added
+    def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, half_m: float, height_m: float) -> FloatArray:
+        """Force [N] that a raised piece of the race adds; arrays broadcast.
+
+        `middle_m`: distance from the contact's middle to the piece's middle; `half_m`: half of the piece's length.
+        """
+        start, end = middle_m - half_m, middle_m + half_m
+        return self.stiffness_n_m2 * (self._area(depth_m + height_m, start, end) - self._area(depth_m, start, end))
 
     def _area(self, depth: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
         """Integral of the penetration max(0, depth - curvature x^2 / 2) from x = `start` to `end` [m2]."""
@@ -125,14 +123,6 @@ class Patch:
         reach = np.sqrt(2 * deep / self.curvature_1_m)
         a, b = np.clip(start, -reach, reach), np.clip(end, -reach, reach)
         return deep * (b - a) - self.curvature_1_m / 6 * (b**3 - a**3)
-
-
-class RaisedPiece(NamedTuple):
-    """Raised piece of a race, in parts `part_m` long: distances from the piece's middle, heights, [parts] each."""
-
-    offset_m: FloatArray
-    height_m: FloatArray
-    part_m: float
 
 
 def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m: float, *, inner: bool) -> list[Patch]:
@@ -159,12 +149,3 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
             )
         )
     return found
-
-
-def raised_piece(defect: Defect, spacing_m: float) -> RaisedPiece:
-    """Convert a defect to a raised piece of a race, `points` x `spacing_m` long if the defect has no `extent_m`."""
-    length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
-    parts = COSINE_PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
-    share = (np.arange(parts) + 0.5) / parts - 0.5
-    height = np.ones(1) if parts == 1 else cross_section(share, defect.shape)
-    return RaisedPiece(offset_m=share * length, height_m=defect.height_m * height, part_m=length / parts)

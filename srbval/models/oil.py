@@ -14,8 +14,7 @@ import math
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.models.full.film_kernel import SPEED_EXPONENT, FilmLaw
-from srbval.models.full.oil_kernel import OilLaw, rate_power, thermal_share
+from srbval.models.full.oil_kernel import SPEED_EXPONENT, FilmLaw, OilLaw, rate_power, thermal_share
 from srbval.scene import Oil
 
 # steel, 207 GPa and 0.3: contact modulus E / (2 (1 - nu^2)) of two bodies, after Hertz, and Dowson's E', twice that

@@ -79,9 +79,9 @@ def works(status: str) -> bool:
 class RunSummary:
     """Status and results of a run without its signals; recording starts after the scene's settling time.
 
-    `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` the ratio of pure rolling,
-    `cage_course` the ratio at the run's start and end. `roller_load_share` is the share of the mean radial load on the
-    rollers (NaN without a load; the housing spring carries the rest), `balanced_share` their share in static balance.
+    `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` the ratio of pure rolling.
+    `roller_load_share` is the share of the mean radial load on the rollers (NaN without a load; the housing spring
+    carries the rest), `balanced_share` their share in static balance.
     `drive_power_w` is the mean power of the shaft's drive. For `energy_imbalance` and `missing_n` (here the component
     along the load) see `RunningSums`; NaN if a model has no energies or forces. `deepest_m` is the deepest penetration,
     `idle_share` the share of the time without any contact.
@@ -116,7 +116,6 @@ class RunSummary:
     deepest_m: float = -math.inf
     balanced_share: float = math.nan
     missing_n: float = math.nan
-    cage_course: tuple[float, float] = (math.nan, math.nan)
     idle_share: float = 0.0
     drive_power_w: float = math.nan
     step_s: float = math.nan
@@ -231,12 +230,8 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
         found.append(f"the bearing {scene.bearing}: only the {DEFAULT_BEARING} was compared with measurements")
         if bearing is not None and bearing.geometry is None:
-            assumed = (
-                "load zone, pulses and resonance are"
-                if bearing.elements is None
-                else "grooves, housing and unstated values of the scene are"
-            )
-            found.append(f"everything except line frequencies: the bearing has no [geometry], so {assumed} assumed")
+            assumed = "grooves, housing and unstated values of the scene are assumed"
+            found.append(f"everything except line frequencies: the bearing has no [geometry], so {assumed}")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
     if bearing is not None and (overload := bearing.overload(scene.load.radial_n, scene.load.axial_n)):

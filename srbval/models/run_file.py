@@ -107,9 +107,8 @@ def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
     solver, error = dataclasses.replace(scene.solver, step_s=kept.pop("chosen_step_s")), kept.pop("step_error")
     if error is not None:
         error = StepError(**error | {"estimates": tuple(Estimate(**one) for one in error["estimates"])})
-    course, status = tuple(kept.pop("cage_course")), RunStatus(kept.pop("status"))
-    scene = dataclasses.replace(scene, solver=solver)
-    return RunSummary(**kept, scene=scene, step_error=error, cage_course=course, status=status)
+    status, scene = RunStatus(kept.pop("status")), dataclasses.replace(scene, solver=solver)
+    return RunSummary(**kept, scene=scene, step_error=error, status=status)
 
 
 def read_run_file(path: Path, summary: RunSummary) -> Run:

@@ -96,7 +96,6 @@ class RunStatistics:
     idle: int = 0
     figures: dict[str, Any] = field(default_factory=dict)
     ended: tuple[RunStatus, str] | None = None
-    course_rad_s: tuple[float, float] = (math.nan, math.nan)  # mean cage speed in the first and in the latest chunk
     sums: RunningSums = field(default_factory=RunningSums)
     ring: RingSupport = field(default_factory=RingSupport)
 
@@ -115,8 +114,6 @@ class RunStatistics:
 
     def add(self, out: FloatArray) -> FloatArray:
         """Add the outputs of a chunk, [n, COLUMN_COUNT] (NaN: not computed); returns the acceleration at the sensor."""
-        latest = float(out[:, col.CAGE_SPEED].mean())
-        self.course_rad_s = (latest if math.isnan(self.course_rad_s[0]) else self.course_rad_s[0], latest)
         self.deepest_m = max(self.deepest_m, float(out[:, col.MAX_PENETRATION].max()))
         self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY_AT_START] == 0.0))
         self.sums.add(out)
@@ -146,7 +143,6 @@ class RunStatistics:
             rolling_elements=self.bearing.rolling_elements,
             rolling_ratio=self.bearing.orders.ftf,
             cage_ratio=float(mean[col.CAGE_SPEED]) / shaft,
-            cage_course=(self.course_rad_s[0] / shaft, self.course_rad_s[1] / shaft),
             roller_load_share=load_share(scene, mean[col.MEAN_RING_FORCE_XYZ], scene.mean_radial_n),
             energy_imbalance=energy_imbalance,
             missing_n=float(missing_n @ direction),

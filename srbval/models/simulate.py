@@ -73,7 +73,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     Raises `DataError` if the file cannot be written, `ConfigurationError` if its name has no suffix of an HDF5 file.
     """
     check_suffix(path, *HDF5)
-    stats = _prepare_run(scene, step, progress, path.parent)
+    stats = _prepare_run(scene, step, progress, to_file=True)
     with contextlib.suppress(NumericsError), np.errstate(all="ignore"), new_hdf5(path) as file:
         writer = RunWriter(file, stats.scene)
         for part in _recorded_chunks(stats, progress):
@@ -104,7 +104,7 @@ def _with_outside_solver(scene: Scene) -> Scene:
     return import_function(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
 
 
-def _prepare_run(scene: Scene, step: Step, progress: Progress, folder: Path | None = None) -> RunStatistics:
+def _prepare_run(scene: Scene, step: Step, progress: Progress, *, to_file: bool = False) -> RunStatistics:
     """Check scene and memory, compile, check or choose the step (see `Step`); returns the still empty statistics."""
     level, scene = level_of(scene.model), _with_outside_solver(scene)
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
@@ -112,29 +112,26 @@ def _prepare_run(scene: Scene, step: Step, progress: Progress, folder: Path | No
     if level.parameters is not None:
         check_known("solver", scene.solver.name, tuple(METHODS))  # before kernels are compiled
         geometry_of(stats.bearing, scene.model)
-    check_room(stats, folder)
+    check_room(stats, to_file=to_file)
     stats.compile_s = compile_for(scene, progress=progress)
     if step is not Step.UNCHECKED and level.parameters is not None:
         import_function(STEP_CHECK)(stats, choose=step is Step.AUTO)
     return stats
 
 
-def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
-    """Raise `ConfigurationError` if the run does not fit into memory, or its file on the disk of `folder`."""
+def check_room(stats: RunStatistics, *, to_file: bool) -> None:
+    """Raise `ConfigurationError` if the run does not fit into memory; `to_file`: its signals are written to a file."""
     scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COLUMN_COUNT
     details = samples // (scene.outputs_per_detail or math.inf) * stats.bearing.rolling_elements * 14 * 8
-    kept = 16 * samples if folder else COPIES * (samples * row + details)  # beside a file, only the time axis
+    needed = 16 * samples if to_file else COPIES * (samples * row + details)  # beside a file, only the time axis
     if scene.model in WITHOUT_KERNELS:  # models that are computed at once
-        kept += COPIES * row * (samples + round(scene.settle_s * scene.output_rate_hz))
-    rooms = [("memory", kept, _memory_bytes())]
-    if folder is not None and folder.is_dir():
-        rooms.append((f"disk at {folder}", samples * (row + 8) + details, shutil.disk_usage(folder).free))
-    for what, needed, there in rooms:
-        if needed > there:
-            raise ConfigurationError(
-                f"{scene.duration_s:g} s at {scene.output_rate_hz:g} Hz need {needed / 1e9:.3g} GB of {what}, there "
-                f"are {there / 1e9:.3g} GB: shorten the run, lower output rates{'' if folder else ', or use -o FILE'}."
-            )
+        needed += COPIES * row * (samples + round(scene.settle_s * scene.output_rate_hz))
+    there = _memory_bytes()
+    if needed > there:
+        raise ConfigurationError(
+            f"{scene.duration_s:g} s at {scene.output_rate_hz:g} Hz need {needed / 1e9:.3g} GB of memory, there are "
+            f"{there / 1e9:.3g} GB: shorten the run, lower output rates{'' if to_file else ', or use -o FILE'}."
+        )
 
 
 def _memory_bytes() -> float:

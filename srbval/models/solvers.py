@@ -5,9 +5,7 @@ The equations are on the page "Time integration" of the theory.
 Explicit Runge-Kutta methods of fixed step: ode4, used by Giraudo et al. (2025), and lower orders, which they rule out.
 The names are those of Simulink: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method
 (Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 1993, sect. II.1). For decay without oscillation,
-their steps are stable up to 2, 2, 2.51 and 2.79 over the largest rate of decay. The full model's friction relaxes some
-300 times faster than ode4 resolves with steps of 1/61440 s. The run then does not diverge, but friction chatters within
-bounds, which adds broadband noise to the acceleration.
+their steps are stable up to 2, 2, 2.51 and 2.79 over the largest rate of decay; friction chatters at longer steps.
 
 The other methods take friction and contact damping implicitly, and contact stiffness explicitly. Their matrix J in
 place of the Jacobian contains only the damping matrix of `damping_kernel`. Friction and damping do not limit the step.
@@ -71,10 +69,9 @@ class Coefficients(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """Method of time integration: its name, title, `order` of consistency and coefficients."""
+    """Method of time integration: its name, `order` of consistency and coefficients."""
 
     name: str
-    title: str
     order: int
     coefficients: Coefficients
 
@@ -97,22 +94,21 @@ def _lower_triangle(size: int, rows: list[list[float]]) -> FloatArray:
     return matrix
 
 
-def explicit(name: str, title: str, order: int, a: list[list[float]], b: list[float]) -> Method:
+def explicit(name: str, order: int, a: list[list[float]], b: list[float]) -> Method:
     """Make an explicit Runge-Kutta method from its Butcher tableau: `a`, rows after the first, and `b`, the weights."""
     matrix, weights = _lower_triangle(len(b), a), np.array(b)
     numbers = (matrix, weights, matrix.sum(axis=1), np.zeros_like(matrix), weights, 0.0, 0.0, 0.0)
-    return Method(name=name, title=title, order=order, coefficients=Coefficients(RUNGE_KUTTA, *numbers))
+    return Method(name=name, order=order, coefficients=Coefficients(RUNGE_KUTTA, *numbers))
 
 
-def _leapfrog(name: str, title: str, b: list[float], before: float, gamma: float, ahead: float) -> Method:
+def _leapfrog(name: str, b: list[float], before: float, gamma: float, ahead: float) -> Method:
     none = np.zeros((1, 1))
     numbers = (none, np.array(b), np.array([before]), none, np.ones(1), gamma, ahead, ONSET_STEPS)
-    return Method(name=name, title=title, order=len(b), coefficients=Coefficients(LEAPFROG, *numbers))
+    return Method(name=name, order=len(b), coefficients=Coefficients(LEAPFROG, *numbers))
 
 
 ROS2 = Method(
     name="ros2",
-    title="two-stage W-method, friction and damping implicit",
     order=2,
     coefficients=Coefficients(
         ROSENBROCK,
@@ -129,14 +125,12 @@ ROS2 = Method(
 METHODS = {
     method.name: method
     for method in (
-        explicit("ode1", "Euler", 1, [], [1.0]),
-        explicit("ode2", "Heun", 2, [[1.0]], [0.5, 0.5]),
-        explicit("ode3", "Bogacki-Shampine", 3, [[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9]),
-        explicit(
-            "ode4", "classical Runge-Kutta", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]
-        ),
-        _leapfrog("imex1", "linearly implicit Euler, friction and damping implicit", [1.0], 0.0, 1.0, 0.0),
-        _leapfrog("imex2", "leapfrog, friction and damping implicit", [1.5, 0.5], 0.5, GAMMA_IMEX2, 0.5),
+        explicit("ode1", 1, [], [1.0]),
+        explicit("ode2", 2, [[1.0]], [0.5, 0.5]),
+        explicit("ode3", 3, [[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9]),
+        explicit("ode4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]),
+        _leapfrog("imex1", [1.0], 0.0, 1.0, 0.0),
+        _leapfrog("imex2", [1.5, 0.5], 0.5, GAMMA_IMEX2, 0.5),
         ROS2,
     )
 }

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.models.hierarchy import FidelityLevel, geometry_of, level_of
-from srbval.models.kinematic import refuse_axial
 from srbval.models.planar.ring import make_ring
 from srbval.plan.measured import REMEDY, Bound, MeasuredErrors, nearest_table
 from srbval.plan.questions import MEANING, Question, asked_of
@@ -139,9 +138,7 @@ def refusal(level: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:
         elif level.parameters is not None:
             level.make_parameters(scene, geometry_of(bearing))
         elif level.name in IN_THE_PLANE:
-            refuse_axial(scene)
-            if bearing.pitch_diameter_m is not None:
-                make_ring(scene, bearing)
+            make_ring(scene, bearing)
     except ConfigurationError as error:
         return str(error)
     return None

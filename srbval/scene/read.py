@@ -36,7 +36,7 @@ JOINT_DAMPING: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
 # Ball and cylindrical roller bearings also have the rig's drilled hole, scaled with the bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; with the paper's 0.41 there is no resonance
-WITHOUT_DIMENSIONS = {"model": "impulse"}
+WITHOUT_DIMENSIONS = {"model": "kinematic"}
 
 
 def paper_scene(**changes: Any) -> Scene:
@@ -107,7 +107,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     `path` is the user's value of the key ``load.path``. A bearing of the default geometry needs no scaling: `base` is
     returned, without the housing's spring and damper if `path` is ``bearing``. For another geometry, load, contact,
     housing, masses, defect and time step scale with the pitch diameter, and the rollers carry the whole load unless
-    `path` is ``housing``. For a bearing without dimensions only the model changes, to ``impulse``.
+    `path` is ``housing``. For a bearing without dimensions only the model changes, to ``kinematic``.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]

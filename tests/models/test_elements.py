@@ -30,17 +30,13 @@ LIKE = {
 }
 LINE = 1e-3  # of the line that the run's own cage speed gives
 CAGE = 0.02  # of the cage speed of pure rolling: slip of a well loaded bearing
-ROUNDING = 1e-9
 KIND = {"BPFO": "outer", "BPFI": "inner", "2xBSF": "ball"}
 # The smallest and the largest, each with another model; all sizes at one speed or another in the long form.
 SIZES = [("full", "24160", 300.0), ("slices", "22212", 710.0)]
 MORE = [("full", "22212", 1500.0), ("slices", "24160", 710.0)]
 MORE += [("full", name, 710.0) for name in ("22216", "22320", "23136")]
-SHOWN = [
-    (name, "BPFI", {"model": model})
-    for name in ("orders", "elements", "geometry")
-    for model in ("kinematic", "impulse")
-]
+SHOWN = [(name, "BPFI", {"model": "kinematic"}) for name in ("orders", "elements", "geometry")]
+SHOWN += [(name, "BPFI", {"model": "impulse"}) for name in ("elements", "geometry")]
 FAST = {"shaft_speed": "1420 rpm", "duration_s": 0.5}
 SHOWN += [("skf-6205", line, {"model": "planar"} | FAST) for line in KIND]
 SHOWN += [("fag-nu2205", line, {"model": "planar"}) for line in ("BPFO", "BPFI")]  # 2xBSF is a multiple of the shaft's
@@ -126,13 +122,6 @@ def test_a_users_bearing_in_the_full_model_and_in_its_run_file(tmp_path, srbval_
     assert any("not validated" in note and "only the skf-22240" in note for note in read.notes)
     for value in ("title", "source", "rolling_elements", "orders"):
         assert getattr(read.own_bearing, value) == getattr(bearing, value)
-
-
-def test_pulses_without_dimensions_follow_the_load():
-    given = {"model": "impulse", "bearing": "fag-22205", "duration": "0.5 s", "defect": {"kind": "outer"}}
-    whole, half = (srbval.paper_scene(**given, load={"radial": load}) for load in ("124.8 kN", "62.4 kN"))
-    whole_rms, half_rms = (np.sqrt(np.mean(srbval.simulate(s).acceleration_m_s2 ** 2)) for s in (whole, half))
-    assert half_rms == pytest.approx(whole_rms / 2, rel=ROUNDING)
 
 
 INNER_6206 = (2 / 9.525e-3 / (1 - 9.525 / 46), (2 - 9.525 / 4.89) / 9.525e-3)  # groove 4.89 mm, pitch 46 mm
@@ -229,11 +218,7 @@ def test_an_inner_defect_has_sidebands_at_the_shaft_and_an_outer_one_has_none():
     assert heights["outer"] < 0.02
 
 
-@pytest.mark.parametrize(
-    ("change", "legal"),
-    [({"shape": DefectShape.COSINE}, "'flat' or 'hole'"), ({"shape": DefectShape.FLAT, "extent_m": None}, "0.5 mm")],
-)
-def test_a_shape_that_strips_do_not_know_is_refused_with_a_legal_one(change, legal):
+def test_a_defect_without_extent_is_refused_with_a_legal_one():
     scene = srbval.paper_scene(bearing="skf-6205", defect={"kind": "outer"})
-    with pytest.raises(ConfigurationError, match=legal):
-        srbval.simulate(replace(scene, defect=replace(scene.defect, **change)))
+    with pytest.raises(ConfigurationError, match=r"0\.5 mm"):
+        srbval.simulate(replace(scene, defect=replace(scene.defect, shape=DefectShape.FLAT, extent_m=None)))

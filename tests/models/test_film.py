@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from srbval.bearing import load_bearing
 from srbval.models import oil
-from srbval.models.full.film_kernel import ASPERITY, ASPERITY_EXPONENT, film_drag, film_on_race
+from srbval.models.full.oil_kernel import ASPERITY, ASPERITY_EXPONENT, film_drag, film_on_race
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.slices import slice_parameters, sliced_contacts
 from srbval.scene import load_scene

@@ -113,6 +113,7 @@ REFUSED = [
     ("rig", {"model": "full", "oil": {"iso_vg": 150}}, "does not simulate oil"),
     ("paper", {"model": "line", "defect": {"kind": "roller"}}, "full"),
     ("rig", {"defect": {"kind": "outer", "shape": "cosine", "extent": "2 mm"}}, "cosine"),
+    ("paper", {"model": "impulse", "defect": {"kind": "outer", "shape": "cosine", "extent": "2 mm"}}, "'flat' and"),
     ("rig", {"defect": HOLE | {"axial": "25 mm"}}, "is not on the roller"),
     ("rig", {"defect": HOLE, "further_defects": [HOLE | {"angle": "0.2 deg"}]}, "a roller touches both"),
     ("rig", {"defect": HOLE | {"kind": "roller"}, "further_defects": [HOLE | {"kind": "roller"}]}, "two defects"),

@@ -172,7 +172,7 @@ def test_free_rollers_lie_outside_the_tables_in_words():
     ("changes", "chosen"),
     [
         ({"bearing": "skf-6205", "defect": {"kind": "outer"}}, "planar"),
-        ({"bearing": "fag-22205", "defect": {"kind": "inner"}}, "impulse"),
+        ({"bearing": "fag-22205", "defect": {"kind": "inner"}}, "kinematic"),
         ({"bearing": "skf-6205", "defect": {"kind": "outer", "shape": "flat", "extent": "0.4 mm"}}, "planar"),
     ],
 )

@@ -5,7 +5,7 @@ none, breaks it. Source: first law; kinetic energy, weight and housing spring fr
 At an instant the balance holds to rounding. Over time it closes with the step: powers are summed with the weights of
 the method itself, so what is left is the method's error. Points that enter and leave contact within a step limit its
 order. The implicit methods record torque and powers of the forces that they apply, friction and damping relaxed
-(`power_kernel`): they close at the paper's step, whatever the friction. Read at the velocities of the evaluation, the
+(`damping_kernel`): they close at the paper's step, whatever the friction. Read at the velocities of the evaluation, the
 drive's power was 26 % too large there.
 """
 

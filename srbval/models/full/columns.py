@@ -60,7 +60,7 @@ STRIDE = 2056
     SLIDE_ACCELERATION, SPIN_ACCELERATION,  # [m/s2], [rad/s2]
     # inverse of a roller's own block, and how its slide and spin follow cage and ring, see `damping_kernel`
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
-    SHAFT_U, SHAFT_S,  # damping torque on the shaft per slide [N s] and per spin [N m s], see `power_kernel`
+    SHAFT_U, SHAFT_S,  # damping torque on the shaft per slide [N s] and per spin [N m s], see `damping_kernel`
     ON_CAGE,  # couple on the cage about its roller's axis, of the oil's drag and its pocket [N m], see `oil_kernel`
     # roller that tilts: cosine, sine, displacement along its axis [m], skew moment, and its couple on the cage about
     # the slot's z [N m], see `tilt_kernel`

@@ -6,7 +6,7 @@ contact of one roller with one race.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,30 +36,17 @@ class ContactLaw(NamedTuple):
     onset_s: float  # time over which the onset of a point's contact is averaged, 0 without averaging
 
 
-class Candidates(NamedTuple):
-    """Race points that a roller may touch: the entries `first` to `last` - 1 of one list (window) in `points`.
-
-    `points`: see `Races`; `race`: 0 outer, 1 inner; `window`: number of the list.
-    """
-
-    points: Any
-    race: int
-    window: int
-    first: int
-    last: int
-
-
 @kernel_part
-def contact_columns(law, candidates, space, start, stop, damping, patch):
-    """Add the contact forces of points on a race's surface, `candidates`, to columns `start` to `stop` - 1 of `space`.
+def contact_columns(law, points, race, window, first, last, space, start, stop, damping, patch):
+    """Add the contact forces of points on a `race` (0 outer, 1 inner) to columns `start` to `stop` - 1 of `space`.
 
-    A column is the contact of one roller with the race; the inner loop runs over columns. For each point: depth in the
-    barrel roller in closed form, normal force by Giraudo's (2025) eq. (18), never a pull, friction by eq. (19).
-    `damping`: `motion_kernel.WITH_DAMPING` if the damping matrices of the contacts are summed too, for an implicit
-    step; otherwise None. `patch`: None, or constants of the line model (see `columns`). In this model a roller touches
-    a race in three patches, side by side along the roller, and each point represents a whole patch.
+    The points are the entries `first` to `last` - 1 of the list `window` in `points`, see `Races`. A column is the
+    contact of one roller with the race; the inner loop runs over columns. For each point: depth in the barrel roller in
+    closed form, normal force by Giraudo's (2025) eq. (18), never a pull, friction by eq. (19). `damping`:
+    `motion_kernel.WITH_DAMPING` if the damping matrices of the contacts are summed too, for an implicit step; otherwise
+    None. `patch`: None, or constants of the line model (see `columns`). In this model a roller touches a race in three
+    patches, side by side along the roller, and each point represents a whole patch.
     """
-    points, race, window, first, last = candidates
     begin, end = np.uint64(start), np.uint64(stop)
     for i in range(first, last):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]

@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.contact_kernel import Candidates, contact_columns, elastic, place_of_point
+from srbval.models.full.contact_kernel import contact_columns, elastic, place_of_point
 from srbval.models.full.search_kernel import scatter_sums
-from srbval.models.full.slices_kernel import evaluate_slices, find_defects, roller_in
+from srbval.models.full.slices_kernel import evaluate_slices, roller_in
 from srbval.models.jit import kernel_part
 
 CIRCLES_PER_RACE = 3
@@ -34,22 +34,7 @@ def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_ci
     """
     points, patch, slices = model.races.points, model.patch, model.slices
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
-    evaluate_sliced(slices, law, rotation, model, groups, single, first_circle, end_circle, damping, first_time)
-
-
-@kernel_part
-def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
-    """Add the forces of contacts that are cut into slices along the roller; no effect if `slices` is None.
-
-    Of the three thirds of a contact's length, numbered 0 to 2, the slices in `first_third` to `end_third` - 1 are
-    evaluated; see `evaluate_contacts` for the other arguments.
-    """
-    if slices is None:
-        return
-    space, plan = model.space, model.plan
-    if first_time is not None:
-        find_defects(slices, single, plan, space, rotation, model)
-    evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping)
+    evaluate_slices(slices, law, rotation, model, groups, single, first_circle, end_circle, damping, first_time)
 
 
 @kernel_part
@@ -65,26 +50,24 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
     for group in range(groups):
         race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
         first, end = starts[race, window, first_circle], starts[race, window, end_circle]
-        candidates = Candidates(points, race, window, first, end)
         start, stop = plan[group, col.GROUP_FIRST], plan[group, col.GROUP_END]
         if patch.shape[1] > 0:
-            contact_columns(law, candidates, space, start, stop, damping, patch)
+            contact_columns(law, points, race, window, first, end, space, start, stop, damping, patch)
         else:
-            contact_columns(law, candidates, space, start, stop, damping, None)
+            contact_columns(law, points, race, window, first, end, space, start, stop, damping, None)
     for i in range(single):
         row, start = col.FIRST_SINGLE + i, col.SINGLE + i * col.LANES
         race, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_BASE]
         at = plan[row, col.SINGLE_FROM]
         damaged, roller = space[col.DAMAGE + np.uint64(at)] > 0.0, roller_in(at % col.RACE, rotation.shape[0])
-        on_race = Candidates(points, race, base, 0, starts[race, base, CIRCLES_PER_RACE])
         if first_time is not None and damaged:
             plan[row, col.SINGLE_WINDOW] = points.shape[1] - 1 - model.spare_of[roller]
-            raised_points(model, roller, rotation[roller], on_race, plan[row, col.SINGLE_WINDOW], space, start)
-        window = plan[row, col.SINGLE_WINDOW]
-        candidates = Candidates(points, race, window, starts[race, base, first_circle], starts[race, base, end_circle])
-        contact_columns(law, candidates, space, start, start + col.LANES, damping, None)
+            raised_points(model, roller, rotation[roller], race, base, plan[row, col.SINGLE_WINDOW], space, start)
+        window, stop = plan[row, col.SINGLE_WINDOW], start + col.LANES
+        first, end = starts[race, base, first_circle], starts[race, base, end_circle]
+        contact_columns(law, points, race, window, first, end, space, start, stop, damping, None)
         if first_time is not None and damaged:
-            flank_forces(model, roller, rotation[roller], on_race, window, space, start, damping)
+            flank_forces(model, roller, rotation[roller], race, base, window, space, start, damping)
 
 
 @kernel_part
@@ -109,18 +92,17 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 
 
 @kernel_part
-def raised_points(model, roller, rotation, candidates, spare, space, column):
-    """Copy race points (`candidates`) to the free list `spare`, raised by the height of the roller's defects there."""
-    points, race, window, first, last = candidates
-    for i in range(first, last):
+def raised_points(model, roller, rotation, race, window, spare, space, column):
+    """Copy a race's list `window` of points to the list `spare`, raised by the height of the roller's defects there."""
+    points = model.races.points
+    for i in range(model.races.starts[race, window, CIRCLES_PER_RACE]):
         radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
         axial = points[race, window, col.POINT_AXIAL, i]
         p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, np.uint64(column))
         lift, _ = lift_at(model, roller, rotation, p_x, p_y, p_z)
         points[race, spare, col.POINT_RADIAL, i] = radial + lift * points[race, window, col.NORMAL_RADIAL, i]
-        points[race, spare, col.POINT_TANGENTIAL, i] = (
-            tangential + lift * points[race, window, col.NORMAL_TANGENTIAL, i]
-        )
+        across = lift * points[race, window, col.NORMAL_TANGENTIAL, i]
+        points[race, spare, col.POINT_TANGENTIAL, i] = tangential + across
         points[race, spare, col.POINT_AXIAL, i] = axial + lift * points[race, window, col.NORMAL_AXIAL, i]
         points[race, spare, col.POINT_SHARE, i] = points[race, window, col.POINT_SHARE, i]
 
@@ -149,20 +131,21 @@ def lift_at(model, roller, rotation, x, y, z):
 
 
 @kernel_part
-def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
+def flank_forces(model, roller, rotation, race, window, spare, space, column, damping):
     """Add the forces along the race on a `roller` from the slopes of its defects to the sums of contact `column`.
 
-    `candidates`: race points; `spare`: number of the list with these points raised by `raised_points`. A point's force
-    is computed in the column after `column`, which no contact uses; it is the spring's force, without the damper's.
+    `window`: number of a list of race points; `spare`: number of the list with these points raised by `raised_points`.
+    A point's force is computed in the column after `column`, which no contact uses; it is the spring's force, without
+    the damper's.
     """
-    points, race, window, first, last = candidates
+    points = model.races.points
     j = np.uint64(column)
     alone = j + np.uint64(1)
     spring = elastic(model.law, 0.0)
     for row in range(col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + alone] = space[start + j]
-    for i in range(first, last):
+    for i in range(model.races.starts[race, window, CIRCLES_PER_RACE]):
         x, y, z = place_of_point(
             points[race, window, col.POINT_RADIAL, i],
             points[race, window, col.POINT_TANGENTIAL, i],
@@ -174,7 +157,7 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
         if rise == 0.0:
             continue
         space[col.F_X + alone] = space[col.F_Y + alone] = space[col.F_Z + alone] = 0.0
-        contact_columns(spring, Candidates(points, race, spare, i, i + 1), space, column + 1, column + 2, damping, None)
+        contact_columns(spring, points, race, spare, i, i + 1, space, column + 1, column + 2, damping, None)
         f_x, f_y, f_z = space[col.F_X + alone], space[col.F_Y + alone], space[col.F_Z + alone]
         n_a, n_b = points[race, window, col.NORMAL_RADIAL, i], points[race, window, col.NORMAL_TANGENTIAL, i]
         n_z = points[race, window, col.NORMAL_AXIAL, i]

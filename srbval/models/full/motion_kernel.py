@@ -8,6 +8,7 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.columns import state_indices
+from srbval.models.full.damping_kernel import write_accelerations
 from srbval.models.full.forces_kernel import CIRCLES_PER_RACE, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
     add_heights,
@@ -154,9 +155,8 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
             j = i + row * half
             rate[at.slide + j] = y[at.slide_rate + j]
             rate[at.rotation + j] = y[at.spin + j] - space[col.CAGE_Z + slot]
-            rate[at.slide_rate + j] = space[col.SLIDE_ACCELERATION + slot]
-            rate[at.spin + j] = space[col.SPIN_ACCELERATION + slot]
             slot += np.uint64(1)
+    write_accelerations(space, half, at, rate)
 
     # cage: symmetric 3 x 3 solve by cofactors
     totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22

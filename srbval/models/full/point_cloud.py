@@ -112,13 +112,15 @@ def candidate_windows(
     points], in axes of the race at the middle point (for row 2, of the mirror image in row 1); the number of the window
     at each point, see `Races.window_of`; and the largest height of the defects in each window [m].
     """
-    special = [_near_special(row, min(half, count), count) for row in rows]
-    finest = max(1 / float(c.share.min()) for row in rows for c in row)
-    windows = 2 * half + 1 + sum(map(len, special))
-    needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
     if 2 * half >= count:
         reach = f"a roller could touch {2 * half + 1} points of a circle, which has only {count} points"
         raise ConfigurationError(f"{reach}: use lower defects or a larger bearing.")
+    wide = np.arange(-half, half + 1)
+    # numbers of points that a defect moves or splits in several, then of all points near them
+    marked = [np.unique(np.concatenate([c.cell[(c.lift != 0) | (c.share != 1)] for c in row])) for row in rows]
+    special = [np.unique((cells[:, None] + wide) % count) for cells in marked]
+    finest = max(1 / float(c.share.min()) for row in rows for c in row)
+    needed = 2.0 * (len(wide) + sum(map(len, special))) * 8 * col.POINT_ROWS * len(circles) * len(wide) * finest
     if needed > MAX_CANDIDATE_BYTES:
         raise ConfigurationError(
             f"the tables of contact points, with {count} points per circle and refinement = {finest:.4g} of defects, "
@@ -126,7 +128,6 @@ def candidate_windows(
             "Use fewer points per circle, or smaller or less refined defects."
         )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
-    wide = np.arange(-half, half + 1)
     found = [_window(circles, plain, 0, np.arange(c) - (c - 1) // 2, count) for c in range(1, len(wide) + 1)]
     highest = [0.0] * len(found)
     window_of = np.full((2, count), len(wide) - 1)
@@ -137,16 +138,6 @@ def candidate_windows(
             near = (np.isin(circle.cell, (nearest + wide) % count) for circle in points)
             highest.append(max(0.0, *(float(c.lift[own].max()) for c, own in zip(points, near, strict=True))))
     return found, window_of, highest
-
-
-def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntArray:
-    """List, rising, the numbers of points at most `half` points from one that a defect moves or splits in several."""
-    marked = np.zeros(3 * count + 1, dtype=np.int64)
-    for circle in points:
-        cell = circle.cell[(circle.lift != 0) | (circle.share != 1)]
-        marked[1 + cell] = marked[1 + count + cell] = marked[1 + 2 * count + cell] = 1
-    before = np.cumsum(marked)  # number of marked points before each point
-    return np.flatnonzero(before[count + half + 1 : 2 * count + half + 1] > before[count - half : 2 * count - half])
 
 
 def _window(

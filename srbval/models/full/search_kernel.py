@@ -41,11 +41,8 @@ def plan_contacts(slots, races, space, plan, count):
             if points > 0:
                 for lane in range(lanes):
                     space[col.SHIFT + np.uint64(begin) + lane] = 0.5 * (points % 2)
-                if (
-                    groups > 0
-                    and plan[groups - 1, col.GROUP_END] == begin
-                    and plan[groups - 1, col.GROUP_WINDOW] == points - 1
-                ):
+                row = groups - 1
+                if groups > 0 and plan[row, col.GROUP_END] == begin and plan[row, col.GROUP_WINDOW] == points - 1:
                     plan[groups - 1, col.GROUP_END] += col.LANES
                 else:
                     plan_group(plan, groups, race, points - 1, begin)
@@ -166,17 +163,12 @@ def points_of_group(code, begin, space):
 
 @kernel_part
 def deepest_of(slots, space):
-    """Compute the deepest penetration of all rollers and races [m]; overwrites row `TWICE_ENERGY` of `space`."""
+    """Compute the deepest penetration of all rollers and races [m]."""
+    outer, inner = -1.0, -1.0
     for p in range(np.uint64(slots)):
-        outer, inner = space[col.MIDDLE_DEPTH + p], space[col.MIDDLE_DEPTH + col.INNER + p]
-        space[col.TWICE_ENERGY + p] = outer if outer > inner else inner
-    a, b, c, d = -1.0, -1.0, -1.0, -1.0  # four at a time: one would wait for the maximum before it
-    for p in range(np.uint64(0), np.uint64(slots), np.uint64(4)):
-        a = max(a, space[col.TWICE_ENERGY + p])
-        b = max(b, space[col.TWICE_ENERGY + p + np.uint64(1)])
-        c = max(c, space[col.TWICE_ENERGY + p + np.uint64(2)])
-        d = max(d, space[col.TWICE_ENERGY + p + np.uint64(3)])
-    return max(max(a, b), max(c, d))
+        outer = max(outer, space[col.MIDDLE_DEPTH + p])
+        inner = max(inner, space[col.MIDDLE_DEPTH + col.INNER + p])
+    return max(outer, inner)
 
 
 @kernel_part

@@ -1,15 +1,10 @@
 """Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008).
 
 A slice of a race meets the roller in the roller's meridian or, at a defect, on the defect's edge, see `foot_of_slice`.
-Its gap to the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width w the penetration is
-linear, from e_2 to e_1 = e_2 + s. The force per length of a line contact at the penetration e is k e^(10/9), with a
-constant k (ISO/TS 16281), so that the slice has the
-
-    force  F = (9/19) k w / s (e_1^(19/9) - e_2^(19/9)),  its slope dF/de = k w / s (e_1^(10/9) - e_2^(10/9)),
-    energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)).
-
-Negative ends count as zero: the force is smooth while a slice comes into contact. The damper's coefficient is the slope
-times a time constant (2.5e-6 to 25e-6 s after E. Krämer; quoted from memory, not checked).
+Its gap to the barrel has the closed form of `contact_kernel.penetration`. Across the slice's width the penetration is
+linear; force, its slope and energy are on the page "Contact" of the theory. A negative penetration at an end counts as
+zero: the force is smooth while a slice comes into contact. The damper's coefficient is the slope times a time constant
+(2.5e-6 to 25e-6 s after E. Krämer; quoted from memory, not checked).
 """
 
 import math
@@ -27,8 +22,7 @@ from srbval.models.full.contact_kernel import (
     place_of_point,
     with_friction,
 )
-from srbval.models.full.film_kernel import film_drag, film_on_race, law_in_film
-from srbval.models.full.oil_kernel import rolling_speed
+from srbval.models.full.oil_kernel import film_drag, film_on_race, law_in_film, rolling_speed
 from srbval.models.jit import inlined, kernel_part
 
 # x^(1/9) over x^(1/8), for the first guess of one Newton step; error after it 1.6e-6 from 1e-11 m to 1 mm.
@@ -159,8 +153,17 @@ def law_at_speed(law, slices, cage, shaft):
 
 
 @kernel_part
-def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping):
-    """Add slices' forces to the array `space`, for thirds `first_third` to `end_third` - 1 of a contact's length."""
+def evaluate_slices(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
+    """Add the forces of contacts that are cut into slices along the roller; no effect if `slices` is None.
+
+    Of the three thirds of a contact's length, numbered 0 to 2, the slices in `first_third` to `end_third` - 1 are
+    evaluated; see `forces_kernel.evaluate_contacts` for the other arguments.
+    """
+    if slices is None:
+        return
+    space, plan = model.space, model.plan
+    if first_time is not None:
+        find_defects(slices, single, plan, space, rotation, model)
     for group in range(groups):
         race = plan[group, col.GROUP_RACE]
         first, end = slices.starts[race, 0, first_third], slices.starts[race, 0, end_third]
@@ -237,16 +240,9 @@ def face_roller(space, start, stop):
         turn = turn if abs(turn) < 0.1 else 0.0
         turn *= 1.0 - turn * turn * (1.0 / 3.0)
         c = 1.0 - 0.5 * turn * turn
-        space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j] = (
-            c * a_x + turn * b_x,
-            c * a_y + turn * b_y,
-            c * a_z + turn * b_z,
-        )
-        space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j] = (
-            c * b_x - turn * a_x,
-            c * b_y - turn * a_y,
-            c * b_z - turn * a_z,
-        )
+        space[col.A_X + j], space[col.B_X + j] = c * a_x + turn * b_x, c * b_x - turn * a_x
+        space[col.A_Y + j], space[col.B_Y + j] = c * a_y + turn * b_y, c * b_y - turn * a_y
+        space[col.A_Z + j], space[col.B_Z + j] = c * a_z + turn * b_z, c * b_z - turn * a_z
         space[col.SHIFT + j] = turn
 
 

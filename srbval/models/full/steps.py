@@ -7,12 +7,11 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
-from srbval.models.full.advance_kernel import ADVANCE
 from srbval.models.full.columns import layout_of
 from srbval.models.full.forces_kernel import CIRCLES_PER_RACE
 from srbval.models.full.motion_kernel import rates_and_loads
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.step_kernel import working_space
+from srbval.models.full.step_kernel import ADVANCE, working_space
 from srbval.models.outputs import Outputs
 from srbval.models.solvers import Method
 

@@ -1,17 +1,12 @@
 """Kernels: rollers that tilt about the tangent of the race and slide along their axes, in balance at every moment.
 
-Without friction a contact's force acts on the line through the centres of the two profile arcs that touch. For a
-roller in balance both contacts have the same line (moment equilibrium, which ISO/TS 16281 requires): the line through
-the points o and i, the centres of the outer and of the inner race's arc in the roller's meridian, with the components
-o_x, o_z, i_x and i_z: x outwards along the slot, the roller's place in the cage, and z along the roller without tilt.
-The roller's x axis turns to this line:
-
-    tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift along the tilted roller's axis = o_z cos(tilt) - o_x sin(tilt)
-
-After this tilt and shift, neither contact has a force along the roller's axis or a moment about the tangent; slices
-keep their place along the roller. Forces and motion of a contact are then in axes of the tilted roller. Friction
-against tilting and sliding, which would only delay the balance, is left out. The cage guides a roller about the x axis,
-so the skew moment, the moment about this axis, acts on the cage. Nothing happens if `free` is None: no roller tilts.
+Equations of tilt and shift: page "Equations of motion" of the theory. The points o and i are the centres of the outer
+and of the inner race's arc in the roller's meridian: x outwards along the slot, the roller's place in the cage, and z
+along the roller without tilt. The roller's x axis turns to the line through both. Neither contact then has a force
+along the roller's axis or a moment about the tangent (moment equilibrium, which ISO/TS 16281 requires); slices keep
+their place along the roller, and forces and motion of a contact are in axes of the tilted roller. The cage guides a
+roller about the x axis, so the skew moment, the moment about this axis, acts on the cage. Nothing happens if `free` is
+None: no roller tilts.
 """
 
 import math

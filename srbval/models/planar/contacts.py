@@ -21,7 +21,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import ElementShape, RollingElements, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import POISSON, YOUNG_N_M2, roller_diameter_m
-from srbval.models.line import Patch, RaisedPiece, patches, raised_piece
+from srbval.models.line import Patch, patches
 from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
@@ -51,18 +51,23 @@ POSITIONS = 64  # tabulated positions of a defect, from under the roller to the 
 UNDER_ROLLER = np.zeros(())  # distance of a defect's middle from a roller [m]
 
 
-class DefectOnCircle(NamedTuple):
-    """Defect on one of the three circles (0 to 2) around a race (0 outer, 1 inner) on which rollers touch the race.
+class DefectOnRace(NamedTuple):
+    """Pit or bump of a race (0 outer, 1 inner), divided into strips along the race, each of the width `strip_m`.
 
-    `piece`: raised or sunken part of the race; `middle_m`: distances along the race from the roller's to the defect's
-    middle, an array of any shape; `reach_m`: largest distance with contact; `race_radius_m`: circle's radius.
+    `half_m`: half of each strip's length along the race; `across_m`: distance of each strip from the middle of the
+    contact, across the race; `middle_m`: distances along the race from the roller's to the defect's middle, an array of
+    any shape; `reach_m`: largest distance with contact; `race_radius_m`: radius of the race at the defect. Under
+    spherical rollers the defect is one strip, on one of the three circles (0 to 2) on which rollers touch the race.
     """
 
     race: int
-    circle: int
-    piece: RaisedPiece
+    height_m: float
+    half_m: FloatArray
     reach_m: float
     race_radius_m: float
+    circle: int = 0
+    across_m: FloatArray = UNDER_ROLLER
+    strip_m: float = math.nan
     middle_m: FloatArray = UNDER_ROLLER
 
 
@@ -73,15 +78,15 @@ class Slot:
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
-    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnCircle:
+    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
         """Place a defect on a race (0 outer, 1 inner), for approaches of the rings up to `deepest_m`."""
         patch = self.patches[race][defect.circle - 1]
-        piece = raised_piece(defect, patch.spacing_m)
-        half_m = piece.part_m * len(piece.offset_m) / 2
+        half_m = (defect.extent_m or defect.points * patch.spacing_m) / 2
         reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + half_m
-        return DefectOnCircle(race, defect.circle - 1, piece, reach_m, patch.race_radius_m)
+        half = np.array([half_m])
+        return DefectOnRace(race, defect.height_m, half, reach_m, patch.race_radius_m, circle=defect.circle - 1)
 
-    def press(self, approach_m: FloatArray, raised: DefectOnCircle | None = None) -> FloatArray:
+    def press(self, approach_m: FloatArray, raised: DefectOnRace | None = None) -> FloatArray:
         """Balance the roller between both races at each approach, an array of any shape, by bisection of its slide.
 
         Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
@@ -102,7 +107,7 @@ class Slot:
         return (self.excess_m[1] - slide) * lean
 
     def _race_force(
-        self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectOnCircle | None = None
+        self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectOnRace | None = None
     ) -> tuple[FloatArray, FloatArray]:
         """Compute the components of a race's force on the roller: along the slot, and in radial direction [N]."""
         along = radial = np.zeros(())
@@ -110,7 +115,7 @@ class Slot:
             depth = self._depth(race, circle, approach, slide)
             force = patch.force_n(depth)
             if raised is not None and (raised.race, raised.circle) == (race, circle):
-                force = force + patch.raised_force_n(depth, raised.middle_m, raised.piece)
+                force = force + patch.raised_force_n(depth, raised.middle_m, float(raised.half_m[0]), raised.height_m)
             along = along + force * math.cos(patch.lean_rad)
             radial = radial + force * math.cos(patch.normal_rad)
         return along, radial
@@ -176,43 +181,27 @@ class Race:
         depth = np.maximum(depth_m, LEAST_DEPTH_M)
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
-    def added_n(self, depth_m: FloatArray, defect: DefectStrips) -> FloatArray:
+    def added_n(self, depth_m: FloatArray, defect: DefectOnRace) -> FloatArray:
         """Compute the force [N] that a defect adds, negative for a pit; broadcasts `depth_m` and `defect.middle_m`."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, defect.middle_m.shape))
         for x, half in zip(defect.across_m, defect.half_m, strict=True):
             level = depth_m - self.fall_1_m * x**2 / 2
-            lifted = np.maximum(level + defect.lift_m(half, self.along_1_m), 0.0)
+            lifted = np.maximum(level + _lift_m(defect, half, self.along_1_m), 0.0)
             added += lifted**self.exponent - np.maximum(level, 0.0) ** self.exponent
         return self.stiffness * defect.strip_m * added
 
 
-class DefectStrips(NamedTuple):
-    """Pit or bump of a race (0 outer, 1 inner), divided into strips along the race, each of the width `strip_m`.
+def _lift_m(defect: DefectOnRace, half_m: float, along_1_m: float) -> FloatArray:
+    """Compute how far one strip of the defect moves the ball or roller off the race [m], negative in a pit.
 
-    `half_m`: half of each strip's length along the race; `across_m`: distance of each strip from the middle of the
-    contact, across the race; other fields: see `DefectOnCircle`.
+    `half_m`: half of the strip's length along the race; `along_1_m`: curvature of the gap between race and ball or
+    roller, along the race [1/m].
     """
-
-    race: int
-    height_m: float
-    across_m: FloatArray
-    half_m: FloatArray
-    strip_m: float
-    reach_m: float
-    race_radius_m: float
-    middle_m: FloatArray = UNDER_ROLLER
-
-    def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """Compute how far one strip of the defect moves the ball or roller off the race [m], negative in a pit.
-
-        `half_m`: half of the strip's length along the race; `along_1_m`: curvature of the gap between race and ball or
-        roller, along the race [1/m].
-        """
-        if self.height_m > 0:
-            beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
-            return np.maximum(0.0, self.height_m - along_1_m * beside**2 / 2)
-        inside = np.maximum(half_m - np.abs(self.middle_m), 0.0)
-        return -np.minimum(along_1_m * inside**2 / 2, -self.height_m)
+    if defect.height_m > 0:
+        beside = np.maximum(np.abs(defect.middle_m) - half_m, 0.0)
+        return np.maximum(0.0, defect.height_m - along_1_m * beside**2 / 2)
+    inside = np.maximum(half_m - np.abs(defect.middle_m), 0.0)
+    return -np.minimum(along_1_m * inside**2 / 2, -defect.height_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,7 +216,7 @@ class ElementSlot:
     play_m: float
     damping_s: float
 
-    def press(self, approach_m: FloatArray, raised: DefectStrips | None = None) -> FloatArray:
+    def press(self, approach_m: FloatArray, raised: DefectOnRace | None = None) -> FloatArray:
         """Balance the ball or roller between both races at each approach; result as of `Slot.press`."""
         whole = approach_m * self.cosine - self.play_m
         reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
@@ -238,7 +227,7 @@ class ElementSlot:
         depth = np.maximum(outer, whole - outer)
         return np.array([self.cosine * force, self.cosine**2 * self.damping_s * series, depth])
 
-    def _force(self, race: int, depth: FloatArray, raised: DefectStrips | None) -> FloatArray:
+    def _force(self, race: int, depth: FloatArray, raised: DefectOnRace | None) -> FloatArray:
         force = self.races[race].force_n(depth)
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
@@ -253,18 +242,16 @@ class ElementSlot:
             approach *= 1.2
         return float(approach)
 
-    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectStrips:
+    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
         """Divide a defect of a race into strips, together at most as wide as the contact at the approach `deepest_m`.
 
-        Raises `ConfigurationError` for a cosine shape or a defect without `extent_m`.
+        Raises `ConfigurationError` for a defect without `extent_m`.
         """
         if defect.extent_m is None:
             raise ConfigurationError(
                 f"the defect has no extent, only points = {defect.points}, but races of ball and cylindrical roller "
                 "bearings are not modelled as points: give the defect's length, for example extent = '0.5 mm'."
             )
-        if defect.shape is DefectShape.COSINE:
-            raise ConfigurationError("defect shape = 'cosine': use 'flat' or 'hole' with balls or cylindrical rollers.")
         own, hole = self.races[race], defect.shape is DefectShape.HOLE
         widest = own.length_m if own.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / own.fall_1_m)
         width = min(widest, defect.extent_m if hole else (defect.width_m or widest))
@@ -272,7 +259,8 @@ class ElementSlot:
         half = np.full(STRIPS, defect.extent_m / 2)
         half = np.sqrt(half**2 - across**2) if hole else half
         reach_m = float(half.max()) + math.sqrt(2 * max(0.0, defect.height_m) / own.along_1_m)
-        return DefectStrips(race, defect.height_m, across, half, width / STRIPS, reach_m, own.radius_m)
+        strip_m = width / STRIPS
+        return DefectOnRace(race, defect.height_m, half, reach_m, own.radius_m, across_m=across, strip_m=strip_m)
 
 
 def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
@@ -384,9 +372,12 @@ def tabulate_bump(
 
     The defect is on the race, or on a roller that touches the race with it. The approaches begin at `plain.start_m`, in
     steps of `DEFECT_STEPS` times `plain.step_m`. Positions are distances from roller to defect along the race, from 0,
-    since defects are symmetric. Also returns the race's radius and the step of the positions [m].
+    since defects are symmetric. Also returns the race's radius and the step of the positions [m]. Raises
+    `ConfigurationError` for a cosine shape.
     """
-    raised: Any = slot.place_on_race(defect, race, plain.deepest_m)
+    if defect.shape is DefectShape.COSINE:
+        raise ConfigurationError("defect shape = 'cosine': planar and impulse simulate only 'flat' and 'hole'.")
+    raised = slot.place_on_race(defect, race, plain.deepest_m)
     position = np.linspace(0.0, raised.reach_m, POSITIONS)
     approach = np.arange(plain.start_m, plain.deepest_m, DEFECT_STEPS * plain.step_m)
     whole_n = slot.press(approach[:, None], raised._replace(middle_m=position[None, :]))[0]

@@ -8,7 +8,7 @@ import pytest
 from srbval import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.columns import layout_of
-from srbval.models.full.contact_kernel import Candidates, ContactLaw, contact_columns
+from srbval.models.full.contact_kernel import ContactLaw, contact_columns
 from srbval.models.full.equilibrium import balance_friction, equilibrium_state
 from srbval.models.full.motion_kernel import WITH_DAMPING
 from srbval.models.full.parameters import Parameters
@@ -88,7 +88,7 @@ def test_coming_into_contact_is_averaged_over_its_time(share):
     others = np.delete(np.arange(col.LANES), column)
     space[[a_x, b_y, z_z], column], space[v_x, column], space[o_x, others] = 1.0, -rate, col.FAR_M
     law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C, onset)
-    contact_columns(law, Candidates(points, 0, 0, 0, 1), space.ravel(), 0, col.LANES, WITH_DAMPING, None)
+    contact_columns(law, points, 0, 0, 0, 1, space.ravel(), 0, col.LANES, WITH_DAMPING, None)
     sums = space[col.FIRST_SUM : col.LAST_SUM]
     assert not sums[:, others].any(), "columns do not mix"
     f_x, *_, lost, _ = sums[:, column]
