@@ -41,6 +41,7 @@ LONG = (  # functions that take long, or change this machine; everything before 
     *(f"srbval.cli.{name}" for name in ("campaign_command.run_campaign", "study_commands.run_check")),
     *(f"srbval.cli.{name}" for name in ("data_command.fetch", "installation_commands.clear_cache")),
     *(f"srbval.cli.study_commands.{name}" for name in ("make_result", "fingerprint", "recompute")),
+    *(f"srbval.cli.study_commands.{name}" for name in ("bench", "stability", "measure_scale")),
     "srbval.path.identify.simulated_run",
     *(f"srbval.report.{name}" for name in ("reports.gather", "findings.user_records.run_counterpart")),
 )
