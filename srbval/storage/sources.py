@@ -25,6 +25,7 @@ FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE
 PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", imported at first use
 _NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
 SHOWING = ("page", "figure")
+NOT_COUNTED = {"harness"}  # which runs every study and stores its result
 DISPLAY_KEYS = ("question", "minutes")  # keys of a study's TOML file that only inform the reader
 _NAME_FIELDS = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
@@ -43,16 +44,16 @@ def content_version(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = 
 def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
     """Hash of the statements in the modules and TOML files of a `folder`, 64 hexadecimal digits.
 
-    These do not count: docstrings, comments, formatting, the order of statements, names that begin with an underscore,
-    modules from which names are imported, files named ``page`` or ``figure``, which only show the result, and the keys
-    ``question`` and ``minutes`` of TOML files.
+    Modules beside the folder that it imports count as well, apart from `NOT_COUNTED`. These do not count: docstrings,
+    comments, formatting, the order of statements, names that begin with an underscore, modules from which names are
+    imported, files named ``page`` or ``figure``, which only show the result, and the keys ``question`` and ``minutes``
+    of TOML files.
     """
-    statements = [
-        one
-        for path in sorted(folder.iterdir())
-        if path.suffix in (".py", ".toml") and path.stem not in SHOWING
-        for one in _statements(path, package)
-    ]
+    files = [path for path in folder.iterdir() if path.suffix in (".py", ".toml") and path.stem not in SHOWING]
+    imports = {name for path in files if path.suffix == ".py" for name in _imported(path.read_text(encoding="utf-8"))}
+    used = {part for name in imports for part in name.split(".")} - NOT_COUNTED
+    files += [path for path in folder.parent.glob("*.py") if path.stem in used]
+    statements = [one for path in files for one in _statements(path, package)]
     return hashlib.sha256(b"".join(sorted(statements))).hexdigest()
 
 

@@ -56,28 +56,38 @@ def code_of(folder: Path) -> str:
     return code_sha256(folder, folder)
 
 
-CODE = "LIMIT = 2\n\n\ndef run(x):\n    return _twice(x)\n\n\ndef _twice(x):\n    return LIMIT * x\n"
+IMPORTS = "from studies.bench import run_all\nfrom studies.harness import StudyResult\n\n"
+CODE = IMPORTS + "LIMIT = 2\n\n\ndef run(x):\n    return _twice(x)\n\n\ndef _twice(x):\n    return LIMIT * x\n"
 SAME = (
     ("study.py", CODE.replace("return _", '"""Words."""\n    return _').replace("* x", "*   x  # why")),
     ("study.py", CODE.replace("_twice", "_doubled")),
     ("moved.py", CODE),
     ("page.py", "shown = 1"),
+    ("../harness.py", "x = 1"),
+    ("../other.py", "x = 1"),
     ("texts.md", "## words"),
     ("study.toml", '# a remark\nparts = ["full"]\nminutes = 3'),
 )
-OTHER = (("study.py", CODE.replace("LIMIT = 2", "LIMIT = 3")), ("more.py", "x = 1"), ("study.toml", 'parts = ["line"]'))
+OTHER = (
+    ("study.py", CODE.replace("LIMIT = 2", "LIMIT = 3")),
+    ("more.py", "x = 1"),
+    ("study.toml", 'parts = ["line"]'),
+    ("../bench.py", "x = 1"),
+)
 
 
 @pytest.mark.parametrize(("file", "text"), SAME + OTHER)
 def test_the_hash_of_a_study_follows_what_it_computes(file, text, tmp_path):
     """Docstrings, formatting, renamed private functions, moved files and pages leave it as it is."""
-    (tmp_path / "study.py").write_text(CODE)
-    (tmp_path / "study.toml").write_text('parts = ["full"]\nminutes = 2')
-    before = code_of(tmp_path)
+    folder = tmp_path / "own"
+    folder.mkdir()
+    (folder / "study.py").write_text(CODE)
+    (folder / "study.toml").write_text('parts = ["full"]\nminutes = 2')
+    before = code_of(folder)
     if file == "moved.py":
-        (tmp_path / "study.py").unlink()
-    (tmp_path / file).write_text(text)
-    assert (code_of(tmp_path) == before) is ((file, text) in SAME)
+        (folder / "study.py").unlink()
+    (folder / file).write_text(text)
+    assert (code_of(folder) == before) is ((file, text) in SAME)
 
 
 def test_no_import_of_this_package_is_overlooked():
