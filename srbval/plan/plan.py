@@ -86,19 +86,27 @@ def make_plan(
         )
     table, bearing = measured or nearest_table(scene), load_bearing(scene.bearing)
     outside, levels = table.list_gaps(scene), [level_of(name) for name in table.models]
-    refused = {level.name: why for level in levels if (why := refusal(level, scene, bearing)) is not None}
     judged = [_judge_model(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels]
+    few_can, refused = scene.oil is not None or scene.bodies.free_rollers, dict[str, str]()
+    for level in levels:
+        if (few_can or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None:
+            refused[level.name] = why
+    while True:  # in other scenes, whether a model can run is only examined, which takes long, if it would be chosen
+        able = [level for level in levels if level.name not in refused]
+        if not able:
+            raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
+        enough = [one for one in judged if one.ok and one.model not in refused]
+        if enough:
+            chosen = min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
+        else:  # the reference, else the most detailed model that can run and answer
+            knowing = [level.name for level in able if question.value not in level.lacks] or [able[-1].name]
+            chosen = table.reference if table.reference in knowing else knowing[-1]
+        if (why := refusal(level_of(chosen), scene, bearing)) is None:
+            break
+        refused[chosen] = why
     candidates = tuple(
         Candidate(model=one.model, why=refused[one.model]) if one.model in refused else one for one in judged
     )
-    if len(refused) == len(levels):
-        raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
-    if enough := [one for one in candidates if one.ok]:
-        chosen = min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
-    else:  # the reference, else the most detailed model that can run and answer
-        able = [level for level in levels if level.name not in refused]
-        knowing = [level.name for level in able if question.value not in level.lacks] or [able[-1].name]
-        chosen = table.reference if table.reference in knowing else knowing[-1]
     asked: dict[str, Any] = {"question": question, "tolerance_pct": tolerance_pct}
     return Plan(chosen=chosen, met=bool(enough), candidates=candidates, outside=outside, **asked)
 
