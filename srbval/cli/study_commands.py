@@ -22,7 +22,7 @@ from srbval.studies.scale import measure_scale
 
 MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --json contains all
 VALIDITY_BY_KIND = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
-LISTS = ("scenes", "solvers", "rpm")  # options of studies that take several values
+MULTIPLE = ("scenes", "solvers", "rpm")  # options of studies that take several values
 STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
 
 
@@ -108,7 +108,7 @@ def run_study_command(options: argparse.Namespace) -> int:
 def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     plot = Path(getattr(options, "plot", None) or f"srbval-{command.rpartition(' ')[2]}.svg")
     check_suffix(plot, "SVG", (".svg",))
-    for key in LISTS:
+    for key in MULTIPLE:
         if given := getattr(options, key, None):
             setattr(options, key, list(dict.fromkeys(given)))  # each value once
     with ProgressDisplay() as shown:
@@ -134,7 +134,7 @@ def _run_variant(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
     """Run ``bench`` or ``stability`` with --quick, --model or --scale; only --output stores such a result."""
-    given_lists = {key: tuple(own) for key in LISTS if (own := getattr(given, key, None))}
+    given_lists = {key: tuple(own) for key in MULTIPLE if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):
         found = measure_scale(quick=given.quick, progress=progress)

@@ -17,7 +17,7 @@ from srbval.recordings.raw import LONGEST_NAME, ArrayOrText, RawFile, first_line
 from srbval.recordings.times import is_rising, is_time, parse_time_stamps, read_counter, stated_rate
 from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
-LONGEST_LIST = 1024  # characters of a note; of the beginning of a text by which its kind is found
+NOTE_CHARACTERS = 1024  # characters of a note; of the beginning of a text by which its kind is found
 LARGEST_TEXT = 500 * 10**6  # bytes, if every line is examined
 END_BYTES = 2**18  # of a long text of plain numbers, only this much at both ends is examined line by line
 BLOCK_BYTES = 2**24  # of a long text that are converted at once
@@ -145,7 +145,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
     if unusable and middle is not None:
         raise ValueError("line numbers differ")
     notes += ("decimal commas read as decimal points",) if comma else ()
-    notes += (f"left out, no numbers: {', '.join(left)[:LONGEST_LIST]}",) if left else ()
+    notes += (f"left out, no numbers: {', '.join(left)[:NOTE_CHARACTERS]}",) if left else ()
     below = sum(bool(line.strip("# ")) for line in lines[table.lines[-1] + 1 :])
     notes += (f"left out: {below} line(s) below the table",) if below else ()
     facts = _read_statements(path, [line for i, line in enumerate(above) if i not in used])
@@ -197,7 +197,7 @@ def _read_lines(path: Path, content: bytes) -> tuple[list[str], tuple[str, ...]]
             raise DataError(f"{path}: damaged UTF-16 text ({first_line(error)}). Save it as UTF-8.") from None
         text = content.decode("latin-1")
     for beginning, what in OTHER_TEXTS.items():
-        if re.match(rf"\s*(?:{beginning})", text[:LONGEST_LIST], re.IGNORECASE):
+        if re.match(rf"\s*(?:{beginning})", text[:NOTE_CHARACTERS], re.IGNORECASE):
             raise (DataError if "pointer" in what else NoRecordingError)(f"{path}: {what}.")
     text = re.sub("\r+\n", "\n", text) if "\r" in text else text
     text = text if "\n" in text else text.replace("\r", "\n")
