@@ -93,7 +93,7 @@ def _target() -> Any:
 
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
-    return binding.Target.from_default_triple()
+    return binding.Target.from_triple(binding.get_process_triple())
 
 
 def add_entry(library: Any, context: Any, function: Any) -> None:
