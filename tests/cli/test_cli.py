@@ -115,7 +115,7 @@ def test_a_slip_is_answered_with_what_was_meant(slip, srbval_text):
 
 
 def test_completion(tmp_path):
-    """As README says it: shtab completes commands, options and file names from the parser."""
+    """The library shtab completes commands, options and file names from the parser."""
     shtab = pytest.importorskip("shtab")
     script = shtab.complete(build_parser(), shell="bash")
     assert all(word in script for word in ("--pulses-per-rev", "--healthy"))

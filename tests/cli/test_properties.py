@@ -326,7 +326,7 @@ def alike(one: argparse.Action, other: argparse.Action) -> bool:
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_option_with_every_hostile_value(command, said):
-    """Of an option that several commands have, every value with the first of them, every fourth with the others.
+    """Call the first command that has an option with all hostile values, other commands with every fourth value.
 
     The short form takes every third of these, of each option others.
     """

@@ -49,7 +49,7 @@ def test_one_kind_or_all_of_them_are_cleared(root):
 
 
 def test_kernels_go_where_numba_is_told_to_put_them(tmp_path, monkeypatch):
-    """Those of another place are left alone, and so are other files in that folder."""
+    """Clearing the cache leaves kernels of another place, and other files in that folder, alone."""
     before = fill("kernels", 5)
     monkeypatch.setenv(KERNEL_VARIABLE, str(tmp_path / "elsewhere"))
     assert clear_cache() == ()
