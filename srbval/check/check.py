@@ -5,8 +5,10 @@ function that runs the part on bundled scenes or shipped recordings and returns 
 parts are the program's fingerprint. They are compared within a tolerance with the file ``reports/fingerprint.json``,
 see `srbval.storage.stored_result`. A changed constant of a model changes the fingerprint, a renamed function does not.
 
-If the rollers leave a radial play in the bearing, unloaded rollers rattle, and a small change of the motion doubles
-every 2 ms. Simulations with such rollers last only 12 ms, so that rounding errors stay below the tolerance.
+If the rollers leave a radial play in the bearing, unloaded rollers rattle, and a small change of the motion grows. With
+the point contacts of the model `full` it doubles every 0.3 ms, also in explicit solvers near their stability limit.
+Such simulations last only 2.5 ms, other simulations with a play 12 ms: rounding errors, which differ between processors
+with and without vector instructions, then stay below the tolerance.
 """
 
 from __future__ import annotations
@@ -52,7 +54,7 @@ from srbval.storage.stored_result import (
 from srbval.storage.tables import read_toml
 
 ProbeOutputs = dict[str, FingerprintValue]
-RATTLING_S, SMOOTH_S = 0.012, 0.05  # simulated time of a probe, with play and without
+UNSTABLE_S, PLAY_S, SMOOTH_S = 0.0025, 0.012, 0.05  # simulated time of a probe, by how fast a small change grows
 STATES = (Fault.HEALTHY, *DEFECTS)
 PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # solvers besides the default
 IMPULSE_S = 1.0  # duration of the run with which a path is identified
@@ -77,7 +79,7 @@ def _probe_scenes(
     `fits` are rules for the roller diameter (see `RollerFit`); `changes` are further changes of the scene, by key.
     """
     for fit, state in itertools.product(fits, states):
-        own = {"model": model, "duration_s": RATTLING_S if fit == "play" else SMOOTH_S, "settle_s": 0.0}
+        own = {"model": model, "duration_s": PLAY_S if fit == "play" else SMOOTH_S, "settle_s": 0.0}
         own |= {"contact": {"roller_fit": fit}, "defect": {"kind": state.scene_word}}
         yield f"{base} {fit} {state}", load_scene(base, own | changes)
 
@@ -112,8 +114,8 @@ def _probe_model(model: str, base: str, *, step: Step = Step.UNCHECKED, **option
 
 def _probe_full() -> ProbeOutputs:
     """Compute regression-check numbers of the point-cloud model, for two roller diameters and several solvers."""
-    found = _probe_model("full", "paper", fits=("play", "printed"))
-    own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "duration_s": RATTLING_S}
+    found = _probe_model("full", "paper", duration_s=UNSTABLE_S) | _probe_model("full", "paper", fits=("printed",))
+    own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "duration_s": UNSTABLE_S}
     for solver in PROBED_SOLVERS:
         values = _probe_model("full", "paper", solver={"name": solver, "step_s": SOLVER_STEP_S}, **own)
         found |= {f"{solver} {name}": value for name, value in values.items()}

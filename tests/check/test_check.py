@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -57,6 +59,16 @@ def test_a_circle_ten_micrometres_off_is_noticed(race, monkeypatch):
 
     monkeypatch.setattr(parameters, race, moved)
     assert failed("full")
+
+
+@pytest.mark.long_form
+def test_a_processor_without_vector_instructions_has_the_same_fingerprint(monkeypatch):
+    """Rounding differs between processors: no quantity of the fingerprint may amplify it."""
+    monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
+    program = "import json; from srbval.check.check import fingerprint; print(json.dumps(fingerprint('full', 'slices')))"
+    done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    for part, values in json.loads(done.stdout).items():
+        assert not [one for one in compare_part(values, reference_fingerprint()[part]) if not one.ok]
 
 
 def test_numbers_words_and_missing_quantities(monkeypatch):

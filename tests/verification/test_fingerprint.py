@@ -6,6 +6,7 @@ the fingerprint. Any other error is planted in states of the scenes of published
 changes one of these, it is a blind spot.
 """
 
+import math
 import pickle
 from collections import Counter
 from collections.abc import Iterator
@@ -22,7 +23,7 @@ from tests.verification.test_planted_errors import ERRORS, PROCESSES, UNHARMED
 PROBE, PUBLISHED = "fingerprint", "published"
 CHANGED, BLIND, HARMLESS = "changes the fingerprint", "blind spot", "changes no published number"
 OUTPUTS = 2  # output intervals that are run from each state
-PROBE_AT, PUBLISHED_AT = (0, 60, 150), (0, 1024, 2500)  # output intervals before the states, of 1/20480 s
+PROBE_AT, PUBLISHED_AT = (0, 40, 150), (0, 1024, 2500)  # output intervals before the states, of 1/20480 s
 
 
 def scenes(stage: str) -> Iterator[tuple[str, Any]]:
@@ -31,13 +32,14 @@ def scenes(stage: str) -> Iterator[tuple[str, Any]]:
     from srbval.check import check as probes
 
     races = (Fault.HEALTHY, *RACE_DEFECTS)
-    yield from probes._probe_scenes("full", "paper", fits=("play", "printed"))
+    yield from probes._probe_scenes("full", "paper", duration_s=probes.UNSTABLE_S)
+    yield from probes._probe_scenes("full", "paper", fits=("printed",))
     yield from probes._probe_scenes("slices", "rig")
     yield from probes._probe_scenes("slices", "rig-oil", states=(Fault.HEALTHY,))
     yield from probes._probe_scenes("line", "paper", fits=("printed",), states=races)
     for solver in probes.PROBED_SOLVERS if stage == PROBE else ():
-        own = {"solver": {"name": solver, "step_s": probes.SOLVER_STEP_S}, "states": (Fault.OUTER,)}
-        for name, scene in probes._probe_scenes("full", "paper", fits=("printed",), **own):
+        own = {"solver": {"name": solver, "step_s": probes.SOLVER_STEP_S}, "duration_s": probes.UNSTABLE_S}
+        for name, scene in probes._probe_scenes("full", "paper", fits=("printed",), states=(Fault.OUTER,), **own):
             yield f"{solver} {name}", scene
 
 
@@ -49,7 +51,8 @@ def states() -> Iterator[tuple[str, str, int, bytes]]:
     for stage, places in ((PROBE, PROBE_AT), (PUBLISHED, PUBLISHED_AT)):
         for name, scene in scenes(stage):
             run, done = start_full_run(scene, load_bearing(scene.bearing)), 0
-            for place in places:
+            last = scene.duration_s * scene.output_rate_hz - OUTPUTS if stage == PROBE else math.inf
+            for place in (one for one in places if one <= last):
                 run.advance(done, place - done)
                 done = place
                 yield stage, f"{name}, output {place}", place, pickle.dumps(run)
