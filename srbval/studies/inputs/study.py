@@ -49,7 +49,6 @@ FINE_SLICES = 61
 # A roller's fault lowers the paper's cage ratio by 2e-5 of it: its records use the run of the healthy bearing.
 CAGE_STATES = (Fault.HEALTHY, *RACE_DEFECTS)
 NOMINAL_RPM = 877.0  # the rig's speed with open recordings of all faults
-BINS = 4  # of an input's range, for its share of the variance
 PLANTED_PCT, SEED = (0.0, 0.05, 0.1, 0.2), 36
 
 
@@ -148,36 +147,27 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
     """Effects of the inputs on every quantity of every fault, from the draws `at`, shape [draws, inputs].
 
     A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains 95 %
-    of new draws), `grid_ci95` (effect of contact points and step), and the `shares` of the variance due to each input.
+    of new draws) and `grid_ci95` (effect of contact points and step).
     """
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)
     for state, (nominal, fine, *others) in found.groupby("state", sort=False)["values"]:
         for row in (row for row in COMPARED if row.margin is not None):
             name = row.name_of(Fault(state))
-            shown = [n for n, one in enumerate(others) if name in one]
-            if name not in nominal or len(shown) < STUDY.least_read * len(others):
+            values = np.array([one[name] for one in others if name in one])
+            if name not in nominal or values.size < STUDY.least_read * len(others):
                 continue
-            values, own = np.array([others[n][name] for n in shown]), np.array(at)[shown].T
             off = np.sort(np.abs(values - values.mean()))
             yield {
                 "defect": state,
                 "quantity": name,
                 "unit": row.unit,
-                "draws": len(shown),
+                "draws": values.size,
                 "value": nominal[name],
                 "shift": float(values.mean()) - nominal[name],
                 "inputs_ci95": float(off[min(math.ceil(0.95 * (off.size + 1)), off.size) - 1]),
                 "grid_ci95": STUDY.grid_factor * abs(fine.get(name, nominal[name]) - nominal[name]),
-                "shares": {one.name: variance_share(x, values) for one, x in zip(open_inputs(), own, strict=True)},
             }
-
-
-def variance_share(shares: FloatArray, values: FloatArray) -> float:
-    """Epsilon squared (Kelley 1935): part of the variance of `values` due to an input at quantile levels `shares`."""
-    groups = pd.Series(values).groupby((shares * BINS).astype(int))
-    within = float(((values - groups.transform("mean")) ** 2).sum()) / max(values.size - groups.ngroups, 1)
-    return max(1 - within / float(values.var(ddof=1)), 0.0) if np.ptp(values) else 0.0
 
 
 def power(
@@ -219,6 +209,6 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
     readings = cage_readings(map(load_entry, rig_recordings()), load_bearing(DEFAULT_BEARING))
     rates = list(power(variants[-1], readings, rigs=STUDY.rigs, progress=progress))
     content = {"effects": effects, "variants": variants, "power": rates, "records": [one.record for one in readings]}
-    tables = (pd.DataFrame(effects).drop(columns="shares"), pd.DataFrame(rates))
+    tables = (pd.DataFrame(effects), pd.DataFrame(rates))
     text = "\n\n".join(table.to_string(index=False, float_format="{:.4g}".format) for table in tables)
     return StudyResult(name="inputs", content=content, text=text)
