@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from srbval.models import jit
-from srbval.models.native import pack
 
 Inner = namedtuple("Inner", ["scale", "table", "absent"])
 Model = namedtuple("Model", ["inner", "count", "double", "weights"])
@@ -72,9 +71,3 @@ def test_a_changed_array_in_a_tuple_is_seen_and_every_form_has_a_file(compiled):
         assert found.tolist() == expected.tolist()
         files.append(len(list(folder.iterdir())))
     assert np.diff(files).tolist() == [0, 1]
-
-
-@pytest.mark.parametrize("value", ["text", [1.0], np.float32(1.0), 1j, (1.0, {})])
-def test_other_arguments_are_refused(value):
-    with pytest.raises(TypeError, match="a kernel takes arrays, numbers, None and tuples of these"):
-        pack(value)

@@ -41,36 +41,28 @@ def ring(scene):
     return times(scene), signal(scene)
 """
 FAILURES = {  # by name: what the function does, the run's status and reason
-    "raises": ('raise ValueError("not today")', RunStatus.RAISED, r"ValueError: not today, in models\.py line \d+"),
-    "exits": ('sys.exit("enough")', RunStatus.RAISED, "SystemExit: enough"),
+    "raises": ('raise ValueError("not today")', "raised", r"ValueError: not today, in models\.py line \d+"),
+    "exits": ('sys.exit("enough")', "raised", "SystemExit: enough"),
     "not_finite": (
-        "return times(scene), np.append(signal(scene)[:100], np.full(len(times(scene)) - 100, np.nan))",
-        RunStatus.NOT_FINITE,
-        "values of acceleration_m_s2 are not finite, the first at 0.0048",
+        "return times(scene), signal(scene) / (times(scene) < 0.00485)",
+        "not-finite",
+        "finite, the first at 0.0048",
     ),
     "uneven": (
         "return times(scene) ** 1.1, signal(scene)",
-        RunStatus.UNUSABLE_SIGNALS,
+        "unusable-signals",
         "times are uneven, in steps of .* t_eval",
     ),
-    "constant": (
-        "return times(scene), 0 * times(scene) + 1",
-        RunStatus.SILENT,
-        "constant although the bearing has a defect",
-    ),
-    "short": (
-        "return times(scene)[:-500], signal(scene)[:-500]",
-        RunStatus.UNUSABLE_SIGNALS,
-        r"it returned .* the scene records 0\.1 s, after 0\.02 s",
-    ),
-    "text": ('return "nothing"', RunStatus.UNUSABLE_SIGNALS, r"it returned str; return \(time_s"),
+    "constant": ("return times(scene), 0 * times(scene) + 1", "silent", "constant although the bearing has a defect"),
+    "short": ("return times(scene)[:-500], signal(scene)[:-500]", "unusable-signals", r"records 0\.1 s, after 0\.02 s"),
+    "text": ('return "nothing"', "unusable-signals", r"it returned str; return \(time_s"),
     "sleeps": (
         'subprocess.Popen(["sleep", "600"]).wait()',
-        RunStatus.OUT_OF_TIME,
-        "did not end within 2 s; the environment variable SRBVAL_MODEL_SECONDS",
+        "out-of-time",
+        "did not end within 2 s; .*SRBVAL_MODEL_SECONDS",
     ),
-    "grows": ("list(map(bytes, [10**6] * 10**6))", RunStatus.OUT_OF_MEMORY, "more memory than 0.5 GB"),
-    "dies": ("os._exit(7)", RunStatus.DIED, "its process ended .exit code 7"),
+    "grows": ("list(map(bytes, [10**6] * 10**6))", "out-of-memory", "more memory than 0.5 GB"),
+    "dies": ("os._exit(7)", "died", "its process ended .exit code 7"),
 }
 MODELS += "".join(f"\ndef {name}(scene):\n    {body}\n" for name, (body, *_) in FAILURES.items())
 
@@ -95,7 +87,7 @@ def test_a_failure_is_the_status_of_the_run(function, monkeypatch, capfd):
     monkeypatch.setenv("SRBVAL_MODEL_SECONDS", "2" if function == "sleeps" else "120")
     _, status, reason = FAILURES[function]
     run = simulate(scene(function))
-    assert run.status is status
+    assert run.status == status
     assert re.search(reason, run.reason), run.reason
     assert "Traceback" not in "".join(capfd.readouterr())
 
@@ -253,12 +245,3 @@ def test_mujoco_stays_where_the_static_balance_puts_it():
     usual = simulate(paper_scene(**changes), step=Step.UNCHECKED)
     assert run.displacement_m[:, 1].mean() == pytest.approx(usual.displacement_m[:, 1].mean(), rel=BALANCE)
     assert run.cage_ratio == pytest.approx(0.4315, abs=SLIP)
-
-
-def test_without_its_engine_a_model_says_so(monkeypatch, tmp_path):
-    text = (FOLDER / "mujoco_bearing.py").read_text(encoding="utf-8").replace("import mujoco", "import no_such_engine")
-    (tmp_path / "bearing.py").write_text(text, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    run = simulate(paper_scene(model="bearing.py:simulate", duration_s=0.01))
-    assert run.status is RunStatus.RAISED
-    assert "ModuleNotFoundError: No module named 'no_such_engine'" in run.reason

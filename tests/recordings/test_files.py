@@ -209,14 +209,9 @@ def test_cwru_two_records_in_one_file(tmp_path):
         load_recording(tmp_path / "both.mat")
 
 
-@pytest.fixture
-def full(tmp_path):
+def full(tmp_path, signals, *, name=FULL_NAME, **given):
     """Write signals in the rig's full layout and load them."""
-
-    def write(signals, *, name=FULL_NAME, **given):
-        return load_recording(files.rig_v5(tmp_path / name, signals), **given)
-
-    return write
+    return load_recording(files.rig_v5(tmp_path / name, signals), **given)
 
 
 ACROSS = files.nested(files.rig_signals()["Signal_3"]["y_values"]["values"][0, 0].T.copy())
@@ -233,32 +228,32 @@ FACTOR = "y_values quantity unit_transformation factor"
         ("x_values increment", 0.0, "increment must be a positive time step"),
     ],
 )
-def test_signals_of_the_full_layout_in_other_forms(full, place, value, said):
+def test_signals_of_the_full_layout_in_other_forms(tmp_path, place, value, said):
     """A form is read, with samples multiplied by a factor, or refused."""
     signals = files.rig_signals()
     *parents, key = place.split()
     reduce(dict.__getitem__, parents, signals["Signal_3"])[key] = value
     if isinstance(said, str):
         with pytest.raises(DataError, match=said):
-            full(signals)
+            full(tmp_path, signals)
     else:
-        samples = full(signals).channels["sensor_4"]
+        samples = full(tmp_path, signals).channels["sensor_4"]
         np.testing.assert_allclose(samples, said * 4 * files.vibration(seed=3), rtol=UNIT_ROUNDING)
 
 
-def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(full):
+def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(tmp_path):
     signals = files.rig_signals(speed_rpm=700.0 * 9.5493)  # rpm stored where rad/s is announced
     with pytest.raises(DataError, match=r"wrong unit.*--rpm"):
-        full(signals)
-    r = full(signals, rpm=700)
+        full(tmp_path, signals)
+    r = full(tmp_path, signals, rpm=700)
     assert (r.speed.value_hz * 60, r.speed.source) == (pytest.approx(700), SpeedSource.STATED)
 
 
-def test_same_layout_from_another_rig_is_not_taken_for_this_one(full):
-    name = "gearbox_run_3.mat"
+def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path):
+    other = partial(full, tmp_path, files.rig_signals(), name="gearbox_run_3.mat")
     with pytest.raises(DataError, match=r"--channel Signal_3\[1\].*Signal_3\[4\]"):
-        full(files.rig_signals(), name=name)
-    r = full(files.rig_signals(), name=name, channel="Signal_3[4]")
+        other()
+    r = other(channel="Signal_3[4]")
     assert (r.dataset, r.bearing, r.state, r.band_hz) == (None, None, None, None)
     assert (r.unit, r.fs_hz) == ("m/s2", 20480.0)
     assert r.speed.source is SpeedSource.TACHOMETER

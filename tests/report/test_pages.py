@@ -20,7 +20,7 @@ from srbval.report import blocks
 from srbval.report.blocks import Callout, Paragraph, TableColumn
 from srbval.report.findings.gather import select_at_paper_load, select_simulated
 from srbval.report.findings.records import fault_cursors
-from srbval.report.pages import Page, join_data, origin_line
+from srbval.report.pages import Page, origin_line
 from srbval.report.prose import Prose, literal
 from srbval.report.renderers import mask_controls, spans
 from srbval.storage.stored_result import StoredResult, newest_result
@@ -71,10 +71,6 @@ def test_a_missing_value_or_part_is_an_error_that_names_the_part(prose, error):
         prose.text("intro", count=3, **values)
     with pytest.raises(KeyError, match="no part 'outro'; add '## outro' to it"):
         prose.text("outro")
-
-
-def test_lists_of_pages_are_joined_and_other_keys_added():
-    assert join_data({"rows": [1]}, [{"rows": (2,)}, {"more": 3}]) == {"rows": [1, 2], "more": 3}
 
 
 STORED = {
