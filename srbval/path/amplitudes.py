@@ -1,8 +1,9 @@
 """Amplitudes of a record: levels in third octaves from 400 to 3150 Hz, and harmonics and sidebands of a line."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft  # scipy.signal takes half a second: scipy loads it at its first use
@@ -16,6 +17,9 @@ from srbval.recordings import Origin, Recording
 from srbval.scene import BANDS_HZ
 from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
 from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, power_density
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
@@ -51,6 +55,9 @@ class Amplitude:
     least: float = -math.inf
 
 
+Amplitudes = dict[str, Amplitude]  # by the name of the quantity
+
+
 def decibels(power: float) -> float:
     """Level of a power [dB]; a power of zero or less, which an estimate may have, gives a very low but finite level."""
     return DB_OF_SHARE * math.log(max(power, TINY))
@@ -71,7 +78,7 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
     return found
 
 
-def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
+def levels(recording: Recording, healthy: Recording | None) -> Amplitudes:
     """Level [dB re 1 m/s2] in third octaves and wider bands, after the power of a `healthy` record is subtracted."""
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
@@ -83,7 +90,7 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitu
     return found
 
 
-def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
+def totals(recording: Recording, added: Recording | None = None) -> Amplitudes:
     """Level [dB re 1 m/s2] of the power in each third octave after the power of `added`, if given, is added."""
     found = {}
     powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
@@ -93,7 +100,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
     return found
 
 
-def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
+def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> Amplitudes:
     """Level of the power that repeats at shaft order `line_order`, in each third octave [dB re 1 m/s2]."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
@@ -109,7 +116,7 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
 
 def pattern(
     recording: Recording, bearing: Bearing, fault: Fault, line_order: float, band_hz: tuple[float, float] = ENVELOPE_HZ
-) -> dict[str, Amplitude]:
+) -> Amplitudes:
     """Harmonics and sidebands of a fault line relative to its first harmonic [dB], modulation depth [%], and kurtosis.
 
     Lines and depth are read in the squared envelope of a band; `line_order` is the line's frequency over shaft speed.
@@ -137,7 +144,7 @@ def pattern(
     return found | {"depth": Amplitude(value=depth, ci95=ci95, present=first_snr > LEAST_SNR)} | kurtoses(recording)
 
 
-def kurtoses(recording: Recording) -> dict[str, Amplitude]:
+def kurtoses(recording: Recording) -> Amplitudes:
     """Kurtosis of a record in each of `KURTOSIS_BANDS`; intervals by the jackknife over blocks (Efron & Stein 1981)."""
     found = {}
     for name, band in KURTOSIS_BANDS.items():
@@ -160,6 +167,30 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
     u = 1 / math.sqrt(float(weights.sum()))
     level = float(weights @ errors_db) * u**2
     return level, u, max(float(errors_db @ np.linalg.solve(covariance, errors_db)) - (level / u) ** 2, 0.0)
+
+
+def separate_levels(rows: "DataFrame", parts: Sequence[str], drawn: "DataFrame") -> "DataFrame":
+    """Split each record's errors in its frequency bands into a ``level`` common to all bands [dB] and a pattern.
+
+    `rows` has an ``error`` [dB] for each ``record``, ``used_for`` and ``quantity`` (band), and in the columns `parts`
+    the half widths of independent uncertainties. `drawn` has a column for each record and band, with a level simulated
+    with random inputs in each row, for the covariance of the errors. ``level_p`` and ``pattern_p`` are the
+    probabilities of larger values by chance (Student's t, chi-squared). With few rows of `drawn` the latter is too
+    small.
+    """
+    from pandas import DataFrame
+    from scipy.special import chdtrc, stdtr
+
+    tests = []
+    for (record, used_for), of in rows.groupby(["record", "used_for"], sort=False):
+        if (bands := len(of)) > 1:
+            own_u = np.sqrt((of[list(parts)] ** 2).sum(axis=1)).to_numpy() / NORMAL_95
+            covariance = np.cov(drawn[list(of.record + " " + of.quantity)].to_numpy(float), rowvar=False)
+            level, u, d2 = level_and_pattern(of.error.to_numpy(), covariance + np.diag(own_u**2))
+            found = {"record": record, "used_for": used_for, "bands": bands, "level": level, "u": u, "d2": d2}
+            chances = {"level_p": 2 * stdtr(len(drawn) - 1, -abs(level / u)), "pattern_p": chdtrc(bands - 1, d2)}
+            tests.append(found | chances)
+    return DataFrame(tests)
 
 
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:

@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from srbval.path.amplitudes import LEVEL_BANDS
+from srbval.path.amplitudes import LEVEL_BANDS, separate_levels
 from srbval.recordings.datasets.description import dataset
 from srbval.storage.stored_result import newest_result
 from srbval.studies.amplitudes.page import unexplained
-from srbval.studies.amplitudes.study import FINER, NOMINAL, compare, count_within, separate_levels
+from srbval.studies.amplitudes.study import FINER, NOMINAL, OWN_PARTS, compare, count_within
 
 # Published before the records were read:
 PREDICTIONS = "c0e23fab7f6843579e54abebc40ae0e747f6b06565edb7e9945bab61efa66a91"
@@ -63,7 +63,7 @@ def test_a_planted_level_is_unexplained_and_scatter_is_not():
         *(row(f"locked {band}", db + own, record=name) for name, db in planted.items() for band, own in off.items()),
         spread=2.0,
     )
-    tests, locked = separate_levels(rows, drawn).to_dict("records"), rows.to_dict("records")
+    tests, locked = separate_levels(rows, OWN_PARTS, drawn).to_dict("records"), rows.to_dict("records")
     assert [one["level"] for one in tests] == pytest.approx(list(planted.values()), abs=0.5)
     assert "the level of IR 353 (model over rig +11 to +13 dB) is not explained" in unexplained(tests, locked)
     assert unexplained(tests[:1], locked).startswith("In no record")

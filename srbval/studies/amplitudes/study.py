@@ -1,12 +1,10 @@
 """Amplitudes at the sensor, simulated with the scene `rig` and compared with the rig's records.
 
-The gains of the vibration path from ring to sensor are identified from the fault-locked power (the part that repeats
-with the fault's passages) of record OR 877 (outer race, 877 rpm), the ratio of the gains along and across the load from
-the sidebands of IR 877 (inner race). Quantities of OR 877 are marked ``fit``, all others of the six records
-``withheld``: known, but not fitted. The simulated total level includes the power of the measured healthy record.
+The path from ring to sensor is identified from records OR 877 and IR 877 (outer and inner race, 877 rpm). Quantities of
+OR 877 are marked ``fit``, all others of the six records ``withheld``: known, but not fitted.
 
 A case of the sweep simulates all records with one set of inputs and identifies the path again, so that common errors of
-run and path cancel. The sets are the scene's own inputs, the same with a finer step and more slices of each roller, and
+run and path cancel. The sets are the scene's inputs, the same with a finer step and more slices of each roller, and
 random draws of all inputs and of the position of each record's defect.
 """
 
@@ -19,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.special import stdtrit
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.comparison import PRIOR, VERDICT
@@ -26,28 +25,25 @@ from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.path import amplitudes as read
 from srbval.path.amplitudes import WHOLE_HZ
-from srbval.path.identify import Pair, identify, line_order
-from srbval.path.identify import record_behind_path as behind
+from srbval.path.identify import Pair, identify, line_order, record_behind_path
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.reading.locked import without_passage_lines
 from srbval.recordings import Recording, load_recording
-from srbval.scene import Scene, SensorPath, load_scene, merge, rig_inputs
-from srbval.scene import draw_rig_changes as draws
+from srbval.scene import Scene, SensorPath, draw_rig_changes, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
 from srbval.storage.installation import shipped_folder
 from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import sweep
 
-BEARING = load_bearing(DEFAULT_BEARING)
 FOLDER, BEARING = shipped_folder("data_manifest/rig_excerpts"), load_bearing(DEFAULT_BEARING)
-RPM, FAULTS = (877, 353), {Fault.OUTER: "OR", Fault.INNER: "IR", Fault.ROLLER: "Roller"}
+RPM, FAULTS = (877, 353), {"OR": Fault.OUTER, "IR": Fault.INNER, "Roller": Fault.ROLLER}
 GAINS, RATIO = 0, 1  # positions of the records from which the path is identified
-SECONDS, STEP_S = 2.0, 1 / 61_440  # for the longest contacts drawn the scene's own step is too long
+RUN = {"duration_s": 2.0, "solver": {"step_s": 1 / 61_440}}  # the scene's own step is too long for some contacts drawn
 NOMINAL, FINER = "nominal", "finer"
-CHANGES = {NOMINAL: {}, FINER: {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}}
+CHANGES = {NOMINAL: {}, FINER: {"solver": {"step_s": 1 / 122_880}, "line_contact": {"slices": 31}}}
 POWER, PATH_DRAWS, SEED = 4, 24, 23  # 2^POWER draws of the inputs
 KINDS = {"locked": "locked level", "harmonic": "harmonic pattern", "total": "total level"}  # by first words
 OWN_PARTS = ["reading", "mounting", "numerics", "path"]  # of the uncertainty of each band, independent of other bands
@@ -62,13 +58,10 @@ class RigRecord(NamedTuple):
     record: Recording
     healthy: Recording
     state: Fault
-    shaft_hz: float
     order: float
     detected: bool
 
-    def quantities(
-        self, recording: Recording, order: float, added: Recording | None = None
-    ) -> dict[str, read.Amplitude]:
+    def quantities(self, recording: Recording, order: float, added: Recording | None = None) -> read.Amplitudes:
         """Compared quantities of a recording, its fault line at `order`; total levels include the power of `added`."""
         found = read.totals(recording, added) | read.pattern(recording, BEARING, self.state, order)
         found |= read.locked_levels(recording, BEARING, order) if self.detected else {}
@@ -79,14 +72,12 @@ class RigRecord(NamedTuple):
 def rig_records() -> tuple[RigRecord, ...]:
     """Load all fault records with the lines of roller passages removed, highest speed first."""
     found = []
-    for rpm, (state, code) in itertools.product(RPM, FAULTS.items()):
-        healthy, record = (load_recording(FOLDER / f"{name}_{rpm}rpm_sample.h5") for name in ("H", code))
-        line, shaft_hz = analyse(record, bearing=BEARING, band_hz=WHOLE_HZ).line_of(state), record.known_speed.value_hz
-        order = (line.found_hz or line.kinematic_hz) / shaft_hz
-        own, alone = (
-            without_passage_lines(one, BEARING, at, WHOLE_HZ) for one, at in ((record, order), (healthy, None))
-        )
-        found.append(RigRecord(own, alone, state, shaft_hz, order, line.detected))
+    for rpm, (code, state) in itertools.product(RPM, FAULTS.items()):
+        record, healthy = (load_recording(FOLDER / f"{one}_{rpm}rpm_sample.h5") for one in (code, "H"))
+        line = analyse(record, bearing=BEARING, band_hz=WHOLE_HZ).line_of(state)
+        order = (line.found_hz or line.kinematic_hz) / record.known_speed.value_hz
+        own, alone = (without_passage_lines(x, BEARING, at, WHOLE_HZ) for x, at in ((record, order), (healthy, None)))
+        found.append(RigRecord(own, alone, state, order, line.detected))
     return tuple(found)
 
 
@@ -95,24 +86,19 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
     found, inputs = [], case["inputs"]
     for place, one in enumerate(rig_records()):
         if (changes := CHANGES.get(inputs)) is None:
-            angles = draws(rig_inputs("position"), POWER + 3)
-            changes = merge(draws(rig_inputs(), POWER)[int(inputs)], angles[place * 2**POWER + int(inputs)])
-        speed = {"shaft_speed_rad_s": 2 * math.pi * one.shaft_hz}
-        own = speed | {"defect": {"kind": one.state}, "duration_s": SECONDS, "solver": {"step_s": STEP_S}}
-        found.append(load_scene("rig", merge(own, changes)))
+            angles = draw_rig_changes(rig_inputs("position"), POWER + 3)
+            changes = merge(draw_rig_changes(rig_inputs(), POWER)[int(inputs)], angles[place * 2**POWER + int(inputs)])
+        own = {"shaft_speed_rad_s": 2 * math.pi * one.record.known_speed.value_hz, "defect": {"kind": one.state}}
+        found.append(load_scene("rig", merge(own | RUN, changes)))
     return tuple(found)
 
 
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
-    """Compute the levels at the sensor behind the path that is identified from the runs `attempts`.
-
-    The nominal case also gets their half widths due to the uncertainty of the path.
-    """
-    for one in attempts:
-        if not one.works:
-            raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
-    runs, records = [one.run for one in attempts if one.run is not None], rig_records()
-    pairs = [Pair(record=records[place].record, run=runs[place]) for place in (GAINS, RATIO)]
+    """Levels at the sensor behind the path identified from the runs; for the nominal case with effects of the path."""
+    if bad := [one for one in attempts if not one.works]:
+        raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {bad[0].status}: {bad[0].reason}")
+    runs = [one.run for one in attempts if one.run is not None]
+    pairs = (Pair(record=rig_records()[place].record, run=runs[place]) for place in (GAINS, RATIO))
     path = identify(*pairs, bearing=BEARING).path
     found = _levels_behind(runs, path)
     if case["inputs"] == NOMINAL:
@@ -126,7 +112,7 @@ def _levels_behind(runs: Iterable[Run], path: SensorPath) -> dict[str, float]:
     found = {}
     for one, run in zip(rig_records(), runs, strict=True):
         order = line_order(run, BEARING)
-        shown = without_passage_lines(behind(run, path), BEARING, order, WHOLE_HZ)
+        shown = without_passage_lines(record_behind_path(run, path), BEARING, order, WHOLE_HZ)
         for name, value in one.quantities(shown, order, one.healthy).items():
             found[f"{one.record.name} {name}"] = value.value
     return found
@@ -134,8 +120,6 @@ def _levels_behind(runs: Iterable[Run], path: SensorPath) -> dict[str, float]:
 
 def half_widths(drawn: pd.DataFrame) -> pd.Series:
     """95 % half width of each column of `drawn` (one row per draw): its standard deviation times Student's t."""
-    from scipy.special import stdtrit
-
     return drawn.std(ddof=1) * float(stdtrit(len(drawn) - 1, 0.975))
 
 
@@ -143,23 +127,21 @@ def rig_rows(mounting_db: float) -> pd.DataFrame:
     """Table of compared quantities of all rig records, with uncertainties [dB] of reading and sensor mounting."""
     rows = []
     for place, one in enumerate(rig_records()):
-        alone = read.totals(one.healthy)
-        fit = place == GAINS
+        alone, fit = read.totals(one.healthy), place == GAINS
+        of = {"record": one.record.name, "state": one.state, "used_for": "fit" if fit else "withheld"}
         for name, value in one.quantities(one.record, one.order).items():
-            kind, shared = KINDS[name.split()[0]], fit or name.startswith("harmonic")  # the path has a mounting too
-            of: dict[str, Any] = {"record": one.record.name, "state": one.state.value, "kind": kind, "quantity": name}
-            of |= {"used_for": "fit" if fit else "withheld", "rig": value.value, "rig_present": value.present}
-            of |= {"least": value.least, "healthy": alone[name].value if name in alone else math.nan}
-            off = 0.0 if shared else math.sqrt(2) * NORMAL_95 * mounting_db
-            rows.append(of | {"reading": value.ci95, "mounting": off})
+            shared = fit or name.startswith("harmonic")  # the path has a mounting too
+            found: dict[str, Any] = {"kind": KINDS[name.split()[0]], "quantity": name, "rig": value.value}
+            found |= {"rig_present": value.present, "least": value.least, "reading": value.ci95}
+            found["healthy"] = alone[name].value if name in alone else math.nan
+            rows.append(of | found | {"mounting": 0.0 if shared else math.sqrt(2) * NORMAL_95 * mounting_db})
     return pd.DataFrame(rows)
 
 
 def compare(rig: pd.DataFrame, found: pd.DataFrame) -> pd.DataFrame:
     """Add model value, error and validation uncertainty U [dB] to the table `rig`; `found`: simulated levels by case.
 
-    If a level of the record is hidden in its noise, the error is the model's excess over the least level
-    that would be visible in this noise.
+    The error of a level hidden in the record's noise is the model's excess over the least level visible there.
     """
     names, cases = list(rig.record + " " + rig.quantity), found.set_index("inputs")
     nominal, finer = (cases.loc[case, names].to_numpy(float) for case in (NOMINAL, FINER))
@@ -183,33 +165,12 @@ def count_within(rows: pd.DataFrame) -> dict[str, dict[str, int]]:
 
     A power that repeats with the fault counts even if the record's noise hides it; a hidden harmonic does not count.
     """
-    locked, harmonics, totals = (rows[(rows.kind == kind) & (rows.used_for == "withheld")] for kind in KINDS.values())
-    of_kind = {"locked": locked, "harmonics": harmonics[harmonics.rig_present], "totals": totals}
-    found = {name: {"within": int(of.within.sum()), "of": len(of)} for name, of in of_kind.items()}
-    found["totals"]["healthy_alone"] = int(((totals.healthy - totals.rig).abs() <= VERDICT.near_db).sum())
+    used, found = rows[(rows.used_for == "withheld") & (rows.rig_present | (rows.kind == KINDS["locked"]))], {}
+    for name, kind in zip(("locked", "harmonics", "totals"), KINDS.values(), strict=True):
+        of = used[used.kind == kind]
+        found[name] = {"within": int(of.within.sum()), "of": len(of)}
+    found["totals"]["healthy_alone"] = int(((of.healthy - of.rig).abs() <= VERDICT.near_db).sum())
     return found
-
-
-def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
-    """Split each record's errors in its frequency bands into a weighted mean (``level``) and the rest (the pattern).
-
-    The errors are of the power that repeats with the fault [dB]. Student's t distribution tests if their mean is zero,
-    the chi-squared distribution if the pattern is zero. `drawn` contains the powers simulated with random inputs, for
-    the covariance of the errors. With few such simulations the probability of the pattern is too small.
-    """
-    from scipy.special import chdtrc, stdtr
-
-    tests = []
-    used = rows[(rows.kind == KINDS["locked"]) & (rows.rig_present | (rows.error > 0))]
-    for (record, used_for), of in used.groupby(["record", "used_for"], sort=False):
-        if len(of) > 1:
-            own_u = np.sqrt((of[OWN_PARTS] ** 2).sum(axis=1)).to_numpy() / NORMAL_95
-            covariance = np.cov(drawn[list(of.record + " " + of.quantity)].to_numpy(float), rowvar=False)
-            level, u, d2 = read.level_and_pattern(of.error.to_numpy(), covariance + np.diag(own_u**2))
-            found = {"record": record, "used_for": used_for, "bands": len(of), "level": level, "u": u, "d2": d2}
-            chances = {"level_p": 2 * stdtr(len(drawn) - 1, -abs(level / u)), "pattern_p": chdtrc(len(of) - 1, d2)}
-            tests.append(found | chances)
-    return pd.DataFrame(tests)
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
@@ -218,7 +179,8 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
     found = sweep(cases, scenes_of, measure, task="amplitudes", jobs=options.jobs, progress=progress)
     scatter = read.mounting_scatter([(one.record, one.healthy) for one in rig_records()], PRIOR.mounting_db)
     rows = compare(rig_rows(scatter["scatter_db"]), found)
-    tests = separate_levels(rows, found[~found.inputs.isin(CHANGES)]).to_dict("records")
+    locked = rows[(rows.kind == KINDS["locked"]) & (rows.rig_present | (rows.error > 0))]
+    tests = read.separate_levels(locked, OWN_PARTS, found[~found.inputs.isin(CHANGES)]).to_dict("records")
     content = {"counts": count_within(rows), "mounting": scatter, "tests": tests, "rows": rows.to_dict("records")}
-    text = [f"{kind}: {of}" for kind, of in content["counts"].items()]
-    return StudyResult(name="amplitudes", content=content, text="\n".join([*text, text_rows(tests)]))
+    text = f"within, by kind: {content['counts']}\n{text_rows(tests)}"
+    return StudyResult(name="amplitudes", content=content, text=text)
