@@ -15,7 +15,7 @@ from srbval.models.run import Run
 from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import load_recording, recording_from_run, with_settings
-from srbval.recordings.loaders.limited import end_readers
+from srbval.recordings.loaders import end_readers
 from srbval.recordings.manifest import (
     CAMPAIGN_JSON,
     RESULTS_FOLDER,

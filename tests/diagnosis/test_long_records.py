@@ -12,7 +12,7 @@ from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.reading.analyse import analyse
 from srbval.reading.features import features_of
 from srbval.recordings import Origin, Recording, load_recording, raw
-from srbval.recordings.sample_cautions import sample_cautions
+from srbval.recordings.reading import sample_cautions
 from srbval.recordings.speed import stated_speed
 from srbval.storage.json_files import to_json
 from tests.recordings.synthetic_record import FS_HZ, vibration

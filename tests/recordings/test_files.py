@@ -12,9 +12,9 @@ from scipy.io import savemat
 
 from srbval.bearing import Fault, known_bearings
 from srbval.errors import DataError
-from srbval.recordings import Origin, SpeedSource, load_recording
+from srbval.recordings import Origin, SpeedSource, load_recording, loaders
 from srbval.recordings.datasets.description import known_datasets
-from srbval.recordings.loaders import detect_format, limited
+from srbval.recordings.loaders import detect_format
 
 from . import files
 from .formats import FS_HZ, SHAFT_HZ, WRITERS, G, record, whole
@@ -38,7 +38,7 @@ def test_the_same_samples_from_every_format(kind, tmp_path):
 def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
     path = tmp_path / "x.dat"
     path.write_bytes(whole(kind))
-    limited.end_readers()
+    loaders.end_readers()
     (tmp_path / "broken").mkdir()
     module, name = detect_format(path).library or ("", "")
     (tmp_path / "broken" / f"{module.split('.')[0]}.py").write_text("raise ImportError('none here')")
@@ -46,7 +46,7 @@ def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
     command = f"{shlex.quote(sys.executable)} -m pip install {name}"
     with pytest.raises(DataError, match=rf"reading it needs {name}\. Install: {re.escape(command)}$"):
         load_recording(path)
-    limited.end_readers()
+    loaders.end_readers()
 
 
 def run_file(path, **attributes):

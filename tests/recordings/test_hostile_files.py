@@ -28,9 +28,8 @@ from scipy.io import savemat
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.processes import worker
-from srbval.recordings import load_recording
-from srbval.recordings.loaders import detect_format, limited
-from srbval.recordings.loaders.limited import FileFormat, end_readers
+from srbval.recordings import load_recording, loaders
+from srbval.recordings.loaders import FileFormat, detect_format, end_readers
 from srbval.recordings.manifest import FileStatus, read_manifest
 from srbval.recordings.registry import add
 from tests.marked import until
@@ -153,8 +152,8 @@ def used():
 @pytest.mark.timeout(max(600, COUNT))
 def test_every_format_with_every_damage(tmp_path, monkeypatch):
     """A library that loops or crashes affects only its child process, which is ended and replaced."""
-    monkeypatch.setattr(limited, "COMPUTING_S", 2.0)
-    monkeypatch.setattr(limited, "WAITING", 100)  # on a busy machine; what hangs without computing fails the test
+    monkeypatch.setattr(loaders, "COMPUTING_S", 2.0)
+    monkeypatch.setattr(loaders, "WAITING", 100)  # on a busy machine; what hangs without computing fails the test
     for name in ("whole", "work", "here"):
         (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path / "here")
@@ -404,12 +403,12 @@ def _own_readers(monkeypatch):
     """Start new reader processes for each test; they may need long on a busy machine."""
     end_readers()
     monkeypatch.setattr(worker, "is_single_threaded", lambda: False)
-    monkeypatch.setattr(limited, "WAITING", 200)
+    monkeypatch.setattr(loaders, "WAITING", 200)
 
 
 @pytest.mark.usefixtures("_own_readers")
 def test_one_that_hangs_does_not_stop_the_others(tmp_path, monkeypatch):
-    monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
+    monkeypatch.setattr(loaders, "COMPUTING_S", 0.5)
     hanging(tmp_path / "bad.h5")
     for i in range(3):
         good(tmp_path / f"good{i}.h5")
@@ -446,8 +445,8 @@ def run(tmp_path):
 )
 def test_how_it_ended_is_said(run, does, match, tmp_path, monkeypatch, capfd):
     """The error is the only output, and no memory dump is written; the end of a loop is said above."""
-    monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
-    monkeypatch.setattr(limited, "WAITING", 0.5 if "within" in match else 200)
+    monkeypatch.setattr(loaders, "COMPUTING_S", 0.5)
+    monkeypatch.setattr(loaders, "WAITING", 0.5 if "within" in match else 200)
     with pytest.raises(DataError, match=match) as caught:
         run(does)
     assert str(caught.value).startswith(str(tmp_path))
@@ -459,7 +458,7 @@ def test_how_it_ended_is_said(run, does, match, tmp_path, monkeypatch, capfd):
 @posix
 def test_a_process_that_died_while_idle_is_replaced(tmp_path):
     load_recording(good(tmp_path / "a.h5"), unit="g")
-    os.kill(limited._idle[0].start().pid, signal.SIGKILL)
+    os.kill(loaders._idle[0].start().pid, signal.SIGKILL)
     assert load_recording(tmp_path / "a.h5", unit="g").samples == 4096
 
 
@@ -479,7 +478,7 @@ def test_ctrl_c_ends_the_reader(run, tmp_path):
     thread.join()
     with pytest.raises(ProcessLookupError):
         os.kill(int(noted.read_text()), 0)
-    assert limited._idle == []
+    assert loaders._idle == []
 
 
 @pytest.mark.usefixtures("_own_readers")
@@ -494,5 +493,5 @@ def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path):
         add(tmp_path)
     after = os.times()
     assert after.children_user + after.children_system - before.children_user - before.children_system < 6
-    assert not limited._running
+    assert not loaders._running
     assert not read_manifest()

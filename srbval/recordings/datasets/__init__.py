@@ -1,23 +1,16 @@
 """Interpretation of the variables of a file as a `Reading`: channels, sampling rate, speed, load and bearing."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
-from srbval.recordings.datasets.description import DatasetDescription, known_datasets
+from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.datasets.generic import read_generic, with_named_signals
-from srbval.recordings.datasets.signal_structs import read_signal_structs
+from srbval.recordings.datasets.known import READERS
 from srbval.recordings.datasets.srbval_files import read_srbval_file
-from srbval.recordings.datasets.variables import read_variables
 from srbval.recordings.raw import RawFile
-from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.reading import Channel, Reading, sample_cautions
 from srbval.recordings.recording import Origin
-from srbval.recordings.sample_cautions import sample_cautions
 from srbval.recordings.times import time_column
-
-READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {  # by `reader` of a description
-    "variables": read_variables,
-    "signal-structs": read_signal_structs,
-}
 
 
 def recognise(raw: RawFile) -> Reading:

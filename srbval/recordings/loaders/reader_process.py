@@ -8,7 +8,7 @@ from pathlib import Path
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import limit_memory, limit_resource
 from srbval.processes.worker import serve_calls
-from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.loaders import FileFormat
 from srbval.recordings.raw import RawFile, first_line
 from srbval.storage.installation import import_library
 
