@@ -23,7 +23,7 @@ from tests.verification.test_planted_errors import ERRORS, PROCESSES, UNHARMED
 PROBE, PUBLISHED = "fingerprint", "published"
 CHANGED, BLIND, HARMLESS = "changes the fingerprint", "blind spot", "changes no published number"
 OUTPUTS = 2  # output intervals that are run from each state
-PROBE_AT, PUBLISHED_AT = (0, 40, 150), (0, 1024, 2500)  # output intervals before the states, of 1/20480 s
+PROBE_AT, PUBLISHED_AT = (0, 30, 150), (0, 1024, 2500)  # output intervals before the states, of 1/20480 s
 
 
 def scenes(stage: str) -> Iterator[tuple[str, Any]]:
