@@ -11,12 +11,12 @@ import scipy.signal
 from srbval.errors import DataError
 from srbval.models.impulse import _move_mass
 from srbval.models.run_file import scene_dict
-from srbval.models.sensor import BAND_FILTER_ORDER, FILTER_S, BandLevels, SensorFilter, along_sensor, band_squares
+from srbval.models.sensor import BAND_FILTER_ORDER, FILTER_S, BandLevels, SensorFilter, band_squares
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.path.identify import path_toml
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import load_recording, recording_from_run
-from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, load_scene, paper_scene, parts_along_sensor
+from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, load_scene, paper_scene
 
 FS_HZ = 20480.0
 NEAR_DB = 0.1  # of the response away from the edges of its bands
@@ -89,14 +89,6 @@ def test_each_band_has_its_gains_and_outside_them_nothing_is_changed():
     assert found[1].tolist() == [1, 1, 2j, 2j, 8j, 3j, 3j, 1, 1]  # a quarter turn: powers of both directions add
 
 
-def test_the_parts_along_the_sensor_are_those_of_the_load_and_across_it():
-    """Under a load along -y what the ring does along y is the load's; the sensor sees each times cos 45 degrees."""
-    ring = np.array([[3.0, 0.0, 5.0], [0.0, 2.0, 5.0]])
-    assert parts_along_sensor(ring, DOWN) == pytest.approx(np.sqrt(0.5) * np.array([[0, 3.0], [2.0, 0]]))
-    assert parts_along_sensor(ring, 0.7).sum(axis=1) == pytest.approx(np.sqrt(0.5) * np.array([3.0, 2.0]))
-    assert along_sensor(ring) == pytest.approx(np.sqrt(0.5) * np.array([3.0, 2.0]))
-
-
 def test_paths_are_drawn_as_widely_as_they_are_known():
     random = np.random.default_rng(1)
     drawn = [replace(PATH, u_db=(1.0, 0.0, 3.0), cross_u_db=2.0).drawn(random) for _ in range(400)]
@@ -119,10 +111,3 @@ def test_a_file_comes_back_as_it_was(tmp_path):
     with pytest.raises(DataError, match="no such file"):
         paper_scene(sensor_path="./nothing.toml")
     assert "sensor_path" not in scene_dict(paper_scene()), "stored keys of scenes without a path"
-
-
-def test_the_bundled_path_says_what_it_was_fitted_to():
-    path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
-    assert path.used == ("OR_877rpm_sample", "IR_877rpm_sample (direction)")
-    assert path.frequency_hz[0] == pytest.approx(794, abs=1)  # below, a third octave is narrower than two lines of BPFO
-    assert len(path.u_db) == len(path.load)

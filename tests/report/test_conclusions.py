@@ -57,26 +57,19 @@ READ = [SimpleNamespace(record=name) for name in ("OR_877rpm_sample.mat", "H_877
 SENTENCES = [  # text, words that it has, words that it has not
     (
         answer.finding_sentence(STATED),
-        "A finding about the model, not a failure of the program: the model's cage ratio (cage speed over shaft speed) "
-        "misses the tolerance of 0.1 % in the paper's scene (the ratio at 877 rpm) and in the rig's scene (the change "
-        "of the ratio from 877 to 353 rpm). A scene is the complete input of a simulation.",
-        None,
+        "in the paper's scene (the ratio at 877 rpm) and in the rig's scene (the ch",
+        "nowhere",
     ),
     (answer.finding_sentence(STATED[:1]), "misses its tolerance of 0.1 % nowhere", "finding"),
     (answer.finding_sentence([]), "is not known", "finding"),
     (
         answer.near_sentence(data("met", 21)),
-        "deviate from the rig's by -0.13 ± 0.05 % (inner race, BPFI: differs) in the paper's scene; in the rig's scene "
-        "the cage speed, which sets both lines, deviates by +0.12 ± 0.05 % (met)",
+        "-0.13 ± 0.05 % (inner race, BPFI: differs) in the paper's scene",
         "unknown",
     ),
+    (answer.near_sentence(data("met", 21)), "which sets both lines, deviates by +0.12 ± 0.05 % (met)", "unknown"),
     (answer.near_sentence(data(None, 21, None)), "-0.13 %, uncertainty unknown (inner race", "rig's scene"),
-    (
-        answer.missing_sentence(data("missed", 9)),
-        "from 877 to 353 rpm (rig +0.22 ± 0.08 %, model 0.00 %) and the vibration levels (only 9 of 21 "
-        "one-third-octave bands are within 4 dB)",
-        "Everything",
-    ),
+    (answer.missing_sentence(data("missed", 9)), "model 0.00 %) and the vibration levels (only 9 of 21 ", "Everything"),
     (answer.missing_sentence(data("not resolved", 21)), "Everything that was compared", "Not reproduced"),
     (shaft(-0.48), "-1 % is a slower shaft, not slip**", None),
     (shaft(0.48), "is a faster shaft, not slip**", None),

@@ -14,7 +14,6 @@ from srbval.report.figures.signals import acceleration_panel, band_panel, spectr
 from srbval.report.figures.style import extreme_indices, figure_style
 from srbval.report.sections.table6 import cage_ratio_plot
 from srbval.signal import Scalogram
-from srbval.storage.sources import sources_of
 
 from .conftest import spectrum, view
 
@@ -94,11 +93,6 @@ def test_a_panel_is_drawn_again_only_if_its_data_or_its_code_has_changed(tmp_pat
     assert draws_once_more("source", "srbval.storage.content_store.content_version", lambda *_, **__: "new")
     assert draws_once_more("style", style, "STYLE_FILE", lines)
     assert draws_once_more("library", style, "version_of", lambda _: "new")
-
-
-def test_sources_of_a_panel_are_all_that_draw_it():
-    names = {path.name for path in sources_of(acceleration_panel.__module__, lazy=False)}
-    assert {"signals.py", "style.py", "records.py", "spectrum.py"} <= names
 
 
 def test_the_tallest_line_survives_thinning(tmp_path):

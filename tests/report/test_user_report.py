@@ -93,9 +93,7 @@ def test_every_line_is_either_seen_or_has_a_reason():
     ("file", "baseline", "expected", "line"),
     [
         ("cwru/109_IR007_0_48kDE.mat", "cwru/97_Normal_0_48kDE.mat", "Inner race fault", "bpfi"),
-        pytest.param(
-            *("mfpt/OuterRaceFault_vload_5.mat", None, "Outer race fault", "bpfo"), marks=pytest.mark.long_form
-        ),
+        pytest.param("mfpt/OuterRaceFault_vload_5.mat", None, "Outer race fault", "bpfo", marks=pytest.mark.long_form),
     ],
 )
 def test_a_published_record_in_five_pages(file, baseline, expected, line, recordings_dir, tmp_path, srbval_text):

@@ -139,10 +139,7 @@ def test_problems_of_the_data_are_named_and_counted(with_rig):
     titles, items = problems(changed(with_rig.findings, problems=rows))
     assert titles == ["Recordings with problems: 3"]
     assert items[0] == "**0.mat**: not used, missing; not there"
-    assert items[2:] == [
-        "**a.mat**: clipped: 3 of 9",
-        "**a.mat**: held: 5",
-    ]
+    assert items[2:] == ["**a.mat**: clipped: 3 of 9", "**a.mat**: held: 5"]
     many = [{"file": HOSTILE, "problem": HOSTILE}] * (MAX_LISTED + 3)
     _, items = problems(changed(with_rig.findings, problems=many))
     assert (items[0], len(items)) == (f"**{literal(HOSTILE)}**: {literal(HOSTILE)}", MAX_LISTED + 1)

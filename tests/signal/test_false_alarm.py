@@ -18,7 +18,6 @@ from srbval.signal.false_alarm import (
     neg_log_p,
     neg_log_rank,
     rank_among_placebos,
-    true_noise_ratio,
     upcrossings,
 )
 from srbval.signal.false_alarm import rank as rank_of
@@ -29,12 +28,6 @@ FIVE = np.eye(6)[5]  # all lines of the comb are seen in all of the window
 DRAWS, TAIL_FACTOR = 200_000, 1.2
 # Some 500 rises, whose number scatters a little more than a Poisson one.
 RISES, RISE_SCATTER = 1500, 0.15
-# Central difference of a relative step of 1e-5.
-DERIVATIVE = 1e-6
-# With 100,001 bins the sum differs from its limit by a term of the order of the ratio over the bins.
-KNOWN_NOISE = 1e-3
-# Nine bins leave the noise so uncertain that the ratio is less than this share of the estimated one.
-FEW_BINS = 0.7
 
 
 def test_neg_log_p_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours():
@@ -46,14 +39,6 @@ def test_neg_log_p_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours()
         assert 1 / TAIL_FACTOR < np.mean(ratio > level) / chance < TAIL_FACTOR
     # The mistake of taking the mean noise for known: at 12 times the noise twice too sure.
     assert np.exp(-neg_log_p(np.array([12.0]), np.array([BINS]))[0]) > 2 * np.exp(-12.0)
-
-
-def test_true_noise_ratio_is_the_slope_of_neg_log_p_and_that_of_known_noise_with_many_bins():
-    ratio, bins, step = 9.0, np.array([BINS]), 1e-5
-    above, below = (neg_log_p(np.array([ratio * (1 + side * step)]), bins)[0] for side in (1, -1))
-    assert true_noise_ratio(np.array([ratio]), bins)[0] == pytest.approx((above - below) / (2 * step), rel=DERIVATIVE)
-    assert true_noise_ratio(np.array([ratio]), np.array([100_001]))[0] == pytest.approx(ratio, rel=KNOWN_NOISE)
-    assert true_noise_ratio(np.array([ratio]), np.array([9]))[0] < FEW_BINS * ratio
 
 
 def test_comb_rises_as_often_as_a_count_of_drawn_spectra():

@@ -1,6 +1,5 @@
 """The study of naming: which records, what each method is given, how calls are counted, and the stored result."""
 
-import csv
 import dataclasses
 from argparse import Namespace
 
@@ -106,13 +105,3 @@ def test_bearing_and_speed_alone_name_as_many_faults_as_with_the_band_of_the_set
             assert part in (None, known.state), (known.entry.file, kind)
             right[kind] += part is not None
     assert right["alone"] >= right["set"] >= SHARED_NAMED
-
-
-def test_the_benchmark_s_table_is_that_of_its_sources():
-    """Sixty faulty records and four healthy ones, 44 of the grades Y1 and Y2, of which the public tool names 34."""
-    with study.GRADED.open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    lines = {"outer": "BPFO", "inner": "BPFI", "roller": "BSF"}
-    clear = [row for row in rows if row["grade"] in ("Y1", "Y2")]
-    assert (sum(row["state"] in lines for row in rows), len(clear)) == (60, 44)
-    assert sum(row["peer_first"] == lines[row["state"]] for row in clear) == 34

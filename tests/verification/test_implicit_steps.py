@@ -30,11 +30,7 @@ LEAPFROG = 1e-8
 ROSENBROCK = 1e-3
 # Of the largest change: the matrices' accuracy over that of a difference. In ros2 D is that of the first stage, M too.
 POWERS = {"imex1": 1e-6, "imex2": 1e-6, "ros2": 1e-2}
-SCENES = (
-    "every force at once, changing speed and load",
-    "interference, damaged roller",
-    TWO_CAGES,
-)
+SCENES = ("every force at once, changing speed and load", "interference, damaged roller", TWO_CAGES)
 LOSSES = [col.FRICTION_POWER, col.DAMPING_POWER, col.HOUSING_POWER]
 # A step's end, and the powers of the force that it applies.
 Stepper = Callable[[Parameters, World, FloatArray, float, float, FloatArray], tuple[FloatArray, FloatArray]]

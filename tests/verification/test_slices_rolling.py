@@ -17,13 +17,7 @@ from srbval.models import outputs
 from srbval.models.full.equilibrium import equilibrium_state
 from tests.verification.cases import subject
 from tests.verification.harness import PAPER_STEP_S, FloatArray, Scene, advance, geometry, layout_of, rates
-from tests.verification.slices_reference import (
-    STATIC,
-    Contacts,
-    Friction,
-    SlicedBearing,
-    balanced_ratio,
-)
+from tests.verification.slices_reference import STATIC, Contacts, Friction, SlicedBearing, balanced_ratio
 from tests.verification.world import P, circle_profile
 
 CASES: dict[str, dict[str, Any]] = {
