@@ -3,7 +3,7 @@
 The fault lines of a damaged race, BPFO or BPFI with its harmonics, are read in the squared envelope, in the band of
 `BANDS` in which the first harmonic is highest over the noise. The passage lines, multiples of BPFO in the vibration
 itself, are caused by passing rollers, also in a healthy bearing. They are used only if they are improbable as noise and
-stronger than most sets of multiples of a meaningless frequency (`rank_among_placebos`). If both readings agree within
+stronger than most sets of multiples of a meaningless frequency (`rank_line`). If both readings agree within
 their intervals, the more precise one is used, otherwise the reading of the fault lines.
 """
 
@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.reading.families import Family, families_of, placebo_fundamentals, window_share
+from srbval.reading.families import Family, families_of, rank_line, window_share
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, Tracking, choose_tracking, one_signal, periodogram_of, process
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, read_comb
-from srbval.signal.false_alarm import rank_among_placebos
 
 # Bands of the paper for signals of the rig and of the model, and a band that spans both [Hz].
 BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
@@ -99,8 +98,7 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     reading = _read_comb(record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz))
     if reading is None:
         return None
-    placebo_hz = placebo_fundamentals(family, reading, record, families, speed)
-    rank = rank_among_placebos(record, family.kinematic_hz, reading.half_window_hz, len(reading.snr), placebo_hz)
+    rank = rank_line(family, reading, record, families, speed)
     if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
         return None
     return _cage_reading_of(recording, bearing, reading, f"{family.name} multiples, vibration", band_hz)

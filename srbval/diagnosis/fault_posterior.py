@@ -8,7 +8,7 @@ something else (a strong comb that is no line of the bearing), or a fault of an 
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART
 
 OTHER_CAUSE = "other"
-LOWEST_ORDER = 0.25  # shaft order from which combs are scored
+LOWEST_ORDER, LOWEST_BIN = 0.25, 2  # shaft order and bin from which combs are scored; equal in a record of 8 turns
 # Depth at which a first line is as probable with a fault as without. In the 77 records at hand, lines of named faults
 # are at least 0.21 deep, race lines of healthy bearings and of sound races beside a fault up to 0.15 (UESTC's).
 EVEN_ODDS_DEPTH = 0.125
@@ -105,16 +105,14 @@ class FaultScores:
 
 def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> FaultScores:
     """Score the combs in a record's spectrum or, given `more` records of the machine, in their mean order spectrum."""
-    speed, bearing = analysis.speed, analysis.bearing
-    every = [analysis.processed]
-    for one in more:
-        rate_hz = one.processed.squared_fs_hz * speed.value_hz / one.speed.value_hz
-        every.append(replace(one.processed, squared_fs_hz=rate_hz))
-    bands = [whitened_bands(one, bearing, speed) for one in every]
-    spectrum = CombSpectrum.of(bands, LOWEST_ORDER * speed.value_hz)
+    speed, bearing, second = analysis.speed, analysis.bearing, dict[str, Comb]()
+    stretched = ((one.processed, speed.value_hz / one.speed.value_hz) for one in (analysis, *more))
+    bands = [whitened_bands(processed, bearing, speed, stretch) for processed, stretch in stretched]
+    lowest_hz = max(LOWEST_ORDER * speed.value_hz, LOWEST_BIN * bands[0][0].bin_hz)
+    spectrum = CombSpectrum.of(bands, lowest_hz)
     relative = bearing.largest_slip + speed.ci95_hz / speed.value_hz
     typical = spectrum.typical(relative)
-    first, second = _combs(spectrum, analysis, relative, typical), dict[str, Comb]()
+    first = _combs(spectrum, analysis, relative, typical)
     strongest = max(first, key=lambda name: first[name].log_ratio)
     if first[strongest].log_ratio > 0 and (found_hz := first[strongest].found_hz):
         number = np.arange(1, math.floor(spectrum.line_hz[-1] / found_hz) + 2, dtype=np.float64)[:, None]
@@ -126,27 +124,27 @@ def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> Fau
     return FaultScores(first=first, second=second, strongest=strongest, shaft_hz=speed.value_hz)
 
 
-def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: str = "") -> Comb:
-    if at is None:
-        return Comb()
-    excess, found_hz, depth = (float(x[at]) for x in (spectrum.score, spectrum.frequency_hz, spectrum.depth))
-    return Comb(excess=excess - typical, found_hz=found_hz, depth=depth, explained_by=explained_by)
-
-
 def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typical: float) -> dict[str, Comb]:
     """Find the comb with the highest score near each fault's frequency, and at frequencies without a known cause.
 
     Near means within `relative` times the fault's frequency; `typical` is the score of a typical comb of the record.
     """
-    speed, found = analysis.speed, dict[str, Comb]()
-    families = families_of(analysis.bearing, speed.value_hz)
-    for fault, family in zip(DEFECTS, families, strict=False):
-        at = spectrum.highest(family.kinematic_hz, relative * family.kinematic_hz)
-        explained_by = "" if at is None else _source_of(spectrum, at, fault, speed)
-        found[fault.value] = _comb(spectrum, at, typical, explained_by)
+    speed, families = analysis.speed, families_of(analysis.bearing, analysis.speed.value_hz)
     foreign = is_placebo_order(spectrum.frequency_hz, relative / APART, families, speed)
-    best = int(np.argmax(np.where(foreign, spectrum.score, -np.inf))) if foreign.any() else None
-    return found | {OTHER_CAUSE: _comb(spectrum, best, typical)}
+    at = {OTHER_CAUSE: int(np.argmax(np.where(foreign, spectrum.score, -np.inf))) if foreign.any() else None}
+    for fault, family in zip(DEFECTS, families, strict=False):
+        at[fault.value] = spectrum.highest(family.kinematic_hz, relative * family.kinematic_hz)
+    return {
+        name: Comb(
+            excess=float(spectrum.score[index]) - typical,
+            found_hz=float(spectrum.frequency_hz[index]),
+            depth=float(spectrum.depth[index]),
+            explained_by="" if name == OTHER_CAUSE else _source_of(spectrum, index, Fault(name), speed),
+        )
+        if (index := at[name]) is not None
+        else Comb()
+        for name in SINGLE_CAUSES
+    }
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:

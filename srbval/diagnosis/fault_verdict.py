@@ -77,16 +77,15 @@ class Diagnosis(NotebookObject):
         answer = "no fault is named" if self.state == Fault.HEALTHY else "no part is probable enough to be named"
         if posterior.faults_of(self.state):
             answer = f"named: {LABELS[self.state]}"
-        said = [
+        said = (
             f"By combs and lines, compared with records of known state of {CALIBRATION_RIGS} rigs, and with a healthy "
             f"bearing as probable beforehand as all else together: {shares}; {answer}."
-        ]
+        )
         if (order := self.scores.unexplained_order) is not None:
-            excess = self.scores.first[OTHER_CAUSE].excess
-            said.append(f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}.")
-        if self.channel is not None:
-            said.append(f"The evidence is strongest in channel {self.channel}.")
-        return " ".join(said)
+            said += (
+                f" Strongest unexplained comb: order {order:.3f}, evidence {self.scores.first[OTHER_CAUSE].excess:.1f}."
+            )
+        return said if self.channel is None else f"{said} The evidence is strongest in channel {self.channel}."
 
 
 @one_thread()

@@ -12,7 +12,7 @@ from srbval.bearing import DEFECTS, LARGEST_SLIP, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import NORMAL_95, LineReading, Periodogram
 from srbval.signal.comb import HARMONICS
-from srbval.signal.false_alarm import APART, fundamentals
+from srbval.signal.false_alarm import APART, MIN_PLACEBOS, PlaceboRank, fundamentals, rank_among_placebos
 
 OWN_SIDEBANDS = 3  # sidebands that belong to a found line when a weaker line is read
 PLACEBO_REACH = 2.0  # placebos are drawn up to this factor from a family's frequency, an octave to either side
@@ -64,24 +64,26 @@ def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
     return (*faults, Family(name="FTF", kinematic_hz=orders.ftf * shaft_hz))
 
 
-def placebo_fundamentals(
+def rank_line(
     family: Family,
     reading: LineReading,
     record: Periodogram,
     families: tuple[Family, ...],
     speed: ShaftSpeed,
     scale: float = 1.0,
-) -> FloatArray:
-    """Frequencies [Hz], [n], within an octave of a bearing line (`family`), at which the bearing has no line.
+    combs: int = MIN_PLACEBOS,
+) -> PlaceboRank | None:
+    """Rank a line with its harmonics among `combs` combs within an octave, where the bearing has no line.
 
-    `reading` is the result of the search for the line at `scale` times its kinematic frequency. The frequencies are low
-    enough for as many harmonics as were found there to be in the `record`. `families` are all lines of the bearing.
+    `reading` is the result of the search for the line at `scale` times the kinematic frequency of its `family`.
+    `families` are all lines of the bearing. None if there are too few frequencies without a line.
     """
-    centre = scale * family.kinematic_hz
+    centre, harmonics = scale * family.kinematic_hz, len(reading.snr)
     relative = reading.half_window_hz / centre
-    highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
-    candidates = fundamentals(centre / PLACEBO_REACH, highest, relative)
-    return np.asarray(candidates[is_placebo_order(candidates, relative, families, speed, scale)])
+    highest = min(PLACEBO_REACH * centre, record.limit_hz / harmonics / (1 + relative))
+    placebo_hz = fundamentals(centre / PLACEBO_REACH, highest, relative)
+    placebo_hz = placebo_hz[is_placebo_order(placebo_hz, relative, families, speed, scale)]
+    return rank_among_placebos(record, centre, reading.half_window_hz, harmonics, placebo_hz, combs=combs)
 
 
 def is_placebo_order(
@@ -122,12 +124,10 @@ def identity_probability(
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2
     spread = math.hypot(SLIP_SPREAD, more, reading.ci95_hz / reading.found_hz / NORMAL_95, speed_ci95 / NORMAL_95)
-    off = (reading.found_hz / centre_hz - 1) / spread
+    off, half = (reading.found_hz / centre_hz - 1) / spread, SLIP_FREEDOM / 2
     within = 2 * float(scipy.special.stdtr(SLIP_FREEDOM, window / spread)) - 1
-    half = SLIP_FREEDOM / 2
     log_student = math.lgamma(half + 0.5) - math.lgamma(half) - math.log(2 * math.pi * half) / 2
     log_student -= (half + 0.5) * math.log1p(off**2 / SLIP_FREEDOM)
     log_place = math.log(2 * window / spread / within) + log_student
-    chance = max(other_chance, 1e-300)
-    against = -math.e * chance * math.log(chance) if chance < 1 / math.e else 1.0
-    return float(scipy.special.expit(log_place - math.log(against)))
+    chance = min(max(other_chance, 1e-300), 1 / math.e)
+    return float(scipy.special.expit(log_place - math.log(-math.e * chance * math.log(chance))))

@@ -20,13 +20,13 @@ from srbval.reading.families import (
     Family,
     families_of,
     identity_probability,
-    placebo_fundamentals,
+    rank_line,
     window_share,
 )
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
 from srbval.signal.comb import FALSE_ALARM, SIDE_LOBE_BINS
-from srbval.signal.false_alarm import MIN_PLACEBOS, joint_false_alarm, rank_among_placebos
+from srbval.signal.false_alarm import MIN_PLACEBOS, joint_false_alarm
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak that is the line with a smaller probability than this is taken for another line, and is no baseline.
@@ -164,34 +164,28 @@ def read_lines(
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
-    share = window_share(bearing, speed)
-    lines = {f.name: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
+    share, shaft_masked = window_share(bearing, speed), record
+    lines = {f: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
     stronger: list[Line] = []
-    shaft_masked = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
         """Put a family's lines into `lines`; True if its first harmonic is detected, which then joins `stronger`."""
-        centre, rank = scale * family.kinematic_hz, None
+        centre, rank, explained, identity = scale * family.kinematic_hz, None, None, None
+        chance, speed_ci95 = reading.noise_false_alarm, speed.ci95_hz / speed.value_hz
         if reading.detected or not brief:
-            placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
-            half_hz, harmonics = reading.half_window_hz, len(reading.snr)
-            rank = rank_among_placebos(within, centre, half_hz, harmonics, placebo_hz, combs=combs)
+            rank = rank_line(family, reading, within, families, speed, scale, combs)
         if rank is not None:
-            reading = replace(reading, placebo_false_alarm=rank.false_alarm, comb_false_alarm=rank.whole_false_alarm)
-        first = _with_reading(lines[family.name][0], reading, speed)
-        explained, identity = None, None
+            chance, ranks = rank.tail_false_alarm, (rank.false_alarm, rank.whole_false_alarm)
+            reading = replace(reading, placebo_false_alarm=ranks[0], comb_false_alarm=ranks[1])
+        first = _with_reading(lines[family][0], reading, speed)
         if reading.detected:
             explained = _explained_by(first, stronger, within.bin_hz)
-            chance = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
-            # In a simulated record (the shaft is prescribed) there is no other machine.
-            if speed.source is not SpeedSource.PRESCRIBED:
-                speed_ci95 = speed.ci95_hz / speed.value_hz
+            if speed.source is not SpeedSource.PRESCRIBED:  # a simulated record contains no other machine
                 identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
-        if identity is not None and identity < LEAST_IDENTITY:
-            explained = explained or NotDetected.ANOTHER
+                explained = explained or (NotDetected.ANOTHER if identity < LEAST_IDENTITY else None)
         detected = reading.detected and explained is None
         first = replace(first, detected=detected, explained_by=explained, identity_probability=identity)
-        lines[family.name] = _lines_of(family, first, reading, within, scale, speed, brief)
+        lines[family] = _lines_of(family, first, reading, within, scale, speed, brief)
         if first.detected:
             stronger.append(first)
         return first.detected
@@ -218,9 +212,8 @@ def _readings(
     """Read each family near `scale` times its kinematic frequency; `share` is the relative half width of the window."""
     found = {}
     for family in families:
-        centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz
-        half_hz, period_s = max(share * centre, record.bin_hz), 1 / speed.value_hz
-        reading = read_comb(record, centre, half_hz, sideband_hz=sideband_hz, period_s=period_s)
+        window = (centre := scale * family.kinematic_hz), max(share * centre, record.bin_hz)
+        reading = read_comb(record, *window, sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz)
         if reading is not None:
             found[family] = reading
     return found
@@ -301,13 +294,10 @@ def _lines_of(
             return line
         return _with_reading(line, replace(found, ci95_hz=min(math.hypot(found.ci95_hz, slip_hz), within)), speed)
 
-    harmonics = [read_one(family.name, number) for number in range(2, len(reading.snr) + 1)]
-    sides = [
-        read_one(f"{family.name}{sign}{family.sideband_name}", 1, offset)
-        for sign, offset in (("-", -family.sideband_hz), ("+", family.sideband_hz))
-        if offset
-    ]
-    return [first, *(x if shows else _without_own_line(x) for x in (*harmonics, *sides))]
+    found = [read_one(family.name, number) for number in range(2, len(reading.snr) + 1)]
+    for sign, offset_hz in (("-", -family.sideband_hz), ("+", family.sideband_hz)) if family.sideband_hz else ():
+        found.append(read_one(f"{family.name}{sign}{family.sideband_name}", 1, offset_hz))
+    return [first, *(x if shows else _without_own_line(x) for x in found)]
 
 
 def _without_own_line(line: Line) -> Line:

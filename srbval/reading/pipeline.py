@@ -16,7 +16,6 @@ from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD
 from srbval.scene.read import size_of
 from srbval.signal import (
-    Kurtogram,
     Periodogram,
     ShaftAngle,
     Spectrum,
@@ -130,10 +129,9 @@ def process(
     Butterworth filter, Hilbert transform, modulus) within 1e-5 of the largest value. `ends_s`: time dropped at each
     end. Raises `ConfigurationError` for an unknown channel or impossible band, `DataError` for an unusable signal.
     """
-    signal = one_signal(recording)
+    signal, ends = one_signal(recording), end_s(band_hz) if ends_s is None else ends_s
     whole = normalise(signal)
     square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz)
-    ends = end_s(band_hz) if ends_s is None else ends_s
     return Processed(
         whole=whole,
         squared=tracking.resample(drop_ends(square, rate, ends), rate, ends),
@@ -194,15 +192,16 @@ def declared_band(
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:
         return BandChoice(band_hz=recording.band_hz, why="stated for the record, by its data set or the user")
-    simulated = recording.origin is Origin.SIMULATED
-    size = size_of(bearing) if simulated and bearing is not None and bearing.geometry is not None else None
-    if size is not None and size > 1 + 0.01:  # below it the band stays
+    if recording.origin is Origin.SIMULATED:
+        size = size_of(bearing) if bearing is not None and bearing.geometry is not None else None
+        if size is None or size <= 1 + 0.01:
+            return BandChoice(band_hz=SIMULATED_BAND_HZ, why="the paper's")
         low, high = (round(edge / size) for edge in SIMULATED_BAND_HZ)
         return BandChoice(band_hz=(low, high), why=f"the paper's, for a bearing {size:.3g} times as large")
     own = recording.dataset is None and recording.origin is Origin.MEASURED  # the same bearing in another machine
-    if simulated or (recording.bearing == RIG_BEARING and not own):
-        return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else BANDS_HZ["1400-2800"], why="the paper's")
-    return None
+    if own or recording.bearing != RIG_BEARING:
+        return None
+    return BandChoice(band_hz=BANDS_HZ["1400-2800"], why="the paper's")
 
 
 def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all records that are compared") -> BandChoice:
@@ -220,7 +219,11 @@ def bands_of_record(
     bands distort too much of the record at its ends.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
-    picture = band_kurtogram(recording, bearing, speed, fs_hz)
+    lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
+    for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
+    ends_hz = 2 * END_PERIODS / for_ends_s if for_ends_s > 0 else math.inf
+    samples = normalise(one_signal(recording))
+    picture = kurtogram(samples, recording.fs_hz, least_width_hz=max(lines_hz, ends_hz), highest_hz=0.499 * fs_hz)
     count, whole = picture.kurtosis.size, "the whole band"
     if count == 0:
         why = f"{whole}: narrower bands have fewer than {HARMONICS_HELD} harmonics of the race lines or too long ends"
@@ -230,21 +233,6 @@ def bands_of_record(
     return (
         replace(whole_band_of(fs_hz, said.format(whole, impulsive, 2)), trials=2),
         BandChoice(band_hz=picture.best_hz, why=said.format(impulsive, whole, 2 * count), trials=2 * count),
-    )
-
-
-def band_kurtogram(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
-) -> Kurtogram:
-    """Kurtogram of bands below half the sampling rate `within_fs_hz` and at least `HARMONICS_HELD` times BPFI wide."""
-    lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
-    for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
-    ends_hz = 2 * END_PERIODS / for_ends_s if for_ends_s > 0 else math.inf
-    return kurtogram(
-        normalise(one_signal(recording)),
-        recording.fs_hz,
-        least_width_hz=max(lines_hz, ends_hz),
-        highest_hz=0.499 * within_fs_hz,
     )
 
 
@@ -260,8 +248,10 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     )
 
 
-def whitened_bands(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> tuple[Periodogram, ...]:
-    """Periodograms of the squared envelope in equal parts of the whole band.
+def whitened_bands(
+    processed: Processed, bearing: Bearing, speed: ShaftSpeed, stretch: float = 1.0
+) -> tuple[Periodogram, ...]:
+    """Periodograms of the squared envelope in equal parts of the whole band, frequencies multiplied by `stretch`.
 
     There are `WHITENED_BANDS` parts, or fewer if these would be too narrow for the lines of the bearing. The record is
     prewhitened by its cepstrum; squared envelopes are clipped so that single knocks imitate no fault.
@@ -274,6 +264,8 @@ def whitened_bands(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
         square, rate = squared_envelope_one_pass(white, processed.fs_hz, band_hz)
         square = np.minimum(square, CLIP * float(np.median(square)))
         square = processed.tracking.resample(drop_ends(square, rate, ends), rate, ends)
-        part = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
-        found.append(periodogram_of(part, bearing, speed))
+        part = replace(processed, squared=square, squared_fs_hz=stretch * rate, band_hz=band_hz)
+        record = periodogram_of(part, bearing, speed)
+        is_short = record.seconds * speed.value_hz < LEAST_REVOLUTIONS  # shaft harmonics would mask nearly all bins
+        found.append(replace(record, masks_hz=record.masks_hz[:0]) if is_short else record)
     return tuple(found)

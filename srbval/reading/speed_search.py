@@ -7,6 +7,7 @@ search windows, is only reported.
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeGuard
 
 import numpy as np
@@ -107,10 +108,8 @@ class SpeedSearch:
         window += ")" if share == self.bearing.largest_slip else ", the rest for the speed)"
         window += f", at least {1 / self.processed.seconds:.2g} Hz"
         if self.tried > 1:
-            window += (
-                f", at {self.tried} speeds because the nominal speed may be off by more than a window; "
-                f"false-alarm probabilities count {self.tried} trials"
-            )
+            window += f", at {self.tried} speeds because the nominal speed may be off by more than a window"
+            window += f"; false-alarm probabilities count {self.tried} trials"
         return window
 
 
@@ -119,11 +118,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 
     A line far from all expected frequencies is used only if its sidebands confirm another speed within the tolerance.
     """
-
-    def read_at(speed: ShaftSpeed) -> SpeedSearch:
-        lines = _read_lines_at(processed, bearing, speed)
-        return SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=speed)
-
+    read_at = partial(_search_trial_speeds, processed, bearing)
     if stated.source is not SpeedSource.NOMINAL:
         found = read_at(stated)
         return replace(found, outside=_find_outside_family(found)[0])
@@ -144,7 +139,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         return abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
 
     fits = estimate(stated, ())
-    found = read_at(fits) if is_within(fits) else _search_trial_speeds(processed, bearing, stated)
+    found = read_at(fits if is_within(fits) else stated)
     outside, lines = _find_outside_family(found)
     lines = lines or sidak_corrected(found.lines, found.tried)  # trials before a speed was read from the record count
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
@@ -152,13 +147,12 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         # The sidebands belong to another shaft, or the line to another family than its frequency suggests.
         outside, refined = (outside, None) if is_within(refined) else (None, refined)
     if is_within(refined):
-        outside = None
-        found = replace(found, lines=_read_lines_at(processed, bearing, refined), speed=refined, span=(1.0, 1.0))
+        outside, found = None, replace(read_at(refined), tried=found.tried)
     fits = refined or fits
     if fits is None or abs(fits.value_hz - stated.value_hz) <= stated.ci95_hz + fits.ci95_hz:
         return replace(found, outside=outside)
     if found.speed is not stated:  # two speeds contradict each other: neither is certain
-        found = _search_trial_speeds(processed, bearing, stated)
+        found = read_at(stated)
         outside = _find_outside_family(found)[0]
     beyond = OutsideSpeed(
         value_hz=fits.value_hz,
@@ -179,7 +173,7 @@ def _read_lines_at(
 
 
 def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
-    """Read the lines at trial speeds within the tolerance; keep the speed with the deepest modulation by a fault."""
+    """Read the lines at each trial speed; keep the speed with the deepest modulation by a fault."""
     scales = trial_scales(stated, bearing.largest_slip)
     tried = len(scales)
 
@@ -222,9 +216,10 @@ def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tupl
     return None, ()
 
 
-def trial_scales(nominal: ShaftSpeed, interval: float) -> tuple[float, ...]:
-    """Trial speeds within the tolerance of the `nominal` speed, as ratios to it and spaced by `interval`."""
-    steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / interval - 1e-9))
+def trial_scales(speed: ShaftSpeed, interval: float) -> tuple[float, ...]:
+    """Trial speeds within the tolerance of a nominal `speed`, as ratios to it, spaced by `interval`; else 1 alone."""
+    beyond = math.ceil(speed.ci95_hz / speed.value_hz / interval - 1e-9) if speed.source is SpeedSource.NOMINAL else 1
+    steps = range(1, beyond)
     return (1.0, *(1 + side * step * interval for step in steps for side in (-1, 1)))
 
 

@@ -313,10 +313,10 @@ def test_a_line_at_a_multiple_of_the_mains_is_not_named_and_said(name, mains):
 
 @pytest.mark.parametrize(("name", "part"), [("bpfo", "outer"), ("bpfi", "inner"), (None, None)])
 def test_records_too_short_to_be_read_are_pooled_each_at_its_own_speed(name, part, tmp_path, srbval_json, srbval_text):
-    """Forty snapshots of 0.12 s, three turns each, of a shaft that turns 10 % slower in the last half."""
+    """Forty snapshots of 0.12 s, three turns each, of a shaft that slows down by 12 % from the first to the last."""
     rng, length, own = np.random.default_rng(2), int(0.12 * FS_HZ), []
     for number in range(40):
-        hz = 25.0 if number < 20 else 22.5
+        hz = 25.0 - 0.075 * number
         signal = rng.normal(0, 0.3, length)
         if name is not None:
             at = np.arange(rng.uniform(0, 0.005), 0.115, 1 / (getattr(BEARING.orders, name) * hz))
