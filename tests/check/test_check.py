@@ -11,7 +11,7 @@ import pytest
 
 from srbval import Scene, load_scene
 from srbval.check import check
-from srbval.check.check import run_check, write_reference
+from srbval.check.check import run_check
 from srbval.storage.json_files import write_json
 from srbval.storage.stored_result import Fingerprint, compare_part, reference_fingerprint
 from srbval.studies import evidence
@@ -34,11 +34,10 @@ def failed(part: str) -> set[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["stiffness_n_m", "dynamic_friction"])
-def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(name, monkeypatch):
+def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(monkeypatch):
     def spoilt(base: str, changes: dict[str, Any]) -> Scene:
         scene = load_scene(base, changes)
-        return replace(scene, contact=replace(scene.contact, **{name: getattr(scene.contact, name) * (1 + 1e-4)}))
+        return replace(scene, contact=replace(scene.contact, stiffness_n_m=1.0001 * scene.contact.stiffness_n_m))
 
     monkeypatch.setattr(check, "load_scene", spoilt)
     assert {"paper printed outer: cage_ratio", "paper printed outer: drive_power_w"} & failed("full")
@@ -69,13 +68,6 @@ def test_numbers_words_and_missing_quantities(monkeypatch):
     assert found["full: outer: status"].words == ("skidding", "ok")
     assert math.isnan(found["reading: gone: hz"].value)
     assert math.isnan(found["reading: H: hz"].low)
-
-
-def test_the_reference_is_what_was_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(check, "shipped_folder", lambda _: tmp_path)
-    write_reference(NOW)
-    monkeypatch.setattr("srbval.storage.stored_result.shipped_folder", lambda _: tmp_path)
-    assert reference_fingerprint()["full"] == NOW["full"]
 
 
 @pytest.fixture

@@ -123,19 +123,6 @@ def test_a_slice_shears_as_eyrings_law_says(race, pressure_gpa, slip_m_s):
     assert found == pytest.approx(expected, abs=float(newtonian) + 0.05 * float(expected))
 
 
-def test_a_slice_with_a_range_of_slips_has_their_mean():
-    slices = MODEL.slices
-    law = law_at_speed(MODEL.law, slices, 38.75, 90.0)._replace(dynamic_friction=0.0)
-    shear, places = film_on_race(slices.film, law, 0), 1 / math.sqrt(3)
-
-    def force(slip: float, more: float) -> float:
-        return float(film_drag(shear, 22.0, 1e3, 3e-3, slip**2, more)) * slip
-
-    for slip, more in ((0.05, 0.01), (0.01, 0.05), (0.002, 0.05)):
-        expected = sum(math.copysign(force(abs(s), 0.0), s) for s in (slip + places * more, slip - places * more)) / 2
-        assert force(slip, more) == pytest.approx(expected, rel=1e-3, abs=1e-3)
-
-
 def test_thin_films_leave_a_share_to_asperities():
     """At rest all, at a lambda of 3 a thousandth; their friction is then the boundary's."""
     still = law_at_speed(MODEL.law, MODEL.slices, 0.0, 1e-6)

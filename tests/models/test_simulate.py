@@ -4,16 +4,13 @@ import json
 import math
 import re
 from dataclasses import replace
-from unittest import mock
 
 import h5py
 import numpy as np
 import pytest
 
 from srbval import load_bearing, load_recording
-from srbval.models import full_run
-from srbval.models.estimates import BLOCKS, ERROR_TOLERANCE, REFINEMENT, Estimate, StepError
-from srbval.models.full.steps import take_steps
+from srbval.models.estimates import BLOCKS, ERROR_TOLERANCE, Estimate, StepError
 from srbval.models.full_run import run_full
 from srbval.models.health import assess
 from srbval.models.run import RunStatus, RunSummary
@@ -21,7 +18,6 @@ from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.models.step_error import (
     CAGE_QUANTITY,
-    MAX_PIECE_S,
     MAX_REFINEMENT,
     block_means,
     estimate_errors,
@@ -30,7 +26,6 @@ from srbval.models.step_error import (
 )
 from srbval.scene import RollerFit, Scene, SpeedProfile, load_scene, paper_scene
 
-STEPS_HZ = 61440.0
 RMS = "RMS in 500-1500 Hz"
 BEARING = load_bearing("skf-22240")
 RPM = 2 * math.pi / 60
@@ -105,19 +100,6 @@ def test_beyond_open_or_neither(error, scatter, beyond, open_):
         )
 
 
-def test_two_pairs_of_steps_are_weighed_by_their_variances():
-    """Chance at the finer pair is overruled by the coarser one; what is certain is not."""
-    coarse, fine = told("band_rms", 0.08, 0.08), told("band_rms", 0.16, 0.08)
-    (both,) = fine.averaged_with(coarse).estimates
-    carried = math.hypot(0.02, 0.01)
-    share = carried**2 / (carried**2 + 0.08**2)
-    assert both.error == pytest.approx(share * 0.16 + (1 - share) * 0.02)
-    assert both.scatter == pytest.approx(carried * 0.08 / math.hypot(carried, 0.08))
-    (certain,) = told("band_rms", 0.16, 0.001).averaged_with(coarse).estimates
-    assert certain.error == pytest.approx(0.16, rel=0.01)
-    assert told("cage", 0.1, 0.1).averaged_with(coarse) == told("cage", 0.1, 0.1), "another quantity"
-
-
 def test_the_estimate_is_the_error_against_a_finer_run():
     """The fast rig at a long step: sign and size of the estimate against a run with a quarter of it.
 
@@ -162,25 +144,6 @@ def test_a_profile_is_checked_at_its_highest_speed():
     steady = fast_rig(40960, rpm=2000.0)
     ramp = SpeedProfile(time_s=(0.0, 1.0), speed_rad_s=(10.0, 2000 * RPM))
     assert step_error(replace(steady, speed_profile=ramp), BEARING) == step_error(steady, BEARING)
-
-
-@pytest.mark.parametrize(("rate_hz", "rpm"), [(1.0, 200.0), (61.0, 200.0), (1.0, 2.0)])
-def test_the_check_costs_the_same_at_any_output_rate(rate_hz, rpm):
-    """Steps of both pieces, counted: as many at 1 Hz, where an output interval is longer than a piece, as at 500 Hz."""
-
-    def check(rate_hz: float) -> tuple[StepError, list[int]]:
-        changes = {"solver": {"step_s": 1 / (rate_hz * round(STEPS_HZ / rate_hz))}, "shaft_speed": f"{rpm:g} rpm"}
-        scene = paper_scene(model="line", duration="5 s", settle="0 s", output_rate_hz=rate_hz, **changes)
-        with mock.patch.object(full_run, "take_steps", wraps=take_steps) as counted:
-            error = step_error(scene, BEARING)
-        _, *pieces = (call.kwargs for call in counted.call_args_list)
-        return error, [len(piece["intervals"]) * piece["steps_per_output"] for piece in pieces]
-
-    (coarse, steps), (fine, usual) = check(rate_hz), check(500.0)
-    assert steps == pytest.approx(usual, rel=0.2)
-    assert sum(steps) <= 1.1 * (1 + REFINEMENT) * MAX_PIECE_S * STEPS_HZ
-    assert [e.of for e in coarse.estimates] == [CAGE_QUANTITY, "drive power"], "bands that the output does not show"
-    assert coarse.estimates[0].error == pytest.approx(fine.estimates[0].error, abs=1e-4)
 
 
 def test_a_step_by_hand_that_is_too_long_is_kept_and_told(tmp_path):

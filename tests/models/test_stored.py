@@ -8,7 +8,7 @@ import signal
 import struct
 import subprocess
 import sys
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -57,13 +57,6 @@ def test_no_kernel_carries_a_copy_of_another():
     assert len(codes) >= 2
     assert all(codes)
     assert [name for code in codes for name, binding in code.items() if binding == WEAK] == []
-
-
-def test_a_failed_process_leaves_no_mark(monkeypatch, tmp_path):
-    monkeypatch.setattr(jit, "_requested_kernels", set())
-    monkeypatch.setattr(jit, "_list_of", lambda kernel: tmp_path / kernel)
-    jit.precompile(replace(paper_scene(), model="no such model"))
-    assert list(tmp_path.iterdir()) == []
 
 
 def sum_of_squares(values, out):

@@ -11,7 +11,7 @@ from srbval.bearing import Fault, load_bearing
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import KURTOSIS_BANDS, LEVEL_BANDS, PATTERN_HARMONICS, RMS_BANDS, SIDEBAND_SPACINGS
 from srbval.plan.measured import MIN_SCENES_FOR_BOUND, MeasuredErrors, nearest_table, read_errors, scene_values
-from srbval.plan.measures import noise_floor, smooth_mean
+from srbval.plan.measures import noise_floor
 from srbval.plan.plan import Candidate, Plan, make_plan
 from srbval.plan.questions import MEANING, Question, answer_questions, asked_of, error_pct, pct_of
 
@@ -186,7 +186,6 @@ def test_the_chosen_model_runs_the_scene(changes, chosen):
 FS = 20480.0
 MEDIAN_SCATTER = 0.1  # standard error of the median of 600 Rayleigh-distributed lines is 4 %
 LINE_SKIRTS = 0.05  # of two lines in the range of 120 lines whose median is taken
-RIPPLE = 1e-6  # a ripple of 0.3 % over 38 periods: 1/n^3 of it remains under the window, 1/n in a plain mean
 
 
 def test_noise_floor_is_that_of_white_noise_and_does_not_see_single_lines():
@@ -197,13 +196,6 @@ def test_noise_floor_is_that_of_white_noise_and_does_not_see_single_lines():
     assert quiet == pytest.approx(2 * sigma * math.sqrt(math.log(2) / t.size) / mean, rel=MEDIAN_SCATTER)
     lines = noise + 0.2 * np.sin(2 * np.pi * 71.0 * t) + 0.9 * np.sin(2 * np.pi * 97.1 * t)
     assert noise_floor(lines, FS) == pytest.approx(quiet, rel=LINE_SKIRTS)
-
-
-def test_ripple_hardly_moves_the_smooth_mean():
-    t = np.arange(8193) / FS
-    ripple = 32.0 + 0.1 * np.sin(2 * np.pi * 96.3 * t + 0.4)
-    assert smooth_mean(ripple) == pytest.approx(32.0, rel=RIPPLE)
-    assert abs(ripple.mean() / 32.0 - 1) > RIPPLE, "the plain mean is what this is better than"
 
 
 def test_amplitudes_are_those_that_are_compared_with_the_rig():

@@ -2,7 +2,6 @@
 
 import io
 import re
-import threading
 
 import pytest
 
@@ -78,21 +77,3 @@ def test_a_failed_stage_is_not_reported_as_done():
     with pytest.raises(KeyError), stage(lambda *call: calls.append(call), "Draw"):
         raise KeyError
     assert calls == [("Draw", None)]
-
-
-def test_many_threads_lose_no_line():
-    stream, count = io.StringIO(), 20
-
-    def work(name: str) -> None:
-        progress(name, None)
-        progress(name, 1.0)
-
-    with ProgressDisplay(stream) as progress:
-        threads = [threading.Thread(target=work, args=(f"t{i}",)) for i in range(count)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-    written = stream.getvalue().splitlines()
-    assert sum(line.endswith(" ...") for line in written) == count
-    assert sum(": done in " in line for line in written) == count

@@ -30,7 +30,7 @@ from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.processes import worker
 from srbval.recordings import load_recording, loaders
-from srbval.recordings.loaders import FileFormat, detect_format, end_readers
+from srbval.recordings.loaders import FileFormat, end_readers
 from srbval.recordings.manifest import FileStatus, read_manifest
 from srbval.recordings.registry import add
 from tests.marked import until
@@ -301,19 +301,6 @@ def test_dimension_without_values(tmp_path):
         file.create_dataset("sample", (4096,), ">f4").make_scale(scale)
         file["x"].dims[0].attach_scale(file["sample"])
     assert load_recording(tmp_path / "a.nc", unit="g").channel == "x"
-
-
-def test_hdf5_attributes_that_are_no_numbers_are_not_read(tmp_path):
-    """Arrays, fields and lists of any size are not read."""
-    pair, number = np.dtype([("a", "f8"), ("b", "S1000")]), h5py.h5t.NATIVE_DOUBLE
-    with h5py.File(tmp_path / "a.h5", "w", libver="latest") as file:
-        file["x"] = files.vibration()
-        file["x"].attrs["units"] = "mm/s2"
-        file.attrs.update({"fs_hz": 1000.0, "array": np.zeros(10**6), "pair": np.zeros(3, pair), "many": ["a"] * 9})
-        for name, kind in ((b"list", h5py.h5t.array_create(number, (5,))), (b"lengths", h5py.h5t.vlen_create(number))):
-            h5py.h5a.create(file.id, name, kind, h5py.h5s.create(h5py.h5s.SCALAR))
-    raw = detect_format(tmp_path / "a.h5").load(tmp_path / "a.h5")
-    assert (dict(raw.attributes), dict(raw.units)) == ({"fs_hz": 1000.0}, {"x": "mm/s2"})
 
 
 def test_hostile_names_within_files_are_shown_as_plain_text(tmp_path, srbval_text):

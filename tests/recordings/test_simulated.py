@@ -460,11 +460,3 @@ def test_drift_and_direction(direction):
 def test_what_is_no_shaft_speed(signal):
     with pytest.raises(DataError, match="speed signal"):
         tachometer_speed(signal)
-
-
-@pytest.mark.parametrize("spike", [50.0, -50.0])
-def test_a_spike_does_not_move_the_levels(spike):
-    signal = pulses(1.0)
-    edges = pulse_times(signal)
-    signal[5000] = spike
-    assert abs(pulse_times(signal).size - edges.size) <= 1

@@ -218,11 +218,6 @@ def test_a_frame_is_shown_with_its_companions_and_its_gaps(prose):
     assert table.columns == tuple(COLUMNS.values())
 
 
-def test_an_unknown_column_is_an_error(prose):
-    with pytest.raises(KeyError, match="no column 'runs'; it has name, error"):
-        prose.table("limits", [{"name": "a", "error": 1.0}], COLUMNS)
-
-
 def test_cursors_are_named_as_the_field_does():
     line, bearing = SimpleNamespace(name="BPFI", kinematic_hz=128.0), load_bearing("skf-22240")
     view = SimpleNamespace(shaft_hz=12.0, analysis=SimpleNamespace(bearing=bearing))

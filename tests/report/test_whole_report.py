@@ -2,11 +2,9 @@
 
 import dataclasses
 import html
-import os
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,12 +21,11 @@ from srbval.report.findings.findings import list_problems
 from srbval.report.prose import literal
 from srbval.report.renderers import mask_controls
 from srbval.report.sections.assemble import MAX_LISTED, records_blocks
-from srbval.storage.installation import child_environment
 from srbval.storage.json_files import to_json
 from srbval.studies.harness import pages
 from tests.readme_table import in_readme, readme_table
 
-from .conftest import FILES, OPTIONS, PANELS, Made
+from .conftest import FILES, PANELS, Made
 
 TALLEST = 1.35  # height over width: a picture as wide as the page leaves room for its caption above the foot
 LARGEST_HTML, LARGEST_PDF = 6_000_000, 8_000_000
@@ -144,21 +141,6 @@ def test_problems_of_the_data_are_named_and_counted(with_rig):
     _, items = problems(changed(with_rig.findings, problems=many))
     assert (items[0], len(items)) == (f"**{literal(HOSTILE)}**: {literal(HOSTILE)}", MAX_LISTED + 1)
     assert items[-1].startswith("3 more")
-
-
-AGAIN = "import sys; from srbval.cli import run_command_line; sys.exit(run_command_line(sys.argv[1:]) not in (0, 1))"
-
-
-@pytest.mark.long_form
-def test_report_and_figures_are_the_same_from_a_process_that_hashes_its_own_way(with_rig, tmp_path):
-    own = os.environ | child_environment() | {"SRBVAL_HOME": str(tmp_path), "PYTHONHASHSEED": "1"}
-    own.pop("SRBVAL_RECORDINGS", None)
-    subprocess.run([sys.executable, "-c", AGAIN, *OPTIONS], cwd=tmp_path, check=True, env=own)
-    again = tmp_path / "made"
-    assert (again / "report.json").read_bytes() == with_rig.files["json"].read_bytes()
-    first, second = ({p.name: p.read_bytes() for p in (f / "figures").iterdir()} for f in (with_rig.folder, again))
-    assert first
-    assert first == second
 
 
 PAGES = range(6, 9)

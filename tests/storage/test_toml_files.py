@@ -13,7 +13,6 @@ import pytest
 from srbval import ConfigurationError, DataError, RunStatus, SrbvalError, load_bearing, load_campaign
 from srbval.models.simulate import simulate, simulate_to_file
 from srbval.scene import SpeedProfile, load_scene, paper_scene
-from srbval.storage.json_files import to_json
 from srbval.storage.tables import build, parse_quantity, quantity, read_toml
 
 ROUNDING = 1e-15  # relative; a product of two floating-point numbers
@@ -75,12 +74,6 @@ def test_every_kind_of_field_is_read():
     )  # fmt: skip
     assert build(Every, {}, "t") == Every()
     assert build(Every, {"times_s": [1, 2.5]}, "t").times_s == (1.0, 2.5)
-
-
-def test_what_was_written_as_json_is_read_again():
-    whole = Every(share=math.nan, times_s=(1.0, math.nan), parts=(Part(radial_n=2.0),), seed=None)
-    again = build(Every, to_json(whole), "t")
-    assert (to_json(again), math.isnan(again.share)) == (to_json(whole), True)
 
 
 @pytest.mark.parametrize(

@@ -5,19 +5,15 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from srbval import paper_scene
-from srbval.processes.worker import WorkerProcess
 from srbval.storage.stored_result import ResultKind, read_result
 from srbval.studies import scale
 from srbval.studies.bench import errors, judge_step_error, with_fronts
-from srbval.sweep.pool import attempt, side_by_side
 from tests.marked import marked, until
 
 MODELS = '''
@@ -145,25 +141,6 @@ def test_what_a_busy_machine_may_cause_is_not_kept(srbval_json, monkeypatch):
     assert {cell["status"] for cell in srbval_json(*words)["cells"]} == {"out-of-time"}
     monkeypatch.delenv("SRBVAL_MODEL_SECONDS")
     assert {cell["status"] for cell in srbval_json(*words)["cells"]} == {"ok"}
-
-
-def test_ctrl_c_while_the_models_process_starts(monkeypatch):
-    """The signal comes when the process is there, but the thread that started it has not gone on."""
-    start = WorkerProcess.start
-
-    def interrupted(process: WorkerProcess) -> object:
-        monkeypatch.setattr(WorkerProcess, "start", start)
-        started = start(process)
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(1.0)
-        return started
-
-    monkeypatch.setattr(WorkerProcess, "start", interrupted)
-    monkeypatch.setenv("SRBVAL_MODEL_SECONDS", "30")
-    scene, began = paper_scene(model="models.py:sleeps", duration_s=0.1), time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        side_by_side({"one": scene}, lambda _, report: attempt(scene, progress=report), task="runs")
-    assert time.monotonic() - began < 15
 
 
 def test_ctrl_c_ends_the_model_too():

@@ -87,12 +87,6 @@ def test_effects_are_as_large_as_they_are(monkeypatch):
     assert level["grid_ci95"] == pytest.approx(STUDY.grid_factor * 0.1)
 
 
-def test_readings_scatter_about_the_truth_by_reading_and_between_records():
-    own, rng = readings(), np.random.default_rng(1)
-    read = np.array([[one.ratio for one in study.read_again(own, np.full(len(own), 0.43), rng)] for _ in range(300)])
-    assert read.std(axis=0) / 0.43 == pytest.approx(STUDY.between_pct / 100, rel=0.2)
-
-
 def test_the_larger_an_error_the_more_often_it_is_found():
     rows = list(study.power(variant(), readings(), rigs=20))
     assert [(row["endpoint"], row["planted_pct"]) for row in rows] == [(n, p) for n in NAMES for p in study.PLANTED_PCT]

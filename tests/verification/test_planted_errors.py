@@ -21,7 +21,6 @@ ERRORS = tomllib.loads((HERE / "planted_errors.toml").read_text())["error"]
 PLANTED = ERRORS if os.environ.get("SRBVAL_PLANTED") == "all" else ERRORS[::8]
 # Tests with cases that the short form does not compile.
 UNCOMPILED = ("test_damping_matrix.py", "test_equations_of_motion.py", "test_implicit_steps.py")
-UNCOMPILED += ("test_energy_balance.py::test_balance_at_an_instant",)
 UNHARMED = {"what": "nothing", "file": "motion_kernel.py", "old": "", "new": ""}
 
 
