@@ -56,7 +56,7 @@ from srbval.storage.tables import read_toml
 ProbeOutputs = dict[str, FingerprintValue]
 UNSTABLE_S, PLAY_S, SMOOTH_S = 0.0025, 0.012, 0.05  # simulated time of a probe, by how fast a small change grows
 STATES = (Fault.HEALTHY, *DEFECTS)
-PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # solvers besides the default
+PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1"), 1 / 245760  # solvers besides the default
 IMPULSE_S = 1.0  # duration of the run with which a path is identified
 SEPARATOR = ": "
 

@@ -300,7 +300,7 @@ def kernels_of(scene: Scene) -> list[str]:
     """Names of the kernels that a run of the scene needs, such as ``full-rates-1``: model, part, number of cages.
 
     Models with the full model's equations need two parts: ``rates``, the time derivative of the state, and a step of
-    the solver, ``explicit``, ``rosenbrock`` or ``leapfrog``. The planar model needs only the part ``ring``. The line
+    the solver, ``explicit`` or ``leapfrog``. The planar model needs only the part ``ring``. The line
     model uses the kernels of the full model. With oil the name ends with ``-oil``, with free rollers with ``-free``.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:

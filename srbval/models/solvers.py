@@ -10,15 +10,13 @@ their steps are stable up to 2, 2, 2.51 and 2.79 over the largest rate of decay;
 The other methods take friction and contact damping implicitly, and contact stiffness explicitly. Their matrix J in
 place of the Jacobian contains only the damping matrix of `damping_kernel`. Friction and damping do not limit the step.
 
-- ros2 is a two-stage W-method (Verwer, Spee, Blom & Hundsdorfer, A second-order Rosenbrock method applied to
-  photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456), of second order with any J. It is L-stable
-  for the forces in J if gamma = 1 +- 1/sqrt 2; with the larger value, decaying components keep their sign. Contact
-  stiffness limits the step as in Heun's method with the same damping.
 - imex2 is of second order, with one evaluation of the forces per step (Strang splitting; Hairer, Lubich & Wanner,
   Geometric Numerical Integration, 2006, sect. II.5). The forces are linearised about velocities predicted for the
   middle of the step: the velocity at its start plus half of the last step's change, which is zero in the first step of
-  a run. Without this prediction, sliding would begin too late. Steps are stable up to 2 over the largest natural
-  angular frequency of the contacts.
+  a run. Without this prediction, sliding would begin too late. The velocities follow by the two-stage Rosenbrock method
+  of Verwer, Spee, Blom & Hundsdorfer (A second-order Rosenbrock method applied to photochemical dispersion problems,
+  SIAM J. Sci. Comput. 20 (1999) 1456), which is L-stable for gamma = 1 +- 1/sqrt 2. Steps are stable up to 2 over the
+  largest natural angular frequency of the contacts.
 - imex1 is of first order: the linearised implicit Euler method for the velocities, then the symplectic Euler method for
   the positions (ibid., sect. I.1.2), with the same limit of the step as imex2. It is the cheapest and the most damped:
   slow sliding is accurate to first order only.
@@ -35,10 +33,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 
-FAMILIES = ("explicit", "rosenbrock", "leapfrog")  # a kernel for each family
-RUNGE_KUTTA, ROSENBROCK, LEAPFROG = range(3)
+FAMILIES = ("explicit", "leapfrog")  # a kernel for each family
+RUNGE_KUTTA, LEAPFROG = range(2)
 ONSET_STEPS = 2.0  # implicit methods average the force of a point that comes into contact; one step is noisier
-GAMMA_ROS2 = 1 + 1 / math.sqrt(2)
 GAMMA_IMEX2 = 1 - 1 / math.sqrt(2)  # the smaller root is more accurate; the linear equation contains no positions
 
 
@@ -46,11 +43,10 @@ class Coefficients(NamedTuple):
     """Coefficients of a method with s stages for the kernels; `family`: index in `FAMILIES`.
 
     `a`, [s, s]: weights of earlier stages in a stage's state; `b`, [s]: weights of the stages in the result; `c`, [s]:
-    times of the stages, in steps from the step's start; `g`, [s, s]: weights of earlier stages in a stage's right-hand
-    side; `powers`, [s]: weights of the stages in the recorded means of forces and powers; `implicit_coefficient`: gamma
-    of ros2 and imex2, 1 for imex1, 0 for explicit methods; `ahead`: share of the last step's change of velocities that
-    imex2 adds to predict velocities; `onset`: number of steps over which the force of a point that comes into contact
-    is averaged, 0 for none.
+    times of the stages, in steps from the step's start; `implicit_coefficient`: gamma of imex2, 1 for imex1, 0 for
+    explicit methods; `ahead`: share of the last step's change of velocities that imex2 adds to predict velocities;
+    `onset`: number of steps over which the force of a point that comes into contact is averaged, 0 for none. In the
+    recorded means of forces and powers, the stages of an explicit method have the weights `b`.
 
     imex1 and imex2, the family "leapfrog", evaluate forces once, at the time `c` of a step, and solve their linear
     equations ``len(b)`` times.
@@ -60,8 +56,6 @@ class Coefficients(NamedTuple):
     a: FloatArray
     b: FloatArray
     c: FloatArray
-    g: FloatArray
-    powers: FloatArray
     implicit_coefficient: float
     ahead: float
     onset: float
@@ -97,31 +91,15 @@ def _lower_triangle(size: int, rows: list[list[float]]) -> FloatArray:
 def explicit(name: str, order: int, a: list[list[float]], b: list[float]) -> Method:
     """Make an explicit Runge-Kutta method from its Butcher tableau: `a`, rows after the first, and `b`, the weights."""
     matrix, weights = _lower_triangle(len(b), a), np.array(b)
-    numbers = (matrix, weights, matrix.sum(axis=1), np.zeros_like(matrix), weights, 0.0, 0.0, 0.0)
+    numbers = (matrix, weights, matrix.sum(axis=1), 0.0, 0.0, 0.0)
     return Method(name=name, order=order, coefficients=Coefficients(RUNGE_KUTTA, *numbers))
 
 
 def _leapfrog(name: str, b: list[float], before: float, gamma: float, ahead: float) -> Method:
-    none = np.zeros((1, 1))
-    numbers = (none, np.array(b), np.array([before]), none, np.ones(1), gamma, ahead, ONSET_STEPS)
+    numbers = (np.zeros((1, 1)), np.array(b), np.array([before]), gamma, ahead, ONSET_STEPS)
     return Method(name=name, order=len(b), coefficients=Coefficients(LEAPFROG, *numbers))
 
 
-ROS2 = Method(
-    name="ros2",
-    order=2,
-    coefficients=Coefficients(
-        ROSENBROCK,
-        a=_lower_triangle(2, [[1 / GAMMA_ROS2]]),
-        b=np.array([3, 1]) / (2 * GAMMA_ROS2),
-        c=np.array([0.0, 1.0]),
-        g=_lower_triangle(2, [[-2 / GAMMA_ROS2]]),
-        powers=np.array([0.5, 0.5]),
-        implicit_coefficient=GAMMA_ROS2,
-        ahead=0.0,
-        onset=ONSET_STEPS,
-    ),
-)
 METHODS = {
     method.name: method
     for method in (
@@ -131,7 +109,6 @@ METHODS = {
         explicit("ode4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]),
         _leapfrog("imex1", [1.0], 0.0, 1.0, 0.0),
         _leapfrog("imex2", [1.5, 0.5], 0.5, GAMMA_IMEX2, 0.5),
-        ROS2,
     )
 }
 SOLVERS = tuple(METHODS)

@@ -26,7 +26,7 @@ from srbval.models.full.parameters import Parameters
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.steps import rates
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.solvers import LEAPFROG, METHODS, Coefficients, Method
+from srbval.models.solvers import METHODS, Method
 from srbval.processes.machine import one_thread
 from srbval.scene import Scene
 
@@ -130,47 +130,23 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
 
 
 def step_map(method: Method, system: LinearSystem, step_s: float) -> FloatArray:
-    """Matrix by which one step of an implicit method multiplies the vector of coordinates q and speeds v of a system.
+    """Matrix by which one step of an implicit method multiplies the state of a system.
 
-    For the methods imex1 and imex2 the vector also contains a predicted change of v in the next step, zero for imex1.
+    The state contains coordinates q, speeds v, and the predicted change of v in the next step, zero for imex1.
     """
-    coefficients = method.coefficients
-    damping = np.eye(len(system.damping)) - coefficients.implicit_coefficient * step_s * system.damping
-    damp = np.asarray(np.linalg.inv(damping), dtype=np.float64)
-    make = _leapfrog if coefficients.family == LEAPFROG else _rosenbrock
-    return make(coefficients, system, step_s, damp)
-
-
-def _leapfrog(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix of `step_map` for a step `h` of imex1 or imex2, with the same `damp` as in `_rosenbrock`."""
+    own, h, jacobian = method.coefficients, step_s, system.damping
     coordinates, speeds = system.motion.shape
+    damp = np.linalg.inv(np.eye(speeds) - own.implicit_coefficient * h * jacobian)
     q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
-    jacobian = system.damping
-    q = q + method.c[0] * h * system.motion @ v
-    predicted = v + ahead
-    rise = system.stiffness @ q + jacobian @ predicted
+    q = q + own.c[0] * h * system.motion @ v
+    rise = system.stiffness @ q + jacobian @ (v + ahead)
     first = damp @ (rise - jacobian @ ahead)
-    change = method.b[0] * first
-    if len(method.b) == 2:
+    change = own.b[0] * first
+    if len(own.b) == 2:
         second = damp @ (rise + jacobian @ (h * first - ahead) - 2 * first)
-        change = change + method.b[1] * second
+        change = change + own.b[1] * second
     v = v + h * change
-    return np.vstack([q + (1 - method.c[0]) * h * system.motion @ v, v, method.ahead * h * change])
-
-
-def _rosenbrock(method: Coefficients, system: LinearSystem, h: float, damp: FloatArray) -> FloatArray:
-    """Matrix of `step_map` for a step `h` of ros2; `damp`: inverse of 1 - gamma h `system.damping`."""
-    coordinates = len(system.motion)
-    start = np.eye(sum(system.motion.shape))
-    solve = np.eye(len(start))
-    solve[coordinates:, coordinates:] = damp
-    stages: list[FloatArray] = []
-    for s in range(len(method.b)):
-        trial = start + sum((method.a[s, p] * stages[p] for p in range(s)), np.zeros_like(start))
-        right = system.matrix @ trial
-        right = right + sum((method.g[s, p] / h * stages[p] for p in range(s)), np.zeros_like(start))
-        stages.append(method.implicit_coefficient * h * solve @ right)
-    return start + sum((method.b[s] * stages[s] for s in range(len(stages))), np.zeros_like(start))
+    return np.vstack([q + (1 - own.c[0]) * h * system.motion @ v, v, own.ahead * h * change])
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:

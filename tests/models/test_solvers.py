@@ -138,7 +138,7 @@ def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: flo
     return np.column_stack(columns)
 
 
-@pytest.mark.parametrize(("name", "remembers"), [("imex1", False), ("imex2", True), ("ros2", False)])
+@pytest.mark.parametrize(("name", "remembers"), [("imex1", False), ("imex2", True)])
 @pytest.mark.parametrize("steps_per_s", [61440, 15360])
 def test_the_kernels_step_grows_as_the_linear_map(name, remembers, steps_per_s, rest):
     model, state = rest

@@ -1,8 +1,8 @@
 """The damping matrix of the implicit methods, found by solving their arrow-shaped equations, against a dense one.
 
-Reason: a W-method keeps its order whatever stands for the Jacobian, so a wrong damping matrix shows in no convergence
-test, only as chatter or drag at coarse steps. Sources: G' C G summed over the points that touch (`matrices.py`);
-`numpy.linalg.solve`; difference quotients of the model's own accelerations.
+Reason: an implicit method keeps its order whatever stands for the Jacobian, so a wrong damping matrix shows in no
+convergence test, only as chatter or drag at coarse steps. Sources: G' C G summed over the points that touch
+(`matrices.py`); `numpy.linalg.solve`; difference quotients of the model's own accelerations.
 
 The kernels' parts are called from Python, where nothing is compiled: the short form runs this file beside the planted
 errors alone.

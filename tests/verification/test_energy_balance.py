@@ -45,14 +45,13 @@ LEFT_REFINED = 5e-4  # of the losses
 # At the paper's step, with its friction: share of the losses left over, 0.023 with play at 3000 rpm, by imex1 0.039 at
 # 710 rpm.
 DEFAULT_S = 0.1
-LEFT = {"imex2": 0.03, "imex1": 0.05, "ros2": 0.05}
+LEFT = {"imex2": 0.03, "imex1": 0.05}
 AT_DEFAULT = [
     ("imex2", {}, "outer", 127),
     ("imex2", {}, "inner", 3000),
     ("imex2", PRINTED_FIT, "outer", 3000),
     ("imex2", PRINTED_FIT, "inner", 127),
     ("imex1", {}, "outer", 710),
-    ("ros2", PRINTED_FIT, "outer", 710),
 ]
 
 

@@ -319,13 +319,13 @@ def shaft_row(model, factors):
 
 
 @kernel_part
-def add_implicit_powers(speeds, change, deficit, shaft, model, inertia, factors, totals):
+def add_implicit_powers(speeds, change, deficit, shaft, model, factors, totals):
     """Correct the shaft's torque and the powers in `totals` for the change of speeds in an implicit step.
 
     `totals` were computed at the speeds in the state `speeds`; the step adds `change` to these speeds, which lowers the
     accelerations by `deficit`. All three have the shape of a state, of which only the velocities are used. `shaft`: the
-    shaft's speed [rad/s]; `inertia`: `totals` from which `factors` were computed. The power of friction is not changed:
-    the change of its losses is counted as contact damping. For the equations see the top of this module.
+    shaft's speed [rad/s]. The power of friction is not changed: the change of its losses is counted as contact damping.
+    For the equations see the top of this module.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(speeds.shape[0])
@@ -349,13 +349,13 @@ def add_implicit_powers(speeds, change, deficit, shaft, model, inertia, factors,
         lost += model.ring_mass * twice * deficit[r + m]
         housing += model.housing_damping * twice * change[r + m]
     b0, b1, b2 = deficit[c], deficit[c + 1], deficit[c + 2]
-    t0 = inertia[col.INERTIA_XX] * b0 + inertia[col.INERTIA_XY] * b1 + inertia[col.INERTIA_XZ] * b2
-    t1 = inertia[col.INERTIA_XY] * b0 + inertia[col.INERTIA_YY] * b1 + inertia[col.INERTIA_YZ] * b2
-    t2 = inertia[col.INERTIA_XZ] * b0 + inertia[col.INERTIA_YZ] * b1 + inertia[col.INERTIA_ZZ] * b2
+    t0 = totals[col.INERTIA_XX] * b0 + totals[col.INERTIA_XY] * b1 + totals[col.INERTIA_XZ] * b2
+    t1 = totals[col.INERTIA_XY] * b0 + totals[col.INERTIA_YY] * b1 + totals[col.INERTIA_YZ] * b2
+    t2 = totals[col.INERTIA_XZ] * b0 + totals[col.INERTIA_YZ] * b1 + totals[col.INERTIA_ZZ] * b2
     for m in range(at.relative_rate, speeds.shape[0]):  # only with a second cage
         torque += factors[col.SHAFT_ROW, 3] * change[m]
-        a_x, a_y, a_z, ahead = inertia[col.RELATIVE_X], inertia[col.RELATIVE_Y], inertia[col.RELATIVE_Z], deficit[m]
-        own = a_x * b0 + a_y * b1 + a_z * b2 + inertia[col.RELATIVE_AXIAL] * ahead
+        a_x, a_y, a_z, ahead = totals[col.RELATIVE_X], totals[col.RELATIVE_Y], totals[col.RELATIVE_Z], deficit[m]
+        own = a_x * b0 + a_y * b1 + a_z * b2 + totals[col.RELATIVE_AXIAL] * ahead
         lost += (2.0 * speeds[m] + change[m]) * own
         t0, t1, t2 = t0 + a_x * ahead, t1 + a_y * ahead, t2 + a_z * ahead
     lost += (2.0 * speeds[c] + change[c]) * t0 + (2.0 * speeds[c + 1] + change[c + 1]) * t1

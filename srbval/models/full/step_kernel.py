@@ -1,6 +1,6 @@
 """Kernels: one step of the full model by each family of methods; runs of many steps, with means of their outputs.
 
-Explicit Runge-Kutta methods, and two families that treat friction and contact damping implicitly, see `damping_kernel`.
+Explicit Runge-Kutta methods, and methods that treat friction and contact damping implicitly, see `damping_kernel`.
 Each family has its own kernel for runs, because a run compiles only the kernel that it uses.
 """
 
@@ -28,8 +28,8 @@ class WorkingSpace(NamedTuple):
     a leapfrog step, the change of speeds for `add_implicit_powers`; `deficit`, reduction of accelerations for
     `add_implicit_powers`; `ahead`, change of velocities that the last leapfrog step predicted for the next, zeros at
     the start. `factors`, [rows, 6]: from `damping_kernel.factor`. Totals are sums over all rollers, such as forces
-    and powers, [col.TOTALS]: `totals` of the latest evaluation of the equations of motion; `frozen`, from which a
-    Rosenbrock step computes `factors`; `mean`, sums of totals, see `add_to_mean`.
+    and powers, [col.TOTALS]: `totals` of the latest evaluation of the equations of motion; `mean`, sums of totals, see
+    `add_to_mean`.
     """
 
     rates: FloatArray
@@ -38,7 +38,6 @@ class WorkingSpace(NamedTuple):
     factors: FloatArray
     totals: FloatArray
     mean: FloatArray
-    frozen: FloatArray
     ahead: FloatArray
 
 
@@ -52,7 +51,6 @@ def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
         factors=np.zeros((col.FACTOR_ROWS, BORDER)),
         totals=np.zeros(col.TOTALS),
         mean=np.zeros(col.TOTALS),
-        frozen=np.zeros(col.TOTALS),
         ahead=memory,
     )
 
@@ -78,7 +76,7 @@ def runge_kutta_step(y, t, step, method, model, work):
     """Advance state `y` from time `t` by `step` with a Runge-Kutta method; add forces and powers to `work.mean`."""
     size = y.shape[0]
     rates, trial, totals = work.rates, work.trial, work.totals
-    a, b, c, powers = method.a, method.b, method.c, method.powers
+    a, b, c = method.a, method.b, method.c
     stages = b.shape[0]
     for s in range(stages):
         for m in range(size):
@@ -89,53 +87,11 @@ def runge_kutta_step(y, t, step, method, model, work):
                 for m in range(size):
                     trial[m] += weight * rates[p, m]
         right_hand_side(t + c[s] * step, trial, model, rates[s], totals, None, None)
-        add_to_mean(totals, powers[s], work.mean, s == 0)
+        add_to_mean(totals, b[s], work.mean, s == 0)
     for s in range(stages):
         weight = step * b[s]
         for m in range(size):
             y[m] += weight * rates[s, m]
-
-
-@inlined
-def rosenbrock_step(y, t, step, method, model, work):
-    """Advance state `y` from time `t` by `step` with a Rosenbrock method; add forces and powers to `work.mean`.
-
-    A stage evaluates forces and powers at its speeds v and solves linear equations for a change x of these speeds. Its
-    powers are then corrected to the speeds v + x, at which the mean force of the step acts, see `add_implicit_powers`,
-    and averaged over the stages with equal weights.
-    """
-    size = y.shape[0]
-    u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
-    a, b, c, g, powers, implicit = method.a, method.b, method.c, method.g, method.powers, method.implicit_coefficient
-    deficit = work.deficit
-    for s in range(b.shape[0]):
-        for m in range(size):
-            trial[m] = y[m]
-        for p in range(s):
-            for m in range(size):
-                trial[m] += a[s, p] * u[p, m]
-        right_hand_side(t + c[s] * step, trial, model, u[s], totals, None, WITH_DAMPING)
-        if s == 0:
-            factor(implicit * step, model, totals, factors)
-            shaft_row(model, factors)
-            for m in range(frozen.shape[0]):
-                frozen[m] = totals[m]
-        for p in range(s):
-            weight = g[s, p] / step
-            for m in range(size):
-                u[s, m] += weight * u[p, m]
-        for m in range(size):
-            deficit[m] = u[s, m]
-        solve(implicit * step, model, frozen, factors, u[s])
-        for m in range(size):
-            deficit[m] -= u[s, m]
-            u[s, m] *= implicit * step
-        shaft, _ = shaft_motion(t + c[s] * step, model.drive)
-        add_implicit_powers(trial, u[s], deficit, shaft, model, frozen, factors, totals)
-        add_to_mean(totals, powers[s], work.mean, s == 0)
-    for s in range(b.shape[0]):
-        for m in range(size):
-            y[m] += b[s] * u[s, m]
 
 
 @inlined
@@ -190,7 +146,7 @@ def leapfrog_step(y, t, step, method, model, work):
             first[m] = b[0] * first[m] + b[1] * own
             deficit[m] -= first[m]
     shaft, _ = shaft_motion(t + before * step, model.drive)
-    add_implicit_powers(y, change, deficit, shaft, model, totals, factors, totals)
+    add_implicit_powers(y, change, deficit, shaft, model, factors, totals)
     add_to_mean(totals, 1.0, work.mean, True)
     for m in range(first_rate, end):
         rise = step * first[m]
@@ -266,7 +222,7 @@ def advance_with(name, take_step):
 
         Fills `out`: a row for each output interval of `steps_per_output` steps, with the columns of `models.outputs`.
         `method`: `solvers.Coefficients`; `model`: `Parameters`; `work`: `WorkingSpace`. Means in `out` weight a
-        step's stages with `method.powers`, so that the energy balance closes to the order of the method.
+        step's stages with `method.b`, so that the energy balance closes to the order of the method.
         """
         interval = step * steps_per_output
         for i in range(out.shape[0]):
@@ -361,5 +317,5 @@ def mechanical_energy(y, model):
 # Kernels of the families, in the order of `solvers.FAMILIES`.
 ADVANCE = [
     advance_with(f"advance_{family}", step)
-    for family, step in zip(FAMILIES, (runge_kutta_step, rosenbrock_step, leapfrog_step), strict=True)
+    for family, step in zip(FAMILIES, (runge_kutta_step, leapfrog_step), strict=True)
 ]

@@ -130,14 +130,13 @@ def shaken(balanced: np.ndarray, seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("solver", ["imex2", "ros2"])
-def test_nothing_that_begins_to_touch_is_missed(scene, solver):
+def test_nothing_that_begins_to_touch_is_missed(scene):
     """With implicit methods an approaching point acts a little before it touches."""
     model = parameters(paper_scene(**SCENES[scene]))
     everything, balanced = looking_at_all(model), equilibrium_state(model)
     for seed in range(10):
         few, all_ = shaken(balanced, seed), shaken(balanced, seed)
         for m, y in ((model, few), (everything, all_)):
-            take_steps(m, y, METHODS[solver], step_s=PAPER_STEP_S, intervals=range(100 * seed, 100 * seed + 2))
+            take_steps(m, y, METHODS["imex2"], step_s=PAPER_STEP_S, intervals=range(100 * seed, 100 * seed + 2))
         scale = np.abs(all_[layout_of(all_).half :]).max()
         assert few == pytest.approx(all_, rel=SAME_STEPS, abs=SAME_STEPS_SHARE * scale)
