@@ -17,7 +17,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import Fault
-from srbval.models.kinematic import PrescribedMotion, passage_times, prescribed_outputs
+from srbval.models.kinematic import passage_times, prescribed_outputs
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.ring import PlanarRing, make_ring
@@ -29,27 +29,22 @@ MOST_AT_ONCE = 2_000_000  # samples of pulses computed together
 
 def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """Run the impulse model; arguments as in `srbval.models.hierarchy`."""
-    motion = PrescribedMotion(scene=stats.scene, orders=stats.bearing.orders)
+    scene, samples = stats.scene, whole + 1
     with stats.timed():
-        acceleration = np.diff(_ring_velocity(stats, whole + 1), axis=0) * stats.scene.output_rate_hz
-    return prescribed_outputs(stats, settle, motion, acceleration)
-
-
-def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
-    """Velocity of the ring under the pulses of all defects [m/s], [samples, 2]."""
-    scene = stats.scene
-    ring = make_ring(scene, stats.bearing)
-    balance = ring.balance_m()
-    force = np.zeros((samples, 2))
-    for number in range(len(scene.defects)):
-        of_defect = np.zeros((samples, 2))
-        time_s, race, angle = _defect_passages(ring, number, samples)
-        outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
-            hit = race == ring.kernel.defects[table, ring_kernel.BUMP_KIND] % 2
-            _add_pulses(ring, table, time_s[hit], outwards[hit], balance, of_defect)
-        force += of_defect
-    return _move_mass(scene, ring.kernel.mass, ring.stiffness_n_m(balance), ring.damping_ns_m(balance), force)
+        ring = make_ring(scene, stats.bearing)
+        balance, force = ring.balance_m(), np.zeros((samples, 2))
+        for number in range(len(scene.defects)):
+            of_defect = np.zeros((samples, 2))
+            time_s, race, angle = _defect_passages(ring, number, samples)
+            outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+            for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
+                hit = race == ring.kernel.defects[table, ring_kernel.BUMP_KIND] % 2
+                _add_pulses(ring, table, time_s[hit], outwards[hit], balance, of_defect)
+            force += of_defect
+        stiffness, damping = ring.stiffness_n_m(balance), ring.damping_ns_m(balance)
+        velocity = _move_mass(scene, ring.kernel.mass, stiffness, damping, force)
+        acceleration = np.diff(velocity, axis=0) * scene.output_rate_hz
+    return prescribed_outputs(stats, settle, ring.motion, acceleration)
 
 
 def _defect_passages(ring: PlanarRing, number: int, samples: int) -> tuple[FloatArray, IntArray, FloatArray]:
