@@ -24,8 +24,7 @@ from srbval.reading.families import (
 from srbval.reading.pipeline import whitened_bands
 from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import ShaftSpeed
-from srbval.signal.comb import HARMONICS
-from srbval.signal.comb_spectrum import CombSpectrum
+from srbval.signal.comb import HARMONICS, CombSpectrum
 from srbval.signal.false_alarm import APART
 
 OTHER_CAUSE = "other"

@@ -65,16 +65,6 @@ class PrescribedMotion:
         return np.interp(time_s - self.scene.settle_s, profile.time_s, profile.radial_n)
 
 
-def refuse_axial(scene: Scene) -> None:
-    """Raise `ConfigurationError` if the scene has an axial load, because planar models have no axial motion."""
-    axial = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
-    if any(axial):
-        raise ConfigurationError(
-            f"axial load {max(axial, key=abs):g} N: the {scene.model} model has no axial motion: leave the axial load "
-            "out, or use --model full with a bearing that has a [geometry]."
-        )
-
-
 def passage_times(
     defect: Defect,
     motion: PrescribedMotion,

@@ -126,20 +126,15 @@ def check_room(stats: RunStatistics, *, to_file: bool) -> None:
     needed = 16 * samples if to_file else COPIES * (samples * row + details)  # beside a file, only the time axis
     if scene.model in WITHOUT_KERNELS:  # models that are computed at once
         needed += COPIES * row * (samples + round(scene.settle_s * scene.output_rate_hz))
-    there = _memory_bytes()
+    try:
+        there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # unknown
+        return
     if needed > there:
         raise ConfigurationError(
             f"{scene.duration_s:g} s at {scene.output_rate_hz:g} Hz need {needed / 1e9:.3g} GB of memory, there are "
             f"{there / 1e9:.3g} GB: shorten the run, lower output rates{'' if to_file else ', or use -o FILE'}."
         )
-
-
-def _memory_bytes() -> float:
-    """Physical memory [bytes]; infinity if unknown."""
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError, OSError):
-        return math.inf
 
 
 def _recorded_chunks(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:

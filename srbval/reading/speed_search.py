@@ -18,7 +18,7 @@ from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_c
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, Tracking, periodogram_of
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, ShaftAngle, read_comb
-from srbval.signal.comb_spectrum import CombSpectrum
+from srbval.signal.comb import CombSpectrum
 from srbval.signal.false_alarm import MIN_PLACEBOS
 from srbval.signal.order_tracking import DRIFT_PARTS
 from srbval.signal.shaft_lines import shaft_by_lines

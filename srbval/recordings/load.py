@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError, OpenQuestion, SrbvalError
 from srbval.models.run import Run
-from srbval.recordings.datasets import recognise
-from srbval.recordings.datasets.description import dataset
-from srbval.recordings.datasets.srbval_files import SENSOR_CHANNEL, status_note
+from srbval.recordings.datasets.description import dataset, known_datasets
+from srbval.recordings.datasets.generic import read_generic, with_named_signals
+from srbval.recordings.datasets.known import READERS
+from srbval.recordings.datasets.srbval_files import SENSOR_CHANNEL, read_srbval_file, status_note
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import RawFile, printable
-from srbval.recordings.reading import Reading
+from srbval.recordings.reading import Channel, Reading, sample_cautions
 from srbval.recordings.recording import SPEED_VARIABLE, Origin, Recording, SourceFacts, SpeedSignal
 from srbval.recordings.settings import (
     NAMED_CHANNELS,
@@ -28,6 +29,7 @@ from srbval.recordings.settings import (
     settings_of,
 )
 from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal, tachometer_speed
+from srbval.recordings.times import time_column
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json
 
@@ -140,6 +142,28 @@ def read_file(path: Path) -> Reading:
         return recognise(detect_format(path).load(path))
     except OSError as error:  # deleted meanwhile, a failing disk, or no memory to map the file
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
+
+
+def recognise(raw: RawFile) -> Reading:
+    """Interpret a file as written by srbval, else as part of a known data set, else by the names of its variables."""
+    own = read_srbval_file(raw)
+    known = (READERS[description.reader](raw, description) for description in known_datasets())
+    reading = own or next((one for one in known if one is not None), None)
+    if reading is None:
+        raw = with_named_signals(raw)
+        reading = read_generic(raw)
+    if "simul" in (raw.text("origin") or "").lower():
+        reading = dataclasses.replace(reading, origin=Origin.SIMULATED)
+    channels: Mapping[str, Channel] = reading.channels
+    if own is None and reading.origin is Origin.MEASURED:
+        sound = {k: sample_cautions(c.samples) for k, c in channels.items() if not c.problem}
+        channels = {k: dataclasses.replace(c, cautions=c.cautions + sound.get(k, ())) for k, c in channels.items()}
+    if own is None:
+        counts = {channel.samples.size for channel in channels.values()}
+        times = {count: time for count in counts if (time := time_column(raw, count)) is not None}
+        reading = dataclasses.replace(reading, times=times)
+    notes, cautions = reading.notes + raw.notes, reading.cautions + raw.cautions
+    return dataclasses.replace(reading, channels=channels, notes=notes, cautions=cautions)
 
 
 def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recording:

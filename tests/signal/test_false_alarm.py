@@ -7,8 +7,7 @@ import pytest
 
 from srbval.arrays import FloatArray
 from srbval.signal import Periodogram
-from srbval.signal.comb import read_comb
-from srbval.signal.comb_spectrum import CombSpectrum
+from srbval.signal.comb import CombSpectrum, read_comb
 from srbval.signal.false_alarm import (
     GRID_PER_HALF_WINDOW,
     MIN_PLACEBOS,

@@ -70,14 +70,9 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
         else:
             points = _refined(points, count, middle, defect.extent_m / radius_m, defect.refinement)
             across = wrapped(points.angle - middle) * radius_m / defect.extent_m
-            points = points._replace(lift=points.lift + defect.height_m * cross_section(across, defect.shape))
+            height = 0.5 + 0.5 * np.cos(2 * np.pi * across) if defect.shape is DefectShape.COSINE else 1.0
+            points = points._replace(lift=points.lift + defect.height_m * np.where(np.abs(across) <= 0.5, height, 0.0))
     return points
-
-
-def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
-    """Compute a defect's relative height, 0 to 1, at distances `across` from its middle, in multiples of its extent."""
-    inside = np.abs(across) <= 0.5
-    return np.where(inside, 0.5 + 0.5 * np.cos(2 * np.pi * across) if shape is DefectShape.COSINE else 1.0, 0.0)
 
 
 def wrapped(angle: FloatArray) -> FloatArray:

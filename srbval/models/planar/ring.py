@@ -9,9 +9,10 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
+from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.hierarchy import geometry_of
-from srbval.models.kinematic import PrescribedMotion, refuse_axial
+from srbval.models.kinematic import PrescribedMotion
 from srbval.models.outputs import Outputs, split_run
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.contacts import (
@@ -118,7 +119,12 @@ class PlanarRing:
 
 def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     """Build the scene's planar ring; raises `ConfigurationError` for axial load, or a bearing without dimensions."""
-    refuse_axial(scene)
+    axial_n = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
+    if any(axial_n):
+        raise ConfigurationError(
+            f"axial load {max(axial_n, key=abs):g} N: the {scene.model} model has no axial motion: leave the axial "
+            "load out, or use --model full with a bearing that has a [geometry]."
+        )
     element: ElementContact
     elements = bearing.elements
     if bearing.geometry is None and elements is not None:
