@@ -159,33 +159,23 @@ def _describe_behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
     if unloaded:
         rest = f"{_carried_text(run)}, the housing spring carries the rest"
         seen = [rest if run.scene.mean_radial_n else "there is no load to carry"]
-    seen += _light_load_warnings(run)
+    bearing = bearing_of_run(run.scene) if run.scene.oil is not None else None
+    if bearing is not None and bearing.ratings is not None:
+        least_n, there_n = bearing.ratings.minimum_load_n(run.scene.mean_shaft_rad_s), _carried_n(run)
+        least = f"the catalogue's minimum at this speed is {least_n / 1e3:.3g} kN"
+        seen += [f"{CAUTION}load {there_n / 1e3:.3g} kN, {least}"] if there_n < least_n else []
     if not _cage_is_driven(run):
-        return RunStatus.SKIDDING, [_slip_text(run), *seen, _loading_advice(run, skids=True)]
+        slip, faster = run.cage_ratio / run.rolling_ratio - 1, (1 - run.cage_ratio) / (1 - run.rolling_ratio) - 1
+        slides = (
+            f"the rollers slide: the cage turned at {run.cage_ratio:.4f} of the shaft, {abs(slip):.1%} "
+            f"{'below' if slip < 0 else 'above'} pure rolling ({run.rolling_ratio:.4f}); so BPFO lies {slip:+.1%} and "
+            f"BPFI {faster:+.1%} from the kinematic line, and both broaden"
+        )
+        return RunStatus.SKIDDING, [slides, *seen, _loading_advice(run, skids=True)]
     if unloaded:
         seen += ["fault lines are due to rattling rollers, or absent", _loading_advice(run, skids=False)]
         return RunStatus.ROLLERS_UNLOADED, seen
     return RunStatus.OK, ["the cage is driven, the load is carried", *seen]
-
-
-def _light_load_warnings(run: RunSummary) -> list[str]:
-    """List with a warning if the load of a bearing in oil is below the catalogue's minimum at this speed, or empty."""
-    bearing = bearing_of_run(run.scene) if run.scene.oil is not None else None
-    if bearing is None or bearing.ratings is None:
-        return []
-    least_n, there_n = bearing.ratings.minimum_load_n(run.scene.mean_shaft_rad_s), _carried_n(run)
-    if there_n >= least_n:
-        return []
-    return [f"{CAUTION}load {there_n / 1e3:.3g} kN, the catalogue's minimum at this speed is {least_n / 1e3:.3g} kN"]
-
-
-def _slip_text(run: RunSummary) -> str:
-    slip, faster = run.cage_ratio / run.rolling_ratio - 1, (1 - run.cage_ratio) / (1 - run.rolling_ratio) - 1
-    return (
-        f"the rollers slide: the cage turned at {run.cage_ratio:.4f} of the shaft, {abs(slip):.1%} "
-        f"{'below' if slip < 0 else 'above'} pure rolling ({run.rolling_ratio:.4f}); so BPFO lies {slip:+.1%} and BPFI "
-        f"{faster:+.1%} from the kinematic line, and both broaden"
-    )
 
 
 def _rollers_are_unloaded(run: RunSummary) -> bool:

@@ -7,7 +7,6 @@ contains the run's summary as JSON, so that `read_summary` and `read_run_file` r
 import dataclasses
 import json
 from datetime import UTC, datetime
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -168,11 +167,6 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
 
 def scene_content(scene: Scene) -> str:
     """Text that identifies a scene's results: scene, bearing data and, for an external model, a hash of its files."""
-    name, content = _name_and_content(scene.bearing)
+    bearing = load_bearing(scene.bearing)
     model = content_of(scene.model) if is_outside(scene.model) else scene.model
-    return json.dumps(scene_dict(scene) | {"bearing": name, "model": model}, sort_keys=True) + content
-
-
-@cache
-def _name_and_content(bearing: str) -> tuple[str, str]:
-    return load_bearing(bearing).name, repr(load_bearing(bearing))
+    return json.dumps(scene_dict(scene) | {"bearing": bearing.name, "model": model}, sort_keys=True) + repr(bearing)

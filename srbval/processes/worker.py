@@ -147,7 +147,10 @@ class WorkerProcess:
             process.stdin.flush()
             return pickle.load(process.stdout)
         except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: the pipe was closed meanwhile
-            how = _describe_death(process)
+            how = f"it stopped answering and did not end within {TERMINATION_S:g} s"
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                names, code = {one.value: one.name for one in signal.Signals}, process.wait(TERMINATION_S)
+                how = f"signal {names[-code]}" if -code in names else f"exit code {code}"
             self.kill()  # also its group
             self.close()
             raise (OverLimitError if over.is_set() else DiedError)(how) from None
@@ -180,16 +183,6 @@ class WorkerProcess:
             process.wait(TERMINATION_S)
 
     __del__ = close
-
-
-def _describe_death(process: subprocess.Popen[bytes]) -> str:
-    """Wait for the end of the process and describe it: signal or exit code."""
-    try:
-        code = process.wait(TERMINATION_S)
-    except subprocess.TimeoutExpired:
-        return f"it stopped answering and did not end within {TERMINATION_S:g} s"
-    names = {one.value: one.name for one in signal.Signals}
-    return f"signal {names[-code]}" if -code in names else f"exit code {code}"
 
 
 def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:

@@ -88,7 +88,13 @@ def add(
         stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
     else:
         stated = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
-    files = {str(path): _with_bearing(given) for path, given in stated.items()}
+    files = {}
+    for path, given in stated.items():
+        bearing = given.bearing
+        if bearing is not None:  # by its name or absolute path, so that it loads from every folder
+            name = load_bearing(bearing).name
+            bearing = os.path.abspath(bearing) if bearing.endswith(".toml") else name
+        files[str(path)] = replace(given, bearing=bearing)
     known = {} if repin else read_manifest()
     found = RegisterListing(replace(entry, registered=True) for entry in _inspect(files, known, "Register", progress))
     if found.left_out and (table is not None or not found.recordings):
@@ -184,14 +190,6 @@ def files_under(folder: Path) -> list[Path]:
     if not found:
         raise DataError(f"{folder}: contains no files to read. Name the folder of the recordings.")
     return found
-
-
-def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
-    """Replace the bearing in the settings by its name or absolute path, so that it loads from every folder."""
-    if settings.bearing is None:
-        return settings
-    name, is_file = load_bearing(settings.bearing).name, settings.bearing.endswith(".toml")
-    return replace(settings, bearing=os.path.abspath(settings.bearing) if is_file else name)
 
 
 def _inspect_and_store(

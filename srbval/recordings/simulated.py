@@ -89,7 +89,11 @@ def resample_channels(
     changed, order = replace(reading, channels=channels, fs_hz=fs_hz), derivatives.get(main.recording_unit, 0)
     cubic = differentiate(changed.main.samples, fs_hz, order)
     quintic = differentiate(resample(times_s, main.samples, fs_hz, QUINTIC), fs_hz, order)
-    error = _share_in_band(quintic - cubic, cubic, fs_hz, band_hz or (0.0, PASSED * fs_hz))
+    low_hz, high_hz = band_hz or (0.0, PASSED * fs_hz)
+    frequency_hz, window = np.fft.rfftfreq(cubic.size, 1 / fs_hz), np.hanning(cubic.size)
+    inside = (frequency_hz >= low_hz) & (frequency_hz <= high_hz)
+    off, whole = (np.linalg.norm(np.fft.rfft(window * (x - x.mean()))[inside]) for x in (quintic - cubic, cubic))
+    error = float(off / whole) if whole else 0.0
     steps = np.diff(times_s)
     note = f"resampled from steps of {steps.min():.3g} to {steps.max():.3g} s to {fs_hz:g} Hz"
     said = f"{note}; estimated error {100 * error:.2g} % of the RMS in the band"
@@ -151,14 +155,6 @@ def _average_groups(
     group = np.concatenate(([0], np.cumsum(separate)))
     count = np.bincount(group)
     return np.bincount(group, times_s) / count, np.bincount(group, samples) / count
-
-
-def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of `error` divided by the RMS of `signal`, both in the frequency band `band_hz`."""
-    frequency_hz, window = np.fft.rfftfreq(signal.size, 1 / fs_hz), np.hanning(signal.size)
-    inside = (frequency_hz >= band_hz[0]) & (frequency_hz <= band_hz[1])
-    off, whole = (np.linalg.norm(np.fft.rfft(window * (x - x.mean()))[inside]) for x in (error, signal))
-    return float(off / whole) if whole else 0.0
 
 
 def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Reading:

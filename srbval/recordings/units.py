@@ -9,7 +9,6 @@ such as ``NI`` (National Instruments) are removed first.
 """
 
 import csv
-import functools
 import math
 import re
 import unicodedata
@@ -42,16 +41,12 @@ REVOLUTIONS = {"rad": 1 / (2 * math.pi), "deg": 1 / 360, "rev": 1.0}
 OTHER_QUANTITIES = {row["unit"] for row in _UNIT_ROWS if row["kind"] == "other"} - {*SPEED_HZ, *REVOLUTIONS, ENVELOPE}
 # Units so small that a sensor may state whole numbers of them.
 FINE_UNITS = ("mg", "mm/s2", "um/s", "um", "nm", "mV", "uV", CONVERTER_COUNTS, UNKNOWN)
+_KNOWN = {word: row["unit"] for word, row in rows_by_spelling("signal", "other").items()}
+_KNOWN |= {word.lower(): unit for word, unit in _KNOWN.items() if len(word) > 1 and word.lower() not in _KNOWN}
 _SHORT = ("m", "in", "A", "N", "W", "%", "degC", "degF", "deg", "rev")  # no units after a name without brackets
 _AMPLITUDE_KIND = re.compile(r"(?<=.)[ _]?(?:rms|eff|pk-?pk|p-?p|0-?p|pk|peak|true)$", re.IGNORECASE)
 _IN_NAME = re.compile(r"(.*?\S)\s*(?:[\[({]\s*([^\[\]{}]*?)\s*[\])}]|\s(?:in|/)\s+(\S+))")
 _UNIT_SUFFIX = re.compile(r"(.*?\w)(?:\s*[,;:/-]\s*|[\s_]+)((?:m|mm|rad|in|g)_[a-z]\w*|[^\s_]+)")
-
-
-@functools.cache
-def _spellings() -> dict[str, str]:
-    known = {word: row["unit"] for word, row in rows_by_spelling("signal", "other").items()}
-    return {word.lower(): unit for word, unit in known.items() if len(word) > 1} | known
 
 
 def known_unit(text: str) -> str | None:
@@ -60,7 +55,7 @@ def known_unit(text: str) -> str | None:
     plain = re.sub("^[\u03bc\u00b5]", "u", plain)
     bare = _AMPLITUDE_KIND.sub("", plain)
     words = (case for word in (plain, bare) for case in (word, word.lower() if len(word) > 1 else word))
-    return next((unit for word in words if (unit := _spellings().get(word))), None)
+    return next((unit for word in words if (unit := _KNOWN.get(word))), None)
 
 
 def split_unit(name: str) -> tuple[str, str | None]:

@@ -141,7 +141,10 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
     np.add.at(damage, defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]))
     roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
-    angle = slot_angles(scene, geometry)
+    row = np.arange(geometry.rollers_per_row)
+    even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
+    place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
+    angle = even + place * scene.bodies.pocket_offset_m / geometry.pitch_radius_m
     space, plan, slots = _working_space(angle)
     cage_axial = scene.bodies.cage_mass_kg * geometry.pitch_radius_m**2
     sprung = scene.load.path is LoadPath.HOUSING
@@ -185,14 +188,6 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         patch=np.zeros((2, 0, 4)),
         second_cage=cage_axial / 2 if scene.bodies.cages == 2 else None,
     )
-
-
-def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Compute the angle of each roller in the cage [rad], row 1 first: even spacing plus offsets within the pockets."""
-    row = np.arange(geometry.rollers_per_row)
-    even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
-    place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
-    return even + place * scene.bodies.pocket_offset_m / geometry.pitch_radius_m
 
 
 def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: float) -> tuple[float, float, float]:
@@ -382,7 +377,10 @@ def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: f
         felt = surface.amplitudes(2 * math.pi * radius_m, given_m) * felt_share(orders / radius_m, half_m)
         finest = surface.orders(2 * math.pi * max(radius_m, circles[0].radius_m if count == 2 else 0.0))
         size = POINTS_OF_A_WAVE * max(int(finest.max(initial=0)), 1)
-        found.append(sum_waves(orders, felt, draw.uniform(0.0, 2 * math.pi, (count, orders.size)), size))
+        phases_rad = draw.uniform(0.0, 2 * math.pi, (count, orders.size))
+        lines = np.zeros((count, size // 2 + 1), dtype=np.complex128)
+        lines[:, orders.astype(int)] = felt * np.exp(1j * phases_rad) * (size / 2)
+        found.append(np.fft.irfft(lines, n=size))
     return SurfaceHeights(np.array(found[:2]), found[2])
 
 
@@ -408,10 +406,3 @@ def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
 
     reach = per_length_1_m * half_m
     return np.where(reach < jn_zeros(0, 1)[0], j0(reach), 0.0)
-
-
-def sum_waves(orders: FloatArray, amplitudes_m: FloatArray, phases_rad: FloatArray, size: int) -> FloatArray:
-    """Sum each body's surface waves at `size` evenly spaced angles [m], [bodies, size]; phases: [bodies, orders]."""
-    lines = np.zeros((len(phases_rad), size // 2 + 1), dtype=np.complex128)
-    lines[:, orders.astype(int)] = amplitudes_m * np.exp(1j * phases_rad) * (size / 2)
-    return np.fft.irfft(lines, n=size)

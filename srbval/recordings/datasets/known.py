@@ -60,7 +60,15 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     if not channels:
         return None
     marked = [name for name in (end, *(rule.name for rule in used if rule.analyse)) if name in channels]
-    fs_hz, nominal_rpm = _rate_hz(raw, description, facts), _nominal_rpm(raw, description, facts, record)
+    named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), facts.get("fs_hz")
+    if named_hz and listed_hz and named_hz != listed_hz:
+        raise DataError(
+            f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed_hz:g} Hz for this record; "
+            "rename the file or correct the list."
+        )
+    stated_hz = raw.number(description.rate_variable) if description.rate_variable else None
+    fs_hz = named_hz or listed_hz or stated_hz or description.rate_hz
+    nominal_rpm = _nominal_rpm(raw, description, facts, record)
     seconds = None if fs_hz is None else max(c.samples.size for c in channels.values()) / fs_hz
     speed, speed_signal = _speed(raw, description, record, nominal_rpm, seconds)
     radial_n = scaled(facts.get("radial_kn", description.radial_kn), N_PER_KN)
@@ -120,18 +128,6 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
             if max(shape) != arrays[name].size:
                 raise DataError(f"{raw.path}: {name} has shape {shape}; one vector of samples is needed.")
             yield rule, name
-
-
-def _rate_hz(raw: RawFile, description: DatasetDescription, facts: dict[str, Any]) -> float | None:
-    """Sampling rate [Hz]: stated in `facts` about the file, otherwise in its variables, otherwise in `description`."""
-    named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), facts.get("fs_hz")
-    if named_hz and listed_hz and named_hz != listed_hz:
-        raise DataError(
-            f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed_hz:g} Hz for this record; "
-            "rename the file or correct the list."
-        )
-    stated_hz = raw.number(description.rate_variable) if description.rate_variable else None
-    return named_hz or listed_hz or stated_hz or description.rate_hz
 
 
 def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:

@@ -37,8 +37,12 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
     """Read a run, a synthetic record or a recording that this program wrote; None for files of other programs."""
     if KIND_ATTRIBUTE not in raw.attributes:
         return None
-    _check_rate(raw)
-    kind = raw.text(KIND_ATTRIBUTE)
+    fs_hz, kind = raw.number("fs_hz"), raw.text(KIND_ATTRIBUTE)
+    if fs_hz and "time_s" in raw.variables and (against := interpret_times(raw, "time_s").rate_caution(fs_hz)):
+        raise DataError(
+            f"{raw.path}: {against} by the attribute fs_hz. Set it to the rate of the stored samples. If only every "
+            "nth sample of a signal was stored, low-pass filter the signal and store it again."
+        )
     if kind == RECORDING_KIND:
         return _recording(raw)
     if kind not in ("run", "stand-in"):
@@ -54,7 +58,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
     if not set(wanted) <= set(channels):
         missing = " and ".join(wanted)
         raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")
-    fs_hz, speed_hz, speed_signal = raw.number("fs_hz"), raw.number("shaft_speed_hz"), None
+    speed_hz, speed_signal = raw.number("shaft_speed_hz"), None
     try:
         profile = parse_json(raw.text("scene") or "{}").get("speed_profile")
         if profile is not None and fs_hz:
@@ -84,16 +88,6 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
             *([f"not validated: {missing}"] if missing else []),
         ),
     )
-
-
-def _check_rate(raw: RawFile) -> None:
-    """Raise `DataError` if the times of the samples contradict the sampling rate in the attribute ``fs_hz``."""
-    fs_hz = raw.number("fs_hz")
-    if fs_hz and "time_s" in raw.variables and (against := interpret_times(raw, "time_s").rate_caution(fs_hz)):
-        raise DataError(
-            f"{raw.path}: {against} by the attribute fs_hz. Set it to the rate of the stored samples. If only every "
-            "nth sample of a signal was stored, low-pass filter the signal and store it again."
-        )
 
 
 def _recording(raw: RawFile) -> Reading:
