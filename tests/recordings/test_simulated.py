@@ -13,7 +13,7 @@ from scipy.io import savemat
 from srbval.errors import DataError
 from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording
 from srbval.recordings import speed as speed_module
-from srbval.recordings.loaders.matlab import add_objects
+from srbval.recordings.loaders.nested import add_objects
 from srbval.recordings.registry import add, load_registered
 from srbval.recordings.simulated import differentiate, resample
 from srbval.recordings.speed import SCALE_CI95, pulse_times, speed_from_pulses, tachometer_speed

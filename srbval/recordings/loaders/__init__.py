@@ -17,8 +17,7 @@ from pathlib import Path
 from srbval.errors import DataError, NoRecordingError
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.recordings.loaders.arrays import load_json, load_npy, load_npz, load_table
-from srbval.recordings.loaders.hdf5 import load_hdf5
-from srbval.recordings.loaders.matlab import load_matlab, load_modelica
+from srbval.recordings.loaders.nested import load_hdf5, load_matlab, load_modelica
 from srbval.recordings.loaders.signals import load_audio, load_lvm, load_tdms, load_uff
 from srbval.recordings.loaders.text import load_text
 from srbval.recordings.raw import TEXT, RawFile
