@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from srbval.arrays import FloatArray, IntArray
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.models.kinematic import passage_times, prescribed_outputs
 from srbval.models.outputs import Outputs
@@ -33,9 +33,15 @@ def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
     with stats.timed():
         ring = make_ring(scene, stats.bearing)
         balance, force = ring.balance_m(), np.zeros((samples, 2))
-        for number in range(len(scene.defects)):
-            of_defect = np.zeros((samples, 2))
-            time_s, race, angle = _defect_passages(ring, number, samples)
+        motion, rollers = ring.motion, ring.kernel.rollers
+        for number, defect in enumerate(scene.defects):
+            of_defect, random = np.zeros((samples, 2)), np.random.default_rng([scene.seed, number])
+            time_s, race = passage_times(defect, motion, rollers, samples / scene.output_rate_hz, random)
+            if defect.kind is Fault.ROLLER:
+                angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rollers
+            else:
+                turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
+                angle = scene.load.zone_rad + defect.angle_rad + turned
             outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
             for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
                 hit = race == ring.kernel.defects[table, ring_kernel.BUMP_KIND] % 2
@@ -45,19 +51,6 @@ def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
         velocity = _move_mass(scene, ring.kernel.mass, stiffness, damping, force)
         acceleration = np.diff(velocity, axis=0) * scene.output_rate_hz
     return prescribed_outputs(stats, settle, ring.motion, acceleration)
-
-
-def _defect_passages(ring: PlanarRing, number: int, samples: int) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Passages over defect `number`, [k] each: time [s], race (0 outer, 1 inner), roller's angular position [rad]."""
-    scene, motion, rollers = ring.scene, ring.motion, ring.kernel.rollers
-    defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
-    time_s, race = passage_times(defect, motion, rollers, samples / scene.output_rate_hz, random)
-    if defect.kind is Fault.ROLLER:
-        angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rollers
-    else:
-        turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
-        angle = scene.load.zone_rad + defect.angle_rad + turned
-    return time_s, race, angle
 
 
 def _add_pulses(

@@ -228,15 +228,12 @@ def _inspect(
     return found
 
 
-def rig_recordings(
-    registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
-) -> Registered:
+def rig_recordings(registered: Registered | None = None) -> Registered:
     """Usable recordings of the Torino rig; shipped excerpts only for operating points without another recording."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
     shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and r.operating_point not in points]
-    found = [r for r in (*own, *shipped) if state in (None, r.state) and nominal_rpm in (None, r.nominal_rpm)]
-    return tuple(sorted(without_copies(found), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
+    return tuple(sorted(without_copies((*own, *shipped)), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
 
 
 def _usable_of_rig(entry: RegisteredRecording) -> bool:
