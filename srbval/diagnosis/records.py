@@ -20,7 +20,7 @@ from srbval.diagnosis.baseline import (
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.diagnosis.long_records import analyse_by_parts
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
-from srbval.processes.pool import in_processes
+from srbval.processes.worker import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, ShortRecordError, bearing_of
 from srbval.reading.features import features_of, read_short

@@ -1,4 +1,4 @@
-"""Worker process that answers one call at a time, and the object by which its parent calls it.
+"""Worker process that answers one call at a time, the object by which its parent calls it, and calls in many processes.
 
 The worker ends when its input is closed, even during a call, so it never outlives its parent; a call that blocks the
 interpreter is ended at its time limit. Output that libraries print goes to standard error, not between the answers.
@@ -15,18 +15,20 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import CancelledError, Future, wait
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError, Future, as_completed, wait
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
-from srbval.processes.machine import is_single_threaded
+from srbval.errors import DataError
+from srbval.processes.machine import is_single_threaded, usable_cores
 from srbval.storage.installation import child_environment
 
 GRACE_S = 5.0  # time after the limit for the parent to kill the child before the child ends itself
 TERMINATION_S = 10.0  # longest wait for the end of a killed process, which may hang on a dead disk
 SIGNAL_S = 0.5  # the longest time for which a wait ignores a signal
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
@@ -234,3 +236,39 @@ def _receive_requests(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
         if hasattr(os, "getpgrp") and os.getpgrp() == os.getpid():
             end_group(os.getpid())
         os._exit(0)
+
+
+def in_processes(
+    function: Callable[[Item], Result], items: Sequence[Item], *, jobs: int | None = None
+) -> Iterator[tuple[Item, Result]]:
+    """Call `function` for each item in several processes; yields item and result in the order of completion.
+
+    `jobs` processes run at a time, by default one per core; they ignore Ctrl-C. A single item is computed in this
+    process. The function, the items and the results must be picklable. Raises the exceptions of `function`, and
+    `DataError` if a process dies.
+    """
+    from concurrent.futures import ProcessPoolExecutor  # slow imports
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    if len(items) < 2:
+        yield from ((item, function(item)) for item in items)
+        return
+    main = sys.modules["__main__"]
+    count, ignore = min(jobs or usable_cores(), len(items)), (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore) as pool:
+        script = {name: vars(main).pop(name, None) for name in ("__file__", "__spec__")}
+        main.__spec__ = None  # otherwise a spawned process would run the user's script
+        try:
+            running = {pool.submit(function, item): item for item in items}
+        finally:
+            vars(main).update({name: value for name, value in script.items() if value or name == "__spec__"})
+        try:
+            yield from ((running[future], future.result()) for future in as_completed(running))
+        except BrokenProcessPool:
+            raise DataError(
+                "a worker process died, perhaps for lack of memory. Finished work is kept, and the same command "
+                "continues from there; use fewer --jobs."
+            ) from None
+        finally:
+            pool.shutdown(cancel_futures=True)

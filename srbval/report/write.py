@@ -7,7 +7,7 @@ from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import usable_cores
-from srbval.processes.pool import in_processes
+from srbval.processes.worker import in_processes
 from srbval.report.blocks import FIGURES_FOLDER, Report, ReportTable
 from srbval.report.figures.style import Drawing, Panel
 from srbval.report.renderers import render_html, render_pdf, require_typst

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.optimize
 
 from srbval.arrays import FloatArray
-from srbval.processes.pool import in_processes
+from srbval.processes.worker import in_processes
 from srbval.signal import NORMAL_95, Periodogram, Phasors, read_comb
 from srbval.signal.phase_posterior import posterior
 from srbval.signal.slip import WALK_RATIOS, contrasts_of, noise_error_hz, slip_interval, weak_sums, weigh_walk_ratios

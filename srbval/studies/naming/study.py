@@ -18,7 +18,7 @@ from srbval.diagnosis.fault_posterior import CLASSES, decide, faults_of, of_one_
 from srbval.diagnosis.fault_verdict import fault_verdict
 from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.errors import DataError
-from srbval.processes.pool import in_processes
+from srbval.processes.worker import in_processes
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse

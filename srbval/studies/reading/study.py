@@ -17,7 +17,7 @@ import numpy as np
 from srbval.bearing import Fault, FaultOrders
 from srbval.diagnosis.fault_verdict import fault_verdict
 from srbval.processes.machine import one_thread
-from srbval.processes.pool import in_processes
+from srbval.processes.worker import in_processes
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
