@@ -41,8 +41,8 @@ REVOLUTIONS = {"rad": 1 / (2 * math.pi), "deg": 1 / 360, "rev": 1.0}
 OTHER_QUANTITIES = {row["unit"] for row in _UNIT_ROWS if row["kind"] == "other"} - {*SPEED_HZ, *REVOLUTIONS, ENVELOPE}
 # Units so small that a sensor may state whole numbers of them.
 FINE_UNITS = ("mg", "mm/s2", "um/s", "um", "nm", "mV", "uV", CONVERTER_COUNTS, UNKNOWN)
-_KNOWN = {word: row["unit"] for word, row in rows_by_spelling("signal", "other").items()}
-_KNOWN |= {word.lower(): unit for word, unit in _KNOWN.items() if len(word) > 1 and word.lower() not in _KNOWN}
+_SPELLED = {word: row["unit"] for word, row in rows_by_spelling("signal", "other").items()}
+_SPELLED = {word.lower(): unit for word, unit in _SPELLED.items() if len(word) > 1} | _SPELLED
 _SHORT = ("m", "in", "A", "N", "W", "%", "degC", "degF", "deg", "rev")  # no units after a name without brackets
 _AMPLITUDE_KIND = re.compile(r"(?<=.)[ _]?(?:rms|eff|pk-?pk|p-?p|0-?p|pk|peak|true)$", re.IGNORECASE)
 _IN_NAME = re.compile(r"(.*?\S)\s*(?:[\[({]\s*([^\[\]{}]*?)\s*[\])}]|\s(?:in|/)\s+(\S+))")
@@ -55,7 +55,7 @@ def known_unit(text: str) -> str | None:
     plain = re.sub("^[\u03bc\u00b5]", "u", plain)
     bare = _AMPLITUDE_KIND.sub("", plain)
     words = (case for word in (plain, bare) for case in (word, word.lower() if len(word) > 1 else word))
-    return next((unit for word in words if (unit := _KNOWN.get(word))), None)
+    return next((unit for word in words if (unit := _SPELLED.get(word))), None)
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
