@@ -166,11 +166,3 @@ def test_every_input_of_the_paper_s_scene_changes_it_at_either_end():
     low, high = (dict(walk_leaves(scene_dict(scene))) | dict(zip(BAND_KEYS, band, strict=True)) for scene, band in ends)
     assert [key for key in named if low[key] == high[key]] == []
     assert all(each.source for each in inputs)
-
-
-def test_choices_come_equally_often_and_take_their_other_values_with_them():
-    load_path = next(each for each in open_inputs() if each.name == "load path")
-    assert [load_path.value(i / 100) for i in range(100)].count("bearing") == 50
-    scene = scene_at_shares([load_path], SCENE, [0.9])[0]
-    assert (scene.load.path, scene.housing.damping_ns_m) == ("bearing", 0.0)
-    assert scene_at_shares([load_path], SCENE, [None])[0] == SCENE

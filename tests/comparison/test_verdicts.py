@@ -21,7 +21,7 @@ from srbval.comparison.comparison import (
     verdict_on_tolerance,
 )
 from srbval.comparison.table6 import check_race_sum, table6
-from srbval.comparison.verdicts import endpoints, interpolate_effect, none_missed, verdicts
+from srbval.comparison.verdicts import endpoints, none_missed, verdicts
 from srbval.signal import NORMAL_95
 
 LIMIT = TOLERANCE.limit_pct
@@ -137,13 +137,6 @@ def test_endpoints_are_those_that_the_records_allow() -> None:
     assert names([one for one in readings() if one.nominal_rpm == SPEEDS[1]]) == (NAMES[LEVEL], NAMES[RACES])
     assert names([one for one in readings() if one.state not in RACE_DEFECTS]) == NAMES[:RACES]
     assert verdicts([], {"variants": [variant()]}) == verdicts(readings(), {}) == []
-
-
-def test_an_effect_between_its_values_is_a_line_and_of_two_values_a_step() -> None:
-    at = np.array([0.0, 0.49, 0.51, 1.0])
-    assert interpolate_effect(at, [0.0, 1.0], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
-    assert interpolate_effect(at, [0.0, 0.5], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
-    assert interpolate_effect(np.array([0.25]), [0.0, 0.5, 1.0], np.array([0.0, 1.0, 0.0])).tolist() == [0.5]
 
 
 # Three standard errors of mean and standard deviation of 4000 errors that scatter by 1.8; the data's is exact.

@@ -115,15 +115,6 @@ def waves(order: int, phase: float) -> FloatArray:
 
 
 @pytest.mark.parametrize("model", CONTINUOUS)
-def test_round_races_and_rollers_are_bit_for_bit_those_without_a_surface(model):
-    plain = parameters(scene_of(model))
-    y = loaded(plain)
-    ours, theirs = rates(plain._replace(surface=heights()), 0.0, y), rates(plain, 0.0, y)
-    assert plain.surface.races.size == plain.surface.rollers.size == 0
-    assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
-
-
-@pytest.mark.parametrize("model", CONTINUOUS)
 def test_a_height_is_a_race_that_stands_nearer(model):
     """Of the outer race: the ring moved inwards along the slot; of the inner one: the roller moved inwards."""
     plain = parameters(scene_of(model))

@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -36,13 +35,6 @@ TRUE = SensorPath(frequency_hz=MIDDLES_HZ, load=GAINS, cross=tuple(RATIO * one f
 NEAR_TRUE_DB = 0.2  # of gains: pulses here are far above the noise
 BIAS = 0.05  # of the ratio: what slip of a few tenths of a per cent takes from the sidebands
 BAND_HZ = (400.0, 3150.0)
-
-
-class SimulatedRig(NamedTuple):
-    """Input of an identification: an outer-race and an inner-race fault, each with the run that drives its path."""
-
-    outer: Pair
-    inner: Pair
 
 
 def simulated_pair(seed: int, state: Fault, *, noise: float = 0.02) -> Pair:
@@ -102,7 +94,8 @@ def run_with(state: Fault, acceleration: FloatArray) -> Run:
 
 @pytest.fixture(scope="module")
 def rig():
-    return SimulatedRig(simulated_pair(1, Fault.OUTER), simulated_pair(2, Fault.INNER))
+    """An outer-race and an inner-race fault, each with the run that drives its path."""
+    return SimpleNamespace(outer=simulated_pair(1, Fault.OUTER), inner=simulated_pair(2, Fault.INNER))
 
 
 @pytest.fixture(scope="module")

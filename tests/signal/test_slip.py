@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from srbval.signal import Phasors, slip
-from srbval.signal.phase_posterior import posterior
 from srbval.signal.slip import slip_interval, weak_factor
 from tests.signal.slip_table import CELLS, drawn_slip, drawn_weak, slip_coverage, weak_coverage
 
@@ -52,24 +51,6 @@ def test_noise_that_is_higher_at_the_line_than_beside_it_is_no_wander(monkeypatc
     assert told_too_little < 1.5 * known
     monkeypatch.setattr(slip, "EXCESS_MARGIN", np.inf)
     assert mean_ci(0.16) > 2 * told_too_little
-
-
-WEAK_HZ, WEAK_S, WEAK_BLOCKS = 97.0, 10.0, 32
-BLOCK_S = WEAK_S / WEAK_BLOCKS
-NUMBER = np.array([1.0, 2.0])
-# Six standard errors of the line's frequency (Cramer-Rao, 1.6 mHz).
-SHIFT_HZ = 0.01
-
-
-@pytest.mark.parametrize("shift_hz", [0.07, -0.04])
-def test_a_line_beside_its_place_is_found_on_its_own_side(shift_hz):
-    """Block sums of a line `shift_hz` above where it was turned back, in units of their noise."""
-    rng, phase = np.random.default_rng(1), 2 * np.pi * shift_hz * BLOCK_S * np.arange(WEAK_BLOCKS)
-    noise = rng.standard_normal((NUMBER.size, WEAK_BLOCKS, 2)).view(np.complex128)[..., 0] / np.sqrt(2)
-    sums = np.array([[3.0], [1.5]]) * np.exp(1j * (np.outer(NUMBER, phase) + 0.4)) + noise
-    found_hz, credible_hz, _ = posterior(sums, NUMBER, line_hz=WEAK_HZ, block_s=BLOCK_S)
-    assert found_hz == pytest.approx(shift_hz, abs=SHIFT_HZ)
-    assert abs(found_hz - shift_hz) < credible_hz
 
 
 # What the table is made for, and three standard errors of a share of 1000 draws: 3 sqrt(p (1 - p) / 1000).
