@@ -92,12 +92,11 @@ def test_two_knocks_prove_no_error_of_the_step_but_the_level_between_them_does(b
     ],
 )
 def test_beyond_open_or_neither(error, scatter, beyond, open_):
+    """By one standard error a finer step is taken, by 2.4 it is a verdict."""
     for sign in (1, -1):
         estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
         assert (estimate.exceeds_tolerance, estimate.undecided) == (beyond, open_)
-        assert estimate.certainly_exceeds() == (beyond and not open_), (
-            "by one standard error a finer step, by 2.4 a verdict"
-        )
+        assert estimate.certainly_exceeds() == (beyond and not open_)
 
 
 def test_the_estimate_is_the_error_against_a_finer_run():

@@ -7,12 +7,9 @@ import sys
 import threading
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 
-import numpy as np
 import pytest
-from threadpoolctl import threadpool_info, threadpool_limits
 
 from srbval.processes import worker
-from srbval.processes.machine import one_thread
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, without_ctrl_c
 from tests.marked import marked, until
 from tests.processes.answerer import GRACE_S
@@ -133,22 +130,6 @@ def test_without_groups_a_tree_of_processes_is_ended(monkeypatch):
     process.kill()
     process.close()
     assert called == [["taskkill", "/F", "/T", "/PID", str(leader)]]
-
-
-def threads() -> set[int]:
-    assert np.linalg.norm(np.eye(2)) > 0  # the library is loaded
-    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
-
-
-def test_the_last_to_leave_restores_what_was_before_the_first_came():
-    with threadpool_limits(2):
-        first, second = one_thread(), one_thread()
-        first.__enter__()
-        second.__enter__()
-        first.__exit__(None, None, None)
-        assert threads() == {1}
-        second.__exit__(None, None, None)
-        assert threads() == {2}
 
 
 def test_a_signal_that_does_not_wake_the_main_thread_ends_its_wait():

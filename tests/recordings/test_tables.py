@@ -99,15 +99,6 @@ def test_a_long_table_of_plain_numbers_is_converted_in_blocks(tmp_path, monkeypa
     assert vars(found) | {"variables": {}} == vars(whole) | {"variables": {}}
 
 
-@pytest.mark.parametrize("rows", [40, 100])
-def test_all_rows_of_a_wide_table_are_counted_to_know_whether_they_are_channels(tmp_path, monkeypatch, rows):
-    expected = read(tmp_path, [",".join(map(str, row)) for row in np.arange(300 * rows).reshape(rows, 300) % 7 + 1])
-    monkeypatch.setattr(text_loader, "END_BYTES", 2000)
-    found = load_text(tmp_path / "table.csv").variables
-    np.testing.assert_array_equal(list(found.values()), list(expected.values()))
-    assert len(found) == {40: 40, 100: 300}[rows]
-
-
 @pytest.mark.usefixtures("ends")
 @pytest.mark.parametrize(("lines", "said"), REFUSED + COMMAS)
 def test_what_is_refused(tmp_path, lines, said):

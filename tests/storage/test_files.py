@@ -154,19 +154,3 @@ class Point(NamedTuple):
 def test_values_become_plain_json(value, expected):
     assert parse_json(json_text(value)) == expected
     assert type(to_json(value)) in (str, int, float, bool, list, dict, type(None))
-
-
-UNWRITABLE = {"number key": {1: 2}, "enum key": {Code.ONE: 2}, "object": object(), "set": {"a": {1, 2}}, "class": Path}
-UNWRITABLE |= {"complex": 1j, "bytes": b"x"}
-
-
-@pytest.mark.parametrize("value", UNWRITABLE.values(), ids=UNWRITABLE)
-def test_what_json_does_not_know_is_refused(value):
-    with pytest.raises(TypeError):
-        json_text(value)
-
-
-@pytest.mark.parametrize("text", ["[" * 20_000, "1" * 5_000, "NaN", "-Infinity", b"\xff\xfe\x00", "{", ""])
-def test_a_damaged_document_is_a_value_error(text):
-    with pytest.raises(ValueError, match=r"\S"):
-        parse_json(text)
