@@ -21,8 +21,6 @@ from srbval.signal import (
 )
 from srbval.signal.envelope import FILTER_ORDER, check_band
 from srbval.signal.locked import locked_mean
-from srbval.signal.order_tracking import spline
-from srbval.signal.periodogram import decimate
 
 FS_HZ = 20_480.0
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]
@@ -218,21 +216,3 @@ def test_too_short_a_record_to_know_its_noise_is_refused():
     record = record_of(np.random.default_rng(7).standard_normal(400), limit_hz=100.0)
     with pytest.raises(DataError, match="longer record"):
         record.noise_near(50.0, 60.0)
-
-
-def drawn(count):
-    return np.random.default_rng(count).standard_normal(count)
-
-
-KNOTS = [(np.array([0.0, 1.0, 3.0, 4.0]), np.linspace(-1, 5, 25)), (np.cumsum(drawn(9) ** 2), PERIODS)]
-
-
-@pytest.mark.parametrize(
-    ("ours", "theirs"),
-    [
-        *((decimate(drawn(1001), n), scipy.signal.resample_poly(drawn(1001), 1, n)) for n in (2, 3, 14)),
-        *((spline(x, drawn(x.size), at), scipy.interpolate.CubicSpline(x, drawn(x.size))(at)) for x, at in KNOTS),
-    ],
-)
-def test_the_same_as_of_packages_that_take_a_while_to_load(ours, theirs):
-    np.testing.assert_allclose(ours, theirs, rtol=ROUNDING, atol=ROUNDING)

@@ -16,6 +16,7 @@ from srbval.models.full.steps import take_steps
 from srbval.models.outputs import CAGE_SPEED, DISPLACEMENT_Y
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
+from tests.verification.cases import disturbed
 from tests.verification.harness import PAPER_STEP_S, advance, parameters, rolling_state
 
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
@@ -113,19 +114,9 @@ def looking_at_all(model: Parameters) -> Parameters:
 
 
 def shaken(balanced: np.ndarray, seed: int) -> np.ndarray:
-    """Disturb a balanced state: rollers up to 60 um, ring 40 um, cage tilt up to 2 mrad, all moving."""
-    rng, y = np.random.default_rng(seed), balanced.copy()
-    layout = layout_of(y)
-    n, cage, cage_rate = layout.rollers, layout.cage.start, layout.cage_rate.start
-    y[layout.slide] += rng.uniform(-6e-5, 6e-5, n)
-    y[layout.rotation] = rng.uniform(-3, 3, n)
-    y[cage : cage + 2] += rng.uniform(-2e-3, 2e-3, 2)
-    y[cage + 2] = rng.uniform(-3, 3)
-    y[layout.ring] += rng.uniform(-4e-5, 4e-5, 3)
-    y[layout.slide_rate] += rng.normal(0, 0.03, n)
-    y[layout.shaft_cage_rate] *= rng.choice([1.0, -1.0, 4.0])  # rollers pass the races' points either way
-    y[cage_rate : cage_rate + 2] += rng.normal(0, 0.05, 2)
-    y[layout.ring_rate] += rng.normal(0, 0.02, 3)
+    """Disturb a balanced state; rollers pass the races' points either way."""
+    y = disturbed(balanced, seed, cage_angle=float(seed), tilt_rad=1e-3, off_m=5e-5)
+    y[layout_of(y).shaft_cage_rate] *= (1.0, -1.0, 4.0)[seed % 3]
     return y
 
 
