@@ -72,7 +72,7 @@ class Diagnosis(NotebookObject):
 
     @property
     def sentence(self) -> str:
-        """Probabilities, named fault, and strongest unexplained comb in sentences."""
+        """Probabilities, named fault, and the evidence of all combs in sentences."""
         shares = ", ".join(f"{name} {100 * share:.0f} %" for name, share in self.shown_probabilities.items())
         answer = "no fault is named" if self.state == Fault.HEALTHY else "no part is probable enough to be named"
         if posterior.faults_of(self.state):
@@ -81,6 +81,9 @@ class Diagnosis(NotebookObject):
             f"By combs and lines, compared with records of known state of {CALIBRATION_RIGS} rigs, and with a healthy "
             f"bearing as probable beforehand as all else together: {shares}; {answer}."
         )
+        combs = ((fault.label, self.scores.first[fault]) for fault in DEFECTS)
+        each = (f"{name} {x.excess:.1f} at {100 * x.depth:.0f} % {x.explained_by}".strip() for name, x in combs)
+        said += f" Evidence of combs, with the modulation by their first lines: {', '.join(each)}."
         if (order := self.scores.unexplained_order) is not None:
             said += (
                 f" Strongest unexplained comb: order {order:.3f}, evidence {self.scores.first[OTHER_CAUSE].excess:.1f}."
@@ -312,12 +315,10 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
             "Nothing found: no fault is named and no strong line is unexplained; a fault would have been detected from "
             f"a modulation of about {100 * least:.2g} % up{steady}"
         )
-        each = (
-            f"{name} {f'from {100 * x:.2g} % up' if x < STRUCK_DEPTH else 'not at all'}" for name, x in seen.items()
-        )
+        each = (f"{name} {f'{100 * x:.2g} %' if x < STRUCK_DEPTH else 'not at all'}" for name, x in seen.items())
         limits = (
-            "Modulation of the squared envelope in this band from which a line would have been detected: "
-            f"{', '.join(each)}. An impact at every passage modulates it by 100 % or more, less under other vibration."
+            f"Smallest detectable modulation of the squared envelope in this band: {', '.join(each)}. "
+            "An impact at every passage modulates it by 100 % or more, less under other vibration."
         )
     reasons = (advice, limits, comparison.sentence, analysis.summary, diagnosis.sentence)
     return FaultVerdict(

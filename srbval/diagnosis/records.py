@@ -271,11 +271,11 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
             "bearing, or state it with --bearing."
         )
     faults = [one["fault"] for one in documents if one["fault"]["log_likelihood"] and not one["shaft_hz"]["outside"]]
-    entry: dict[str, Any] = {"records": len(faults), "state": None, "called": None, "probabilities": {}}
     if not faults:
-        return entry | {"sentence": "One machine: no measured record can be used."}
+        said = "One machine: no measured record can be used."
+        return {"records": 0, "state": None, "called": None, "probabilities": {}, "sentence": said}
     together = posterior.of_one_machine([fault["log_likelihood"] for fault in faults])
-    return entry | _of_machine(together, f"{len(faults)} records together")
+    return {"records": len(faults)} | _of_machine(together, f"{len(faults)} records together")
 
 
 def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:

@@ -88,13 +88,6 @@ class Analysis(SpeedSearch, NotebookObject):
 
         return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
 
-    @property
-    def families(self) -> list[dict[str, Any]]:
-        """Name, detection state and false-alarm probability of each line, from a joint fit with its harmonics."""
-        names = ("name", "false_alarm", "detected", "explained_by")
-        first = (line for line in self.lines if line.is_first)
-        return [{n: getattr(x, n) for n in names} | {"state": x.not_detected or "detected"} for x in first]
-
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
         """Summary in words, and a table with the first harmonic of each bearing line, for a notebook."""
         names = ("name", "kinematic_hz", "found_hz", "ci95_hz", "snr", "detected")
@@ -111,6 +104,8 @@ class Analysis(SpeedSearch, NotebookObject):
 
     def to_dict(self) -> dict[str, Any]:
         """Values for JSON in SI units, without arrays; None for missing values."""
+        of_family = ("name", "false_alarm", "detected", "explained_by")
+        firsts = (line for line in self.lines if line.is_first)
         return {
             **{key: getattr(self.recording, key) for key in ("file", "name", "origin", "fs_hz", "seconds")},
             "bearing": self.bearing.name,
@@ -138,7 +133,9 @@ class Analysis(SpeedSearch, NotebookObject):
                 "outside": self.outside_speed,
             },
             "lines": [line.stated() for line in self.lines],
-            "families": self.families,
+            "families": [
+                {name: getattr(x, name) for name in of_family} | {"state": x.not_detected or "detected"} for x in firsts
+            ],
             "closure": self.closure,
             "summary": self.summary,
             "notes": self.recording.notes,
