@@ -11,7 +11,7 @@ import scipy.fft  # scipy.signal takes half a second: scipy loads it at its firs
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.models.sensor import BAND_FILTER_ORDER
-from srbval.reading.locked import locked_powers
+from srbval.path.locked import locked_powers
 from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
 from srbval.scene import BANDS_HZ

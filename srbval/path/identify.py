@@ -23,9 +23,9 @@ from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step, stored_run
 from srbval.path.amplitudes import DB_OF_SHARE, SIDEBAND_SPACINGS, WHOLE_HZ, decibels, pattern, third_octaves
+from srbval.path.locked import SPACINGS, locked_powers
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
-from srbval.reading.locked import SPACINGS, locked_powers
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene, SensorPath, parts_along_sensor
 from srbval.scene.sensor_path import HALF_THIRD_OCTAVE

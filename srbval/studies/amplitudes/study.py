@@ -26,10 +26,10 @@ from srbval.models.run import Run
 from srbval.path import amplitudes as read
 from srbval.path.amplitudes import WHOLE_HZ
 from srbval.path.identify import Pair, identify, line_order, record_behind_path
+from srbval.path.locked import without_passage_lines
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
-from srbval.reading.locked import without_passage_lines
 from srbval.recordings import Recording, load_recording
 from srbval.scene import Scene, SensorPath, draw_rig_changes, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95

@@ -8,7 +8,7 @@ import pytest
 from srbval import ConfigurationError, Recording
 from srbval.bearing import Fault
 from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, locked_levels
-from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
+from srbval.path.locked import PASSAGE_LINES, locked_powers, without_passage_lines
 from tests.path.test_path import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
 from tests.path.test_path import pulses as ring_pulses
 from tests.signal.test_envelope import bandpass
