@@ -21,10 +21,9 @@ import numpy as np
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.bridges import require_xarray
-from srbval.campaign.cases import CampaignCase, plan_cases, scene_of_point
+from srbval.campaign.cases import Campaign, CampaignCase, campaign_of, plan_cases, scene_of_point
 from srbval.campaign.engines import LOCAL, Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, code_version, read_case_result, read_intact_result
-from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import USABLE, WORKING, RunStatus, works
 from srbval.models.simulate import compile_for

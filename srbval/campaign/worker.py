@@ -8,17 +8,8 @@ moment.
 import platform
 import threading
 
-from srbval.campaign.results import (
-    CRASHED,
-    REFUSED,
-    TIMED_OUT,
-    CaseResult,
-    CaseTask,
-    code_version,
-    quantities_of,
-    read_intact_result,
-    write_result,
-)
+from srbval.campaign import results
+from srbval.campaign.results import CaseResult, CaseTask
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.simulate import Step, compile_for
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, serve_calls
@@ -35,23 +26,23 @@ def run_case(task: CaseTask) -> CaseResult | DataError:
 
     Returns a `DataError` if the result cannot be written.
     """
-    if (found := read_intact_result(task.path)) and found.final:
+    if (found := results.read_intact_result(task.path)) and found.final:
         return found
     run = None
     try:
         tried = attempt(task.scene, step=Step.CHECKED)
         run = tried.run if tried.run is not None and tried.run.status.usable else None
-        numbers = {} if run is None else quantities_of(run, task.outputs)
+        numbers = {} if run is None else results.quantities_of(run, task.outputs)
         result = CaseResult(key=task.key, status=tried.status, reason=tried.reason, quantities=numbers)
     except SrbvalError as error:
-        result = CaseResult(key=task.key, status=REFUSED, reason=str(error))
+        result = CaseResult(key=task.key, status=results.REFUSED, reason=str(error))
     except MemoryError:
         reason = "out of memory; run fewer cases at a time (--jobs)"
-        result = CaseResult(key=task.key, status=CRASHED, reason=reason)
+        result = CaseResult(key=task.key, status=results.CRASHED, reason=reason)
     except Exception as error:  # a bug in the program must not end the other cases
-        result = CaseResult(key=task.key, status=CRASHED, reason=f"unexpected {type(error).__name__}: {error}")
+        result = CaseResult(key=task.key, status=results.CRASHED, reason=f"unexpected {type(error).__name__}: {error}")
     try:
-        write_result(task.path, result, run if result.usable else None, task.outputs)
+        results.write_result(task.path, result, run if result.usable else None, task.outputs)
     except DataError as error:
         return error
     return result
@@ -71,10 +62,10 @@ def run_isolated(task: CaseTask) -> CaseResult:
     here, folder = f"the Dask worker at {platform.node()}", task.path.parents[1]
     if not folder.is_dir():
         raise DataError(f"{here} cannot access {folder}; choose a folder that all machines share.")
-    if code_version() != task.version:
+    if results.code_version() != task.version:
         raise ConfigurationError(
-            f"{here} runs version {code_version()} of the model, the campaign version {task.version}: their results "
-            "would not be comparable. Install the same srbval there."
+            f"{here} runs version {results.code_version()} of the model, the campaign version {task.version}: their "
+            "results would not be comparable. Install the same srbval there."
         )
     compile_for(task.scene)
     if not hasattr(this_thread, "process"):
@@ -84,7 +75,7 @@ def run_isolated(task: CaseTask) -> CaseResult:
             result: CaseResult | DataError = this_thread.process.call(task, limit_s=task.limit_s)
         except DiedError as error:
             how, over = str(error), isinstance(error, OverLimitError)
-            if (found := read_intact_result(task.path)) and found.final:  # written before the process died
+            if (found := results.read_intact_result(task.path)) and found.final:  # written before the process died
                 return found
             if over:
                 break
@@ -95,16 +86,17 @@ def run_isolated(task: CaseTask) -> CaseResult:
                 raise result
             return result
     if not over:
-        return write_failure(task, CRASHED, f"its process died {ATTEMPTS} times ({how}); the other cases were run")
+        reason = f"its process died {ATTEMPTS} times ({how}); the other cases were run"
+        return write_failure(task, results.CRASHED, reason)
     limit = f"its limit of {task.limit_s:.6g} s, so its process was ended; the other cases were run"
     options = "--limit-factor, --least-limit, or limit_factor and least_limit in the campaign file"
-    return write_failure(task, TIMED_OUT, f"it took longer than {limit}. If it only needs more time: {options}")
+    return write_failure(task, results.TIMED_OUT, f"it took longer than {limit}. If it only needs more time: {options}")
 
 
 def write_failure(task: CaseTask, status: str, reason: str) -> CaseResult:
     """Write and return the result of a case that its process did not complete."""
     result = CaseResult(key=task.key, status=status, reason=reason)
-    write_result(task.path, result)
+    results.write_result(task.path, result)
     return result
 
 

@@ -7,10 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.cases import plan_cases
+from srbval.campaign.cases import Campaign, campaign_of, plan_cases
 from srbval.campaign.engines import LOCAL, choose_engine
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
-from srbval.campaign.settings import Campaign, campaign_of
 from srbval.cli.output import print_result, print_table
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import ProgressDisplay

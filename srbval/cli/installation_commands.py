@@ -55,7 +55,7 @@ def run_doctor_command(options: argparse.Namespace) -> int:
 def schemas() -> dict[str, dict[str, Any]]:
     """Build the JSON Schemas of scene, case, campaign and machine files, by name; `srbval/schemas` contains copies."""
     from srbval.bearing import Fault
-    from srbval.campaign.settings import Campaign
+    from srbval.campaign.cases import Campaign
     from srbval.cli.machine_file import Machine
     from srbval.scene import Scene, SensorPath
     from srbval.storage.tables import json_schema

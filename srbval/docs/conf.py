@@ -2,14 +2,12 @@
 
 A page ``api/NAME.md`` describes the subpackage `NAME`. Its line `MODULES` becomes the reference of the subpackage's
 modules, made from their docstrings. On other pages in ``api``, a line `NAMES` becomes a list of the package's public
-names, `COMMANDS` a list of all commands with their options, `SCENE_KEYS` a list of the keys of a scene file. A page
-``notebooks/NAME.md`` contains the stored notebook `NAME` with its output. An expression such as
-`{{ amplitudes.counts.locked.of }}` becomes a number of a stored result, see `stored_numbers`. A line `PICTURE alt text`
-on a page in ``guide`` becomes the picture that the preceding command or Python example draws from the shipped
-recordings. Formulas become MathML, which browsers display without a network.
+names, `SCENE_KEYS` a list of the keys of a scene file. A page ``notebooks/NAME.md`` contains the stored notebook `NAME`
+with its output. An expression such as `{{ amplitudes.counts.locked.of }}` becomes a number of a stored result, see
+`stored_numbers`. A line `PICTURE alt text` on a page in ``guide`` becomes the picture that the preceding command or
+Python example draws from the shipped recordings. Formulas become MathML, which browsers display without a network.
 """
 
-import argparse
 import base64
 import contextlib
 import importlib
@@ -20,7 +18,7 @@ import re
 import shlex
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +29,7 @@ from srbval.storage.stored_result import newest_result
 project = "srbval"
 version = release = srbval.__version__
 project_copyright = "2025-2026, the srbval authors"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "sphinxarg.ext"]
 if {"GITHUB_ACTIONS", "READTHEDOCS"} & set(os.environ):  # elsewhere the pages are built without a network
     extensions.append("sphinx.ext.intersphinx")
 intersphinx_mapping = {
@@ -54,6 +52,7 @@ autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_default_options = {"members": True}
 autodoc_preserve_defaults = True
+smartquotes_action = "qe"  # leaves the dashes of options
 default_role = "code"  # a name in single backquotes, as the docstrings write it
 exclude_patterns = ["__pycache__"]
 
@@ -124,7 +123,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
     """Insert generated parts into the `source` of a documentation page: reference, notebook, and examples' pictures."""
     folder, _, name = page.partition("/")
     if folder in ("api", "guide"):
-        makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
+        makers = {"NAMES": offered, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
         source[0] = "\n".join(makers[line]() if line in makers else line for line in source[0].split("\n"))
     if folder == "notebooks" and name != "index":
         source[0] = notebook(name)
@@ -167,28 +166,6 @@ def notebook(name: str) -> str:
             else:
                 parts.append(data["text/html"].replace("\n", "") if "text/html" in data else f"```none\n{printed}\n```")
     return "\n\n".join(parts)
-
-
-def commands() -> str:
-    """Describe every command of ``srbval`` with a table of its options, in Markdown."""
-    from srbval.cli.arguments import build_parser
-
-    return "\n\n".join(_commands_below(build_parser()))
-
-
-def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
-    subparsers = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
-    for name, below in (item for action in subparsers for item in action.choices.items()):
-        yield f"## `{parser.prog} {name}`\n\n{cell(below.description)}"
-        rows = []
-        for action in (action for action in below._actions if action.dest not in ("help", "json", "action")):
-            value = action.metavar or "|".join(map(str, action.choices or ()))
-            value = "" if action.nargs == 0 else " ".join(value) if isinstance(value, tuple) else value
-            names = " ".join(filter(None, (", ".join(action.option_strings), value))).replace("|", "/")
-            rows.append((f"`{names}`", cell((action.help or "") % vars(action))))
-        if rows:
-            yield table(("option", ""), rows)
-        yield from _commands_below(below)
 
 
 def scene_keys() -> str:

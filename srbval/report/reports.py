@@ -9,18 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.run import case_numbers
+from srbval.diagnosis import records
 from srbval.diagnosis.baseline import load_healthy
-from srbval.diagnosis.records import (
-    FailedFile,
-    RecordReading,
-    RecordRequest,
-    answers_of,
-    build_request,
-    read_records,
-    requests_for,
-    separate_other_files,
-    summary_of,
-)
+from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import Trend, record_times, trend_of
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
@@ -35,13 +26,12 @@ from srbval.report.findings.gather import gather
 from srbval.report.findings.provenance import provenance
 from srbval.report.findings.user_records import UserRecord, gather_user_records
 from srbval.report.pages import Page
-from srbval.report.renderers import render_html
+from srbval.report.renderers import FORMATS, check_formats, draw_figures, render_html, write_report
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.case import MAX_DRAWN_PAIRS, assemble_case
 from srbval.report.sections.figures import pair_figures
 from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
-from srbval.report.write import FORMATS, check_formats, draw_figures, write_report
 from srbval.storage.files import atomic_write
 from srbval.validation.case import ValidationCase
 from srbval.validation.validate import PairReading, Validation, validate
@@ -92,7 +82,7 @@ def report(
     written: dict[str, Any] = {"formats": formats, "jobs": jobs, "command": "srbval.report", "progress": progress}
     if not sources:
         return make_report(Path(folder), **written, **options)[1]
-    return report_sources(sources, Path(folder), build_request(options), **written)[1]
+    return report_sources(sources, Path(folder), records.build_request(options), **written)[1]
 
 
 def report_sources(
@@ -113,26 +103,26 @@ def report_sources(
     """
     check_formats(formats)
     named = list(dict.fromkeys(str(find_shipped(one)) for one in sources if isinstance(one, str | Path)))
-    requests = requests_for(named, request)
+    requests = records.requests_for(named, request)
     others, failed = list[dict[str, Any]](), list[FailedFile]()
     if [one.file for one in requests] != named or len(named) > MAX_RECORD_SECTIONS:
-        others, failed = read_records(requests, jobs=jobs, progress=progress)
-        failed, _ = separate_other_files(failed, named, others)
-        alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in others)
+        others, failed = records.read_records(requests, jobs=jobs, progress=progress)
+        failed, _ = records.separate_other_files(failed, named, others)
+        alarms = sum(records.summary_of(one)["alarm"] in ("yes", "check") for one in others)
         is_open = len({one["file"] for one in others}) < len(others)  # one document for each channel
         count, requests = max(1, min(alarms, MAX_RECORD_SECTIONS)), []
         for one in others[:count]:
             settings = replace(request.settings, channel=one["channel"]) if is_open else request.settings
             requests.append(replace(request, file=one["file"], settings=settings))
         others = others[count:]
-    requests += requests_for((one for one in sources if not isinstance(one, str | Path)), request)
+    requests += records.requests_for((one for one in sources if not isinstance(one, str | Path)), request)
     if request.healthy:
         healthy = load_healthy(request.healthy, request.settings, request.healthy_scale)
         requests = [replace(one, healthy=healthy) for one in requests]
     with one_thread():
-        records, unread, facts = gather_user_records(requests, progress=progress)
+        analysed, unread, facts = gather_user_records(requests, progress=progress)
         failed = [*unread, *failed]
-        report = assemble_user_report(records, command=command, provenance=facts, failed=failed, others=others)
+        report = assemble_user_report(analysed, command=command, provenance=facts, failed=failed, others=others)
         return report, _written(report, folder, formats, progress)
 
 
@@ -153,8 +143,9 @@ def trend(
     of `RecordRequest` and `RecordingSettings`. Files that cannot be read cause a warning.
     """
     cases = {} if times else case_numbers(sources)
-    requests = requests_for(list(cases) or sources, replace(build_request(options), one_band=True))  # compares levels
-    answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
+    request = replace(records.build_request(options), one_band=True)  # levels are compared
+    requests = records.requests_for(list(cases) or sources, request)
+    answers, documents = records.answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
     for number, answer in enumerate((answers[one] for one in requests), start=1):
         if isinstance(answer, FailedFile):
             warnings.warn(with_keywords(f"not read: {answer.file}: {answer.error}"), stacklevel=2)

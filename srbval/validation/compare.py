@@ -15,24 +15,9 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from srbval.bearing import Fault
+from srbval.comparison import comparison
 from srbval.comparison.compared_quantities import CAGE_RATIO, RACE_LINE, ROLLER_LINE, ComparedQuantity, Effects
-from srbval.comparison.comparison import (
-    GRID,
-    INPUTS,
-    MOUNTING,
-    PRIOR,
-    RIG_READING,
-    RIG_SPEED,
-    SIMULATION_READING,
-    TOLERANCE,
-    QuantityValue,
-    Row,
-    Verdict,
-    comparison_row,
-    deviation_pct,
-    plain_frame,
-    verdict_on_tolerance,
-)
+from srbval.comparison.comparison import QuantityValue, Row, Verdict
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.sides import QUANTITIES, SideReading
@@ -68,16 +53,18 @@ def compare_pair(
         scale = 100 / theirs.value if quantity.value_of else 1.0
         # U of a frequency includes the rig's shaft speed. U of a level includes the sensor's mounting, whose effect
         # cannot be separated from the model's error with a single mounting.
-        parts = {RIG_READING: scale * (theirs.ci95 or 0.0)}
-        speed, mounting = {RIG_SPEED: scale * theirs.speed_ci95}, {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
-        parts |= speed if quantity.value_of else mounting
+        parts = {comparison.RIG_READING: scale * (theirs.ci95 or 0.0)}
+        if quantity.value_of:
+            parts[comparison.RIG_SPEED] = scale * theirs.speed_ci95
+        else:
+            parts[comparison.MOUNTING] = NORMAL_95 * comparison.PRIOR.mounting_db
         studied = _effects(quantity, state, effects, case) if base == "paper" else None
         if studied is not None:
             own = replace(own, value=own.value + studied["shift"])
-            parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
+            parts |= {comparison.INPUTS: scale * studied["inputs_ci95"], comparison.GRID: scale * studied["grid_ci95"]}
         if all(known) and base != "paper":
             parts |= outside_parts(quantity, state, own, repeats, case, scale)
-        row = comparison_row(
+        row = comparison.comparison_row(
             model=own,
             rig=replace(theirs, kinematic=own.kinematic if theirs.kinematic is None else theirs.kinematic),
             error=scale * (own.value - theirs.value),
@@ -148,7 +135,7 @@ def outside_parts(
     `scale` converts both to per cent of the measured value; levels stay in dB. A stated 1 % of the cage ratio c is 1 %
     of BPFO and c / (1 - c) % of BPFI; it does not apply to the line of a rolling element, which depends on its spin.
     """
-    parts = {SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
+    parts = {comparison.SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db
     if stated is None or quantity is ROLLER_LINE:
         return parts
@@ -165,7 +152,7 @@ def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | No
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> pd.DataFrame:
     """Table with a row for each comparison in `rows`; if a tolerance is stated, the verdict refers to it."""
-    return plain_frame([_table_row(row, tolerance) for row in rows], VALIDATION_COLUMNS)
+    return comparison.plain_frame([_table_row(row, tolerance) for row in rows], VALIDATION_COLUMNS)
 
 
 def _table_row(row: Row, tolerance: Tolerance) -> Row:
@@ -174,11 +161,11 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
     values |= {"simulated_ci95": row["model_ci95"] or None, "measured_ci95": row["rig_ci95"]}
     for side in ("simulated", "measured"):
         known = values["kinematic"] is not None and not math.isnan(values[side])
-        values[f"{side}_deviation_pct"] = deviation_pct(values[side], values["kinematic"]) if known else None
+        values[f"{side}_deviation_pct"] = comparison.deviation_pct(values[side], values["kinematic"]) if known else None
     found, limit = row | values, tolerance_of(quantity, tolerance)
     if limit is not None and row["verdict"] != Verdict.INSUFFICIENT:
         chance = chance_beyond_limit(row["error"], row["uncertainty"], limit)
-        found["verdict"] = verdict_on_tolerance(chance, TOLERANCE.risk).value
+        found["verdict"] = comparison.verdict_on_tolerance(chance, comparison.TOLERANCE.risk).value
     if quantity not in LINE_QUANTITIES:
         return found | {"quantity": row["kind"]}
     found["quantity"] = Fault(row["state"]).line

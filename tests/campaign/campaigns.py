@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
+from srbval.campaign.cases import Campaign
 from srbval.campaign.engines import Engine
 from srbval.campaign.run import RESULTS_CSV, run_campaign, verify_campaign
-from srbval.campaign.settings import Campaign
 from srbval.campaign.worker import ATTEMPTS, run_case
 from srbval.errors import DataError
 from srbval.storage.tables import build

@@ -4,9 +4,8 @@ import re
 
 import pytest
 
-from srbval.campaign.cases import plan_cases, scene_of_point
+from srbval.campaign.cases import Campaign, plan_cases, presets, scene_of_point
 from srbval.campaign.run import load_campaign
-from srbval.campaign.settings import Campaign, presets
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import build
 from tests.campaign.campaigns import small

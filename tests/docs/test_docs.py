@@ -93,9 +93,8 @@ def test_no_measured_number_is_typed(page):
 
 
 def test_every_option_and_every_scene_key_is_in_the_reference():
-    options, keys = conf().commands(), conf().scene_keys()
-    for word in ("`--healthy FILE`", "`--plot OUT.png/svg/html`", "## `srbval campaign run`", "`-o, --output DIR`"):
-        assert word in options
+    assert ":ref: srbval.cli.arguments.build_parser" in (DOCS / "api" / "commands.md").read_text(encoding="utf-8")
+    keys = conf().scene_keys()
     for row in (
         "| `radial` | force in N, kN, MN |",
         "| `load` | table [Load](#load) |",

@@ -22,7 +22,7 @@ from srbval.recordings.manifest import FileStatus, manifest_path, read_manifest
 from srbval.recordings.registry import add, healthy_baseline, listing, load_registered, remove, rig_recordings
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.findings.provenance import provenance
-from srbval.report.write import write_report
+from srbval.report.renderers import write_report
 from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
 from tests.campaign.campaigns import small

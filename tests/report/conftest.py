@@ -20,8 +20,8 @@ from srbval.report.findings import gather as gathering
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
 from srbval.report.prose import literal
+from srbval.report.renderers import write_report
 from srbval.report.sections.assemble import assemble
-from srbval.report.write import write_report
 from srbval.studies.harness import pages
 
 SECONDS = 1.0  # the least that the report accepts; the report itself runs 10 s

@@ -9,8 +9,7 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.report.figures import style
-from srbval.report.figures.images import scalogram_panel
-from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
+from srbval.report.figures.signals import acceleration_panel, band_panel, scalogram_panel, spectrum_panel
 from srbval.report.figures.style import figure_style
 from srbval.report.sections.table6 import cage_ratio_plot
 from srbval.signal import Scalogram

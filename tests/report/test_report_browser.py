@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from srbval.cli import run_command_line
-from srbval.report.write import write_report
+from srbval.report.renderers import write_report
 from tests.reading.test_shaft_speed import FS_HZ, record
 
 from .conftest import Made

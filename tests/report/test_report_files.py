@@ -16,8 +16,7 @@ import pytest
 from srbval.errors import ConfigurationError, DataError
 from srbval.report import renderers
 from srbval.report import write as write_module
-from srbval.report.renderers import render_pdf
-from srbval.report.write import check_formats, write_report
+from srbval.report.renderers import check_formats, render_pdf, write_report
 
 
 def listing(folder):

@@ -24,8 +24,8 @@ from srbval.recordings.speed import stated_speed
 from srbval.report.blocks import Report, Tone
 from srbval.report.findings.records import first_lines
 from srbval.report.findings.user_records import OPEN_CAGE, UserRecord, gather_user_records
+from srbval.report.renderers import write_report
 from srbval.report.sections.user_report import assemble_user_report
-from srbval.report.write import write_report
 from srbval.signal.envelope import MIN_END_S
 from tests.diagnosis.test_baseline import healthy
 from tests.reading.test_shaft_speed import BEARING, record

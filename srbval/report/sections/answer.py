@@ -8,7 +8,7 @@ from srbval import __version__
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
 from srbval.report.blocks import Callout, Figure, FigureGrid, ReportRow, ReportTable, Tone, VerdictBox
-from srbval.report.figures.images import thumbnail
+from srbval.report.figures.signals import thumbnail
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import peak_amplitude
 from srbval.report.pages import Page, record_words

@@ -16,20 +16,11 @@ from srbval.comparison.comparison import Verdict
 from srbval.recordings import Origin
 from srbval.report.blocks import Figure, FigureGrid, ReportRow, Section
 from srbval.report.figures import style
-from srbval.report.figures.images import scalogram_panel
-from srbval.report.figures.signals import acceleration_panel, spectrum_panel
+from srbval.report.figures.signals import acceleration_panel, scalogram_panel, spectrum_panel
 from srbval.report.figures.style import Drawing, PanelData, new_axes
+from srbval.report.findings import records
 from srbval.report.findings.findings import Findings, picture_rows
-from srbval.report.findings.records import (
-    RecordView,
-    SpectrumView,
-    fault_cursors,
-    middle_window,
-    peak_amplitude,
-    record_view,
-    spectrum_end_hz,
-    spectrum_view,
-)
+from srbval.report.findings.records import RecordView, SpectrumView
 from srbval.report.prose import Prose
 from srbval.signal.spectrum import SCALOGRAM_HZ
 from srbval.storage.json_files import json_text
@@ -58,8 +49,8 @@ def figures_section(findings: Findings) -> Section:
     scale = shared_limits([one for side in views.values() for one in side.values()])
     panels: dict[str, list[Figure]] = {number: [] for number in PAPER_FIGURES}
     for state, letters in LETTERS.items():
-        spectra = [_spectrum(records, state) for records in views.values()]
-        top = PANEL_LABEL_ROOM * max(peak_amplitude(view.record, SPECTRUM_HZ) for view in spectra)
+        spectra = [_spectrum(side, state) for side in views.values()]
+        top = PANEL_LABEL_ROOM * max(records.peak_amplitude(view.record, SPECTRUM_HZ) for view in spectra)
         for view, *letter in zip(spectra, letters, "ab", strict=True):
             plots = drawings(view, state, scale | {"spectrum": top}, *letter)
             for number, (kind, states) in PAPER_FIGURES.items():
@@ -76,17 +67,17 @@ def figures_section(findings: Findings) -> Section:
         alike = "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in judged)
         words: dict[str, Any] = {"alike": alike, "sentence": sentences.get(number, "")}
         grids.append(FIGURE_TEXTS.grid(f"grid-{number}", panels[number], f"Figure {number}", **words))
-    bands = {side: records[Fault.OUTER].analysis.processed.band_hz for side, records in views.items()}
+    bands = {side: of[Fault.OUTER].analysis.processed.band_hz for side, of in views.items()}
     shown_bands = {f"{side}_band": f"{low:g} to {high:g}" for side, (low, high) in bands.items()}
     return FIGURE_TEXTS.section(FIGURE_TEXTS.paragraph("intro", **shown_bands), *grids)
 
 
-def _spectrum(records: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
+def _spectrum(views: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
     """Prepare the envelope spectra of the record in `state` (harmonics of its fault marked) and the healthy record."""
-    record, line = records[state], state.line
-    cursors = fault_cursors(record, record.analysis.line(line), SPECTRUM_HZ, 2) if line else ()
+    record, line = views[state], state.line
+    cursors = records.fault_cursors(record, record.analysis.line(line), SPECTRUM_HZ, 2) if line else ()
     found = tuple((hz, height) for name, hz, height in record.peaks if line and name.startswith(line))
-    healthy = records[Fault.HEALTHY]
+    healthy = views[Fault.HEALTHY]
     return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
 
 
@@ -164,7 +155,7 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
             shutil.copy(file, to)
 
     state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
-    views = [record_view(analysis, window_s=middle_window(analysis)) for analysis in analyses]
+    views = [records.record_view(analysis, window_s=records.middle_window(analysis)) for analysis in analyses]
     spectra, kinds = _spectra(views, state), dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
     top = PANEL_LABEL_ROOM * max(one.highest for one in spectra)
     scale = shared_limits(views) | {"spectrum": top}
@@ -184,8 +175,8 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
 def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
     """Prepare the envelope spectra of model and rig up to the same shaft order."""
     lines = [view.analysis.line_of(state) if state.line else None for view in views]
-    order = min(spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
-    return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
+    order = min(records.spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
+    return [records.spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
 
 
 def draw_errors(rows: Sequence[Mapping[str, Any]], axes: Any = None) -> PanelData:
