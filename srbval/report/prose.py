@@ -61,10 +61,6 @@ class Prose:
             why = f"a value cannot be inserted into the part {name!r} ({type(error).__name__}: {error})"
             raise ValueError(f"{self._file} of {self._package}: {why}.") from error
 
-    def has(self, name: str) -> bool:
-        """True if the section's text file has a part called `name`."""
-        return name in self._parts
-
     def text(self, name: str, /, **values: Any) -> str:
         """Return the part `name` of the section's text file as one line of text, with `values` inserted."""
         return self._filled(self._source(name), name, values)
@@ -127,7 +123,7 @@ class Prose:
         missing = next((key for key in shown if key not in table.columns), None)
         if missing and len(table):
             raise KeyError(f"table {name!r}: the frame has no column {missing!r}; it has {', '.join(table.columns)}.")
-        notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
+        notes = self.items(f"{name}.notes", **values) if f"{name}.notes" in self._parts else ()
         return ReportTable(
             id=id or name,
             caption=self.text(f"{name}.caption", **values),
@@ -150,7 +146,7 @@ class Prose:
         return Section(id=found["id"], title=self._filled(found["title"], "", values), blocks=blocks, open=open)
 
     def _optional(self, name: str, values: Mapping[str, Any]) -> str:
-        return self.text(name, **values) if self.has(name) else ""
+        return self.text(name, **values) if name in self._parts else ""
 
 
 class _Fill(Formatter):

@@ -1,7 +1,7 @@
-"""Renderers of a report: one HTML file that needs no network and no script, and an accessible PDF (PDF/UA-1).
+"""Files of a report: an HTML page that needs no network and no script, an accessible PDF (PDF/UA-1), JSON, figures.
 
-Both show the same nested dicts of formatted text (`as_plain`): numbers are formatted only there. The markup of texts is
-``**strong**`` and ```code```; a backslash before ``*``, a backtick or a backslash makes it text.
+Page and PDF show the same nested dicts of formatted text (`as_plain`): numbers are formatted only there. The markup of
+texts is ``**strong**`` and ```code```; a backslash before ``*``, a backtick or a backslash makes it text.
 """
 
 import base64
@@ -28,11 +28,14 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import in_processes
 from srbval.report.blocks import FIGURES_FOLDER, Cell, Report, ReportTable, TableColumn
-from srbval.report.figures.style import Drawing, Panel, version_of
+from srbval.report.figures.style import Panel, version_of, write_files
 from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.installation import import_library
 from srbval.storage.json_files import move_listed_files, to_json
 
+FORMATS: tuple[str, ...] = ("html", "pdf", "json")
+LISTING = "report.json"
+FIGURES_PER_PROCESS = 8  # a process takes as long to start as it takes to draw some four figures
 PDF_STORE = ContentStore(kind="pdf", computed_by=__name__)
 UNESCAPED = " !$'()*+,-./:;=?@[]^{|}~"  # characters that a data URI may contain in a quoted attribute
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
@@ -203,11 +206,6 @@ def _displayable(value: Any) -> Any:
     return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", parts)
 
 
-FORMATS = ("html", "pdf", "json")
-LISTING = "report.json"
-FIGURES_PER_PROCESS = 8  # a process takes as long to start as it takes to draw some four figures
-
-
 def write_report(report: Report, folder: Path, formats: Collection[str] = FORMATS) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
@@ -246,19 +244,13 @@ def check_formats(formats: Collection[str]) -> None:
 
 def draw_figures(report: Report, folder: Path) -> None:
     """Draw the figures of a report into ``folder/figures``, many new ones in several processes."""
-    figures = [(figure.draw, folder / FIGURES_FOLDER, figure.id) for figure in report.figures()]
-    new = [one for one in figures if isinstance(one[0], Panel) and not one[0].is_stored()]
+    panels = [figure.draw for figure in report.figures() if isinstance(figure.draw, Panel)]
+    new = [panel for panel in panels if not panel.is_stored()]
     jobs = min(usable_cores(), len(new) // FIGURES_PER_PROCESS)
-    drawn = [one for one, _ in in_processes(draw_figure, new, jobs=jobs)] if jobs > 1 else []
-    for one in figures:
-        if one not in drawn:
-            draw_figure(one)
-
-
-def draw_figure(figure: tuple[Drawing, Path, str]) -> None:
-    """Draw one figure, given by its drawing function, folder and name."""
-    draw, folder, name = figure
-    draw(folder, name)
+    drawn = dict(in_processes(Panel.files, new, jobs=jobs)) if jobs > 1 else {}
+    for figure in report.figures():
+        draw = partial(write_files, drawn[figure.draw]) if figure.draw in drawn else figure.draw
+        draw(folder / FIGURES_FOLDER, figure.id)
 
 
 def write_csv(table: ReportTable, folder: Path) -> None:

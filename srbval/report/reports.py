@@ -173,12 +173,12 @@ def report_case(
     """
     check_formats(formats)
     grids: dict[int, tuple[FigureGrid, ...]] = {}
-    with tempfile.TemporaryDirectory(prefix="srbval-") as name, one_thread():
 
-        def found(one: PairReading) -> None:
-            if len(grids) < MAX_DRAWN_PAIRS:
-                grids[one.number] = pair_figures(one, Path(name))
+    def found(one: PairReading) -> None:
+        if len(grids) < MAX_DRAWN_PAIRS:
+            grids[one.number] = pair_figures(one)
 
+    with one_thread():
         result = validate(case, found=found, progress=progress)
         return result, _written(assemble_case(result, grids, command=command), Path(folder), formats, progress)
 

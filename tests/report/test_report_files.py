@@ -15,7 +15,6 @@ import pytest
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.report import renderers
-from srbval.report import write as write_module
 from srbval.report.renderers import check_formats, render_pdf, write_report
 
 
@@ -37,7 +36,7 @@ def test_a_failure_leaves_what_was_there(report, tmp_path, monkeypatch):
     def fail(*_):
         raise RuntimeError("out of luck")
 
-    monkeypatch.setattr(write_module, "move_listed_files", fail)
+    monkeypatch.setattr(renderers, "move_listed_files", fail)
     with pytest.raises(RuntimeError):
         write_report(report, folder, ("html", "json"))
     assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before

@@ -1,4 +1,4 @@
-"""Figures of one record: signal and envelope over time, spectra before and after demodulation."""
+"""Figures of one record: signal and envelope over time, spectra before and after demodulation, wavelet transform."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -13,10 +13,12 @@ from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, PanelDa
 from srbval.report.findings.records import NORMALISED, RecordView, SpectrumView
 
 SIGNAL_BINS = 700
+IMAGE_COLUMNS, IMAGE_ROWS, COLOUR_LEVELS = 320, 110, 64
+SCALOGRAM_CSV_TIMES, SCALOGRAM_CSV_FREQUENCIES = 180, 40
+THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of a curve
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 HEALTHY_LOOK = {"color": style.HEALTHY_COLOUR, "ls": (0, (3, 1.2))}
 FOUND_LOOK = {"ls": "none", "marker": "v", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 0.9, "zorder": 7}
-
 ON_WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.7}
 
 
@@ -154,11 +156,6 @@ def _draw_cursors(axes: Any, view: SpectrumView, brief: bool) -> None:
             text = cursor.name if side else f"{cursor.name}  {at_hz:.1f} Hz, {at_hz / view.record.shaft_hz:.2f}"
             look |= {"va": "top", "ha": "right" if place > width else "left", "bbox": None if side else ON_WHITE}
             axes.text(at_hz, top, text, transform=axes.get_xaxis_transform(), **look)
-
-
-IMAGE_COLUMNS, IMAGE_ROWS, COLOUR_LEVELS = 320, 110, 64
-SCALOGRAM_CSV_TIMES, SCALOGRAM_CSV_FREQUENCIES = 180, 40
-THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of a curve
 
 
 @panel

@@ -120,16 +120,25 @@ class Panel:
         """Return True if the files are in the cache, so that nothing needs to be drawn."""
         return self.store.load(self.content, dict) is not None
 
-    def __call__(self, folder: Path, name: str) -> None:
-        """Write the two files to `folder`, from the cache if they are there."""
+    def files(self) -> Mapping[str, str]:
+        """Return the texts of the two files by suffix, from the cache if they are there."""
         files = self.store.load(self.content, dict)
         if files is None:
             with figure_style():
                 files = _files_of(*self.draw(*self.args, **self.kwargs))
             self.store.save(self.content, files)
-        folder.mkdir(parents=True, exist_ok=True)
-        for suffix, text in files.items():
-            (folder / f"{name}{suffix}").write_bytes(text.encode())
+        return files
+
+    def __call__(self, folder: Path, name: str) -> None:
+        """Write the two files to `folder`."""
+        write_files(self.files(), folder, name)
+
+
+def write_files(texts: Mapping[str, str], folder: Path, name: str) -> None:
+    """Write the files of a panel, given by their `texts` by suffix, to `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for suffix, text in texts.items():
+        (folder / f"{name}{suffix}").write_bytes(text.encode())
 
 
 def panel(draw: Callable[P, PanelData]) -> Callable[P, Panel]:

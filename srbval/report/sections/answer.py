@@ -14,7 +14,6 @@ from srbval.report.findings.records import peak_amplitude
 from srbval.report.pages import Page, record_words
 from srbval.report.prose import Prose
 from srbval.report.sections.figures import HEAD_ROOM, PAPER_FIGURES, SPECTRUM_HZ, picture_verdict, shared_limits
-from srbval.storage.stored_result import StoredResult
 from srbval.sweep.scenes import PAPER
 
 ANSWER_TEXTS = Prose("srbval.report", "texts/answer.md")
@@ -40,7 +39,6 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
         "version": __version__,
         "runs": len(findings.runs),
         "readings": len(data["pairs"]) + len(findings.analyses["paper"]),
-        "stored": stored_sentence(findings.results.values()),
         "records": used_sentence(data["comparisons"], data["cage_readings"]),
     }
     return VerdictBox(
@@ -155,17 +153,6 @@ def _thumbnails(findings: Findings) -> FigureGrid:
         words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
         shown.append(ANSWER_TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
     return ANSWER_TEXTS.grid("thumbnails", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)
-
-
-def stored_sentence(results: Iterable[StoredResult]) -> str:
-    """List the stored results by the day and the machine on which they were computed."""
-    groups: dict[str, list[str]] = {}
-    for one in results:
-        where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
-        name = one.path.stem
-        known = ANSWER_TEXTS.has(f"stored-{name}")
-        groups.setdefault(where, []).append(ANSWER_TEXTS.text(f"stored-{name}") if known else name.replace("_", " "))
-    return "; ".join(f"{', '.join(sorted(names))} ({where})" for where, names in groups.items()) or "nothing"
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:

@@ -4,9 +4,8 @@ Figures of a pair are drawn as soon as both recordings are read, and only the fi
 kind of figure, computed quantities decide whether model and rig are alike.
 """
 
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from srbval.recordings import Origin
 from srbval.report.blocks import Figure, FigureGrid, ReportRow, Section
 from srbval.report.figures import style
 from srbval.report.figures.signals import acceleration_panel, scalogram_panel, spectrum_panel
-from srbval.report.figures.style import Drawing, PanelData, new_axes
+from srbval.report.figures.style import Drawing, Panel, PanelData, new_axes
 from srbval.report.findings import records
 from srbval.report.findings.findings import Findings, picture_rows
 from srbval.report.findings.records import RecordView, SpectrumView
@@ -44,7 +43,7 @@ VERDICT_LOOK = dict(zip(Verdict, zip(VERDICT_COLOURS, "osv^DX", strict=True), st
 
 
 def figures_section(findings: Findings) -> Section:
-    """Make the sixteen panels of Figures 11 to 14, and a sentence for each figure on how model and rig compare."""
+    """Make the sixteen panels of Figures 11 to 14, each figure with a statement on how model and rig compare."""
     pictures, views = findings.data["pictures"], findings.views
     scale = shared_limits([one for side in views.values() for one in side.values()])
     panels: dict[str, list[Figure]] = {number: [] for number in PAPER_FIGURES}
@@ -59,14 +58,11 @@ def figures_section(findings: Findings) -> Section:
                     options = {"explore": explore_spectrum(view)} if kind == "spectrum" else {}
                     options |= {"id": f"fig{label}", "label": f"Figure {label}"}
                     panels[number].append(panel_figure(kind, plots[kind], view, state, **options))
-    sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
-    sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
     for number, (kind, states) in PAPER_FIGURES.items():
         judged = [state for state in states if state.line or kind != "scalogram"]
         alike = "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in judged)
-        words: dict[str, Any] = {"alike": alike, "sentence": sentences.get(number, "")}
-        grids.append(FIGURE_TEXTS.grid(f"grid-{number}", panels[number], f"Figure {number}", **words))
+        grids.append(FIGURE_TEXTS.grid(f"grid-{number}", panels[number], f"Figure {number}", alike=alike))
     bands = {side: of[Fault.OUTER].analysis.processed.band_hz for side, of in views.items()}
     shown_bands = {f"{side}_band": f"{low:g} to {high:g}" for side, (low, high) in bands.items()}
     return FIGURE_TEXTS.section(FIGURE_TEXTS.paragraph("intro", **shown_bands), *grids)
@@ -90,7 +86,7 @@ def shared_limits(views: Sequence[RecordView]) -> dict[str, float]:
 
 def drawings(
     view: SpectrumView, state: Fault, scale: Mapping[str, float], letter: str = "", spectrum_letter: str = ""
-) -> dict[str, Drawing]:
+) -> dict[str, Panel]:
     """Prepare a record's panels by kind; `scale` contains the ends of their amplitude axes or colour scales by kind."""
     record = view.record
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
@@ -114,14 +110,6 @@ def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> s
     return FIGURE_TEXTS.text("alike" if found["alike"] else "differs", **{**found, "unit": unit})
 
 
-def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
-    """State whether the line `what` is weaker in the model than in the rig; `name` selects the text for this line."""
-    row = next((one for one in pictures if one["what"] == what), None)
-    if row is None:
-        return FIGURE_TEXTS.text(f"{name}-unread")
-    return FIGURE_TEXTS.text(f"{name}-weak" if row["model"] < row["rig"] - row["limit"] else f"{name}-there", **row)
-
-
 def explore_spectrum(view: SpectrumView) -> str:
     """Return the description (JSON) from which the page's script draws the interactive chart of an envelope spectrum.
 
@@ -143,17 +131,11 @@ def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **o
     return FIGURE_TEXTS.figure(kind, plot, **options)
 
 
-def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
-    """Draw waveform, spectrum and scalogram of model and rig into `folder`; if one is missing, only of the other.
+def pair_figures(one: PairReading) -> tuple[FigureGrid, ...]:
+    """Draw waveform, spectrum and scalogram of model and rig at once; if one is missing, only of the other.
 
-    The figures copy the files drawn, so that the arrays of the pair are not kept.
+    The figures contain the files drawn, so that the arrays of the pair are not kept.
     """
-
-    def copy(to: Path, name: str) -> None:
-        to.mkdir(parents=True, exist_ok=True)
-        for file in folder.glob(f"{name}.*"):
-            shutil.copy(file, to)
-
     state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
     views = [records.record_view(analysis, window_s=records.middle_window(analysis)) for analysis in analyses]
     spectra, kinds = _spectra(views, state), dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
@@ -161,9 +143,8 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
     scale = shared_limits(views) | {"spectrum": top}
     for view, spectrum in zip(views, spectra, strict=True):
         for kind, plot in drawings(spectrum, state, scale).items():
-            name, label = f"pair-{one.number}-{kind}-{view.origin.value}", f"Pair {one.number}"
-            plot(folder, name)
-            kinds[kind].append(panel_figure(kind, copy, spectrum, state, id=name, label=label))
+            name, draw = f"pair-{one.number}-{kind}-{view.origin.value}", partial(style.write_files, plot.files())
+            kinds[kind].append(panel_figure(kind, draw, spectrum, state, id=name, label=f"Pair {one.number}"))
     if len(views) < 2:
         alike = dict.fromkeys(kinds, PAIR_TEXTS.text("one-side"))
     else:
