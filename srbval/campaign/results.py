@@ -42,32 +42,30 @@ class Output(enum.StrEnum):
 
 
 def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
-    """Compute the numbers that `outputs` request from a run: value and unit by name; omit NaN and missing numbers."""
-    found: dict[str, tuple[float | None, str]] = {}
-    if Output.SUMMARY in outputs:
-        found |= {name: (getattr(run, name), unit) for name, unit in SUMMARY.items()}
-    if Output.STATISTICS in outputs:
-        found |= _statistics(run)
-    return {name: (value, unit) for name, (value, unit) in found.items() if value is not None and math.isfinite(value)}
+    """Compute the numbers that `outputs` request from a run: value and unit by name; omit NaN and missing numbers.
 
-
-def _statistics(run: Run) -> Quantities:
-    """Compute statistics of the outer ring's vertical motion, and the deepest penetration of all rollers."""
+    The statistics describe the outer ring's vertical motion; `deepest_m` is the deepest penetration of all rollers.
+    """
     from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis
 
-    samples = run.acceleration_m_s2[:, 1]
-    deviation = samples - samples.mean()
-    rms = math.sqrt(float(np.mean(deviation * deviation)))
-    return {
-        "rms_m_s2": (rms, "m s-2"),
-        "band_rms_m_s2": (band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"),
-        "crest_factor": (float(np.max(np.abs(deviation))) / rms if rms else math.nan, "1"),
-        "kurtosis": (kurtosis(deviation), "1"),
-        "deepest_m": (float(np.max(run.depth_m)), "m"),
-        "sag_m": (float(np.mean(run.displacement_m[:, 1])), "m"),
-    }
+    found: dict[str, tuple[float | None, str]] = {}
+    if Output.SUMMARY in outputs:
+        found |= {name: (getattr(run, name), unit) for name, unit in SUMMARY.items()}
+    if Output.STATISTICS in outputs:
+        samples = run.acceleration_m_s2[:, 1]
+        deviation = samples - samples.mean()
+        rms = math.sqrt(float(np.mean(deviation * deviation)))
+        found |= {
+            "rms_m_s2": (rms, "m s-2"),
+            "band_rms_m_s2": (band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"),
+            "crest_factor": (float(np.max(np.abs(deviation))) / rms if rms else math.nan, "1"),
+            "kurtosis": (kurtosis(deviation), "1"),
+            "deepest_m": (float(np.max(run.depth_m)), "m"),
+            "sag_m": (float(np.mean(run.displacement_m[:, 1])), "m"),
+        }
+    return {name: (value, unit) for name, (value, unit) in found.items() if value is not None and math.isfinite(value)}
 
 
 COMPUTED_BY = "srbval.campaign.worker"

@@ -225,27 +225,23 @@ def _read_and_compare(
 def pair_row(one: PairReading) -> Row:
     """Row of `Validation.pairs`: files, speeds, frequency bands and warnings of the simulated and measured signals."""
     row: Row = {"pair": one.number, "state": one.state.value, "how": one.pair.how, "problem": one.problem}
-    for side in SIDES:
-        reading = one.sides.get(side)
-        row[side] = list(reading.files) if reading else None
-        row[f"{side}_facts"] = _describe_side(reading) if reading else None
+    row |= {key: None for side in SIDES for key in (side, f"{side}_facts")}
+    for side, reading in one.sides.items():
+        first = reading.analyses[0]
+        row[side] = list(reading.files)
+        row[f"{side}_facts"] = {
+            "origin": first.recording.origin.value,
+            "fs_hz": first.recording.fs_hz,
+            "seconds": first.recording.seconds,
+            "band_hz": list(first.processed.band_hz),
+            "band_why": first.band.why,
+            "shaft_from": first.speed.source.value,
+            "axial_n": first.recording.axial_n,
+            "cautions": list(dict.fromkeys(c for one in reading.analyses for c in one.recording.cautions)),
+        }
     row["shaft_hz"] = {side: one.sides[side].shaft_hz if side in one.sides else None for side in SIDES}
     row["compared_in"] = "Hz" if same_speed(*row["shaft_hz"].values()) else "orders"
     return row
-
-
-def _describe_side(reading: SideReading) -> Row:
-    first = reading.analyses[0]
-    return {
-        "origin": first.recording.origin.value,
-        "fs_hz": first.recording.fs_hz,
-        "seconds": first.recording.seconds,
-        "band_hz": list(first.processed.band_hz),
-        "band_why": first.band.why,
-        "shaft_from": first.speed.source.value,
-        "axial_n": first.recording.axial_n,
-        "cautions": list(dict.fromkeys(c for one in reading.analyses for c in one.recording.cautions)),
-    }
 
 
 def check_pair_sums(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:

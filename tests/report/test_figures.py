@@ -18,7 +18,7 @@ from .conftest import spectrum, view
 
 LARGEST_BYTES = 150_000  # some twenty panels and more must fit into a page of 6 MB
 SCALOGRAM_COLUMNS = [
-    f"magnitude_at_{f:.4g}_hz" for f in np.geomspace(20, 4000, 110)[np.linspace(0, 109, 40).round().astype(int)]
+    f"magnitude_at_{f:.4g}_hz" for f in np.geomspace(20, 4000, 200)[np.linspace(0, 199, 40).round().astype(int)]
 ]
 IMAGE = Scalogram(
     time_s=np.linspace(0, 0.2, 2048),

@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.report.figures import style
 from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, PanelData, legend_above, new_axes, panel
 from srbval.report.findings.records import NORMALISED, RecordView, SpectrumView
+from srbval.signal import Scalogram
 
 SIGNAL_BINS = 700
-IMAGE_COLUMNS, IMAGE_ROWS, COLOUR_LEVELS = 320, 110, 64
-SCALOGRAM_CSV_TIMES, SCALOGRAM_CSV_FREQUENCIES = 180, 40
+SCALOGRAM_COLUMNS_SHOWN, SCALOGRAM_CSV_ROWS, COLOUR_LEVELS = 320, 40, 64
 THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of a curve
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 HEALTHY_LOOK = {"color": style.HEALTHY_COLOUR, "ls": (0, (3, 1.2))}
@@ -169,9 +168,8 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
     for axes, record in zip(figure.subplots(1, 2), sides, strict=True):
         word, colour, light = ORIGINS[record.origin]
         if kind == "scalogram":
-            x, shown = _on_log_grid(record.scalogram.frequency_hz, record.scalogram.amplitude)
-            axes.imshow(shown, origin="lower", aspect="auto", vmin=0.0, vmax=top, cmap="viridis")
-            y = shown.mean(axis=1)
+            x, y = record.scalogram.frequency_hz, record.scalogram.amplitude.mean(axis=1)
+            _draw_scalogram(axes, record.scalogram, top)
         elif kind == "spectrum":
             x, y = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, THUMBNAIL_BINS)
             axes.plot(x, y, color=colour, lw=0.7)
@@ -184,6 +182,7 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
             axes.set(ylim=(-top, top))
         axes.grid(False)
         axes.set(xticks=[], yticks=[])
+        axes.minorticks_off()
         axes.set_title("model" if word == "Simulated" else "rig", color=colour, fontsize=10)
         columns["side"] += [word.lower()] * len(x)
         columns["x"] += x.tolist()
@@ -198,61 +197,44 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
     The fault frequency of the bearing state `state` is marked. The regions that the ends of the record distort (cone of
     influence) are hatched.
     """
-    from matplotlib import colormaps
-
     image, (start, stop) = record.scalogram, record.window_s
-    time = image.time_s + start
-    inside = (time >= start) & (time <= stop)
-    frequency, shown = _on_log_grid(image.frequency_hz, image.amplitude[:, inside])
-    span = (0.0, (stop - start) * 1e3)
+    frequency, span = image.frequency_hz, (0.0, 1e3 * (stop - start))
     axes = style.new_axes(style.HALF)
     axes.grid(False)
-    extent = (*span, *np.log10(frequency[[0, -1]]))
-    look = {"cmap": colormaps["viridis"].resampled(COLOUR_LEVELS), "interpolation": "none", "aspect": "auto"}
-    drawn = axes.imshow(shown, origin="lower", extent=extent, vmin=0.0, vmax=top, **look)
-    axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
+    drawn = _draw_scalogram(axes, image, top)
+    axes.set(xlabel="Time, ms", ylabel="Frequency, Hz", xlim=span, ylim=(frequency[0], frequency[-1]))
     ticks = [hz for k in range(-1, 6) for m in (1, 2, 5) if frequency[0] <= (hz := m * 10.0**k) <= frequency[-1]]
-    axes.set_yticks(np.log10(ticks), labels=[f"{hz:g}" for hz in ticks])
+    axes.set_yticks(ticks, labels=[f"{hz:g}" for hz in ticks])
+    axes.minorticks_off()
     axes.tick_params(direction="out")
-    level, edge_ms = np.log10(image.frequency_hz), image.edge_s * 1e3
+    edge_ms = image.edge_s * 1e3
     inner = (np.clip(edge_ms, *span), np.clip(span[1] - edge_ms, *span))
     for border, outer in zip(inner, span, strict=True):
-        axes.fill_betweenx(level, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
-        axes.plot(border, level, color="white", lw=0.8, scalex=False, scaley=False)
+        axes.fill_betweenx(frequency, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
+        axes.plot(border, frequency, color="white", lw=0.8)
     if state.line:
-        at = float(np.log10(record.analysis.line(state.line).kinematic_hz))
+        at = record.analysis.line(state.line).kinematic_hz
         axes.axhline(at, color="white", lw=0.8, ls="--")
         axes.text(span[1] / 2, at, state.line, color="white", fontsize=7.5, ha="center", va="bottom")
     bar = axes.figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
     style.title_panel(axes, record.origin, letter, title, pad=6.0)
-    return axes.figure, _scalogram_csv(shown, frequency, span)
+    rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_ROWS, len(frequency))).round().astype(int)
+    times = slice(None, None, 2 * _every(image))
+    columns = {f"magnitude_at_{frequency[row]:.4g}_hz": image.amplitude[row, times] for row in rows}
+    return axes.figure, {"time_s": image.time_s[times]} | columns
 
 
-def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Resample a scalogram for drawing: frequencies with equal ratios, and averages over neighbouring times."""
-    order = np.argsort(frequency)
-    logs = np.log(frequency[order])
-    wanted = np.linspace(logs[0], logs[-1], min(IMAGE_ROWS, max(len(logs), 2)))
-    columns = average_columns(magnitude[order], IMAGE_COLUMNS)
-    return np.exp(wanted), np.apply_along_axis(lambda column: np.interp(wanted, logs, column), 0, columns)
+def _draw_scalogram(axes: Any, image: Scalogram, top: float) -> Any:
+    """Draw a scalogram over time [ms] and logarithmic frequency, coloured from 0 to `top`, as a bitmap."""
+    from matplotlib import colormaps
+
+    axes.set_yscale("log")
+    time_ms, shown = 1e3 * image.time_s[:: _every(image)], image.amplitude[:, :: _every(image)]
+    look = {"cmap": colormaps["viridis"].resampled(COLOUR_LEVELS), "rasterized": True}
+    return axes.pcolormesh(time_ms, image.frequency_hz, shown, vmin=0.0, vmax=top, **look)
 
 
-def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
-    """Return a scalogram's CSV columns: time, and magnitude at every few frequencies; `span` is start and end [ms]."""
-    rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_FREQUENCIES, len(frequency))).round().astype(int)
-    coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
-    n = coarse.shape[1]
-    names = [f"magnitude_at_{hz:.4g}_hz" for hz in frequency[rows]]
-    return {"time_s": (np.arange(n) + 0.5) / n * span[1] / 1e3} | dict(zip(names, coarse, strict=True))
-
-
-def average_columns(values: FloatArray, columns: int) -> FloatArray:
-    """Average an array along its last axis in `columns` segments; an array with fewer columns is not changed."""
-    n = values.shape[-1]
-    if n <= columns:
-        return values
-    edges = np.linspace(0, n, columns + 1).astype(int)
-    widths = np.diff(edges)
-    return np.add.reduceat(values, edges[:-1], axis=-1) / widths
+def _every(image: Scalogram) -> int:
+    return -(-image.time_s.size // SCALOGRAM_COLUMNS_SHOWN)

@@ -16,7 +16,7 @@ from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording
 from srbval.recordings.registry import RecordSource, recording_of
 from srbval.signal import Scalogram, morlet_scalogram, power_density
-from srbval.signal.spectrum import SCALOGRAM_COLUMNS, SCALOGRAM_HZ, SCALOGRAM_ROWS
+from srbval.signal.spectrum import SCALOGRAM_HZ
 
 WINDOW_S = (0.3, 0.5)  # of Figures 11 and 14: two to three shaft turns, away from the filter's ends
 WINDOW_TURNS = 3.0  # shaft turns drawn of any other record: a dozen impacts of a race fault or more
@@ -64,7 +64,7 @@ class RecordView:
     def scalogram(self) -> Scalogram:
         """Wavelet transform of the envelope in the time window that figures show."""
         envelope, fs_hz = self.envelope - self.envelope.mean(), self.analysis.processed.fs_hz
-        return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
+        return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ)
 
     @property
     def highest(self) -> float:
