@@ -16,7 +16,6 @@ from srbval.progress import ProgressDisplay
 from srbval.recordings.raw import printable
 from srbval.scene import merge
 
-DONE, WITH_FAILURES, DAMAGED_CODE = 0, 1, DataError.exit_code
 SHOWN_FAILURES, LONGEST_REASON = 10, 1200
 
 
@@ -43,7 +42,7 @@ def run_campaign_command(options: argparse.Namespace) -> int:
     )
     text = "\n".join([text, *_reasons(done)])
     bad = "with failures" if done["failed"] else "with inaccurate cases" if done["inaccurate"] else ""
-    return print_result(options, done | {"folder": folder}, text, status=bad, code=WITH_FAILURES if bad else DONE)
+    return print_result(options, done | {"folder": folder}, text, status=bad, code=1 if bad else 0)
 
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:
@@ -90,7 +89,7 @@ def run_verify_command(options: argparse.Namespace) -> int:
     lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
     if found["damaged"]:
         lines.append("To repair it, repeat srbval campaign run: cases with damaged results are run again.")
-    code, status = (DONE, "ok") if found["ok"] else (DAMAGED_CODE, "damaged")
+    code, status = (0, "ok") if found["ok"] else (DataError.exit_code, "damaged")
     return print_result(options, found, "\n".join(lines), code=code, status=status)
 
 

@@ -17,7 +17,6 @@ from srbval.recordings.raw import printable
 from srbval.recordings.registry import RegisterListing, fetch
 from srbval.recordings.settings import ALIASES, settings_of
 
-CHANGED = 1
 DAMAGED_STATUSES = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
 LONGEST_LINE = 4000
 POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm")  # operating point in a data set's grid [kN, rpm]
@@ -39,7 +38,7 @@ def run_data_command(options: argparse.Namespace) -> int:
     if options.action == "remove":
         files = "\n".join(printable(r.file, LONGEST_LINE) for r in result.recordings)
         return print_result(options, document, f"{files}\nremoved from the register {manifest_path()}; the files stay")
-    return print_result(options, document, lambda: _print(result, coverage), code=CHANGED if damaged else 0)
+    return print_result(options, document, lambda: _print(result, coverage), code=1 if damaged else 0)
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:

@@ -159,8 +159,6 @@ def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
 
 
 def _in_unit(value: Any, field: Field[Any], unit: str) -> Any:
-    if not unit:
-        return value
-    scale = UNIT_FACTORS[field.metadata["dimension"]][unit]
-    found = [float(f"{x / scale:.12g}") for x in (value if isinstance(value, tuple) else (value,))]
-    return found if isinstance(value, tuple) else found[0]
+    if unit and isinstance(value, tuple):
+        return [_in_unit(one, field, unit) for one in value]
+    return float(f"{value / UNIT_FACTORS[field.metadata['dimension']][unit]:.12g}") if unit else value

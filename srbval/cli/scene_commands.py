@@ -5,7 +5,7 @@ import math
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.arguments import AUTO_STEP
@@ -16,14 +16,12 @@ from srbval.models.run import RunSummary, works
 from srbval.models.simulate import Step, stored_summary
 from srbval.models.solvers import METHODS
 from srbval.progress import ProgressDisplay
+from srbval.progress.tables import text_rows
 from srbval.scene import LoadPath, Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
 from srbval.storage.files import check_suffix
 from srbval.storage.hdf5_files import HDF5
 from srbval.storage.json_files import to_json
-
-if TYPE_CHECKING:
-    from srbval.plan.plan import Plan
 
 # Attributes of a run that are printed under their names.
 RUN_QUANTITIES = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz"]
@@ -140,7 +138,9 @@ def _choose_model(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dic
     """Replace the model ``auto`` of a scene by the planner's choice; returns the scene, and the plan for ``--json``."""
     if scene.model != AUTO:
         return scene, {}
-    plan = _plan_of(scene, options)
+    from srbval.plan.plan import make_plan  # slow import
+
+    plan = make_plan(scene, question=options.question, tolerance_pct=options.tolerance)
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
     for outside in plan.outside:
@@ -167,18 +167,20 @@ def _choose_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step
 
 def run_plan_command(options: argparse.Namespace) -> int:
     """Compare all models; choose the cheapest that answers ``--question`` within tolerance, or return exit code 1."""
+    from srbval.plan.plan import make_plan  # slow import
     from srbval.plan.questions import MEANING
 
-    plan = _plan_of(scene_from_options(options), options)
+    plan = make_plan(scene_from_options(options), question=options.question, tolerance_pct=options.tolerance)
 
     def show() -> None:
         asked = MEANING[plan.question]
-        rows = []
-        for c in plan.candidates:
-            error = None if c.error_pct is None else asked.shown(c.error_pct)
-            mark = "<-" if c.model == plan.chosen else ""
-            rows.append((c.model, *map(_three_digits, (error, c.wall_s)), "yes" if c.ok else "no", mark))
-        print_table(("model", f"error [{asked.unit}]", "wall [s]", "enough", ""), rows)
+        columns = {"model": "model", f"error [{asked.unit}]": "error", "wall [s]": "wall_s", "enough": "ok", "": "mark"}
+        rows = [
+            {"model": c.model, "error": c.error_pct and asked.shown(c.error_pct), "wall_s": c.wall_s}
+            | {"ok": "yes" if c.ok else "no", "mark": "<-" if c.model == plan.chosen else ""}
+            for c in plan.candidates
+        ]
+        print(text_rows(rows, columns))
         print()
         for c in plan.candidates:
             if not c.ok:
@@ -193,16 +195,6 @@ def run_plan_command(options: argparse.Namespace) -> int:
             print(f"outside the measured range: {reason}", file=sys.stderr)
 
     return print_result(options, to_json(plan), show, code=0 if plan.met else 1)
-
-
-def _three_digits(value: float | None) -> float | None:
-    return None if value is None else float(f"{value:.3g}") if abs(value) < 100 else round(value)
-
-
-def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
-    from srbval.plan.plan import make_plan  # slow import
-
-    return make_plan(scene, question=options.question, tolerance_pct=options.tolerance)
 
 
 def run_kinematics_command(options: argparse.Namespace) -> int:

@@ -82,9 +82,9 @@ def _show_results(states: Sequence[State]) -> None:
     rows = []
     for one in states:
         holds = VALIDITY_BY_KIND.get(one["kind"]) or ("yes" if one["fresh"] else "no")
-        made, machine, why = (one[name] or "" for name in ("made_utc", "machine", "why"))
-        rows.append((one["name"], one["kind"].value, holds, made, one["minutes"], machine, why))
-    print_table(("result", "kind", "holds", "computed", "minutes", "machine", "reason"), rows)
+        rows.append({**one, "kind": one["kind"].value, "holds": holds})
+    shown = {name: name for name in ("kind", "holds", "minutes", "machine")}
+    print(text_rows(rows, {"result": "name", **shown, "computed": "made_utc", "reason": "why"}))
     minutes = [one["minutes"] for one in states if one["minutes"] is not None and one["kind"] is ResultKind.EVIDENCE]
     if minutes:
         print(f"evidence took {sum(minutes):.1f} minutes in all")
