@@ -13,7 +13,7 @@ from srbval.report.findings.records import NORMALISED, RecordView, SpectrumView
 from srbval.signal import Scalogram
 
 SIGNAL_BINS = 700
-SCALOGRAM_COLUMNS_SHOWN, SCALOGRAM_CSV_ROWS, COLOUR_LEVELS = 320, 40, 64
+IMAGE_COLUMNS, IMAGE_ROWS, SCALOGRAM_CSV_ROWS, COLOUR_LEVELS = 280, 110, 40, 64
 THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # size [inch]; stretches of a curve
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 HEALTHY_LOOK = {"color": style.HEALTHY_COLOUR, "ls": (0, (3, 1.2))}
@@ -169,7 +169,7 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
         word, colour, light = ORIGINS[record.origin]
         if kind == "scalogram":
             x, y = record.scalogram.frequency_hz, record.scalogram.amplitude.mean(axis=1)
-            _draw_scalogram(axes, record.scalogram, top)
+            _draw_scalogram(axes, record.scalogram, top, record.window_s)
         elif kind == "spectrum":
             x, y = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, THUMBNAIL_BINS)
             axes.plot(x, y, color=colour, lw=0.7)
@@ -182,7 +182,6 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
             axes.set(ylim=(-top, top))
         axes.grid(False)
         axes.set(xticks=[], yticks=[])
-        axes.minorticks_off()
         axes.set_title("model" if word == "Simulated" else "rig", color=colour, fontsize=10)
         columns["side"] += [word.lower()] * len(x)
         columns["x"] += x.tolist()
@@ -198,43 +197,45 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
     influence) are hatched.
     """
     image, (start, stop) = record.scalogram, record.window_s
-    frequency, span = image.frequency_hz, (0.0, 1e3 * (stop - start))
+    level, span = np.log10(image.frequency_hz), (0.0, 1e3 * (stop - start))
     axes = style.new_axes(style.HALF)
-    axes.grid(False)
-    drawn = _draw_scalogram(axes, image, top)
-    axes.set(xlabel="Time, ms", ylabel="Frequency, Hz", xlim=span, ylim=(frequency[0], frequency[-1]))
-    ticks = [hz for k in range(-1, 6) for m in (1, 2, 5) if frequency[0] <= (hz := m * 10.0**k) <= frequency[-1]]
-    axes.set_yticks(ticks, labels=[f"{hz:g}" for hz in ticks])
-    axes.minorticks_off()
+    drawn = _draw_scalogram(axes, image, top, span)
+    axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
+    ticks = [hz for k in range(-1, 6) for m in (1, 2, 5) if level[0] <= np.log10(hz := m * 10.0**k) <= level[-1]]
+    axes.set_yticks(np.log10(ticks), labels=[f"{hz:g}" for hz in ticks])
     axes.tick_params(direction="out")
     edge_ms = image.edge_s * 1e3
     inner = (np.clip(edge_ms, *span), np.clip(span[1] - edge_ms, *span))
     for border, outer in zip(inner, span, strict=True):
-        axes.fill_betweenx(frequency, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
-        axes.plot(border, frequency, color="white", lw=0.8)
+        axes.fill_betweenx(level, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
+        axes.plot(border, level, color="white", lw=0.8, scalex=False, scaley=False)
     if state.line:
-        at = record.analysis.line(state.line).kinematic_hz
+        at = float(np.log10(record.analysis.line(state.line).kinematic_hz))
         axes.axhline(at, color="white", lw=0.8, ls="--")
         axes.text(span[1] / 2, at, state.line, color="white", fontsize=7.5, ha="center", va="bottom")
     bar = axes.figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
     style.title_panel(axes, record.origin, letter, title, pad=6.0)
-    rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_ROWS, len(frequency))).round().astype(int)
+    rows = np.linspace(0, len(level) - 1, min(SCALOGRAM_CSV_ROWS, len(level))).round().astype(int)
     times = slice(None, None, 2 * _every(image))
-    columns = {f"magnitude_at_{frequency[row]:.4g}_hz": image.amplitude[row, times] for row in rows}
+    columns = {f"magnitude_at_{image.frequency_hz[row]:.4g}_hz": image.amplitude[row, times] for row in rows}
     return axes.figure, {"time_s": image.time_s[times]} | columns
 
 
-def _draw_scalogram(axes: Any, image: Scalogram, top: float) -> Any:
-    """Draw a scalogram over time [ms] and logarithmic frequency, coloured from 0 to `top`, as a bitmap."""
+def _draw_scalogram(axes: Any, image: Scalogram, top: float, span: tuple[float, float]) -> Any:
+    """Draw a scalogram over time from start to end (`span`) and log10 of frequency, coloured from 0 to `top`."""
     from matplotlib import colormaps
 
-    axes.set_yscale("log")
-    time_ms, shown = 1e3 * image.time_s[:: _every(image)], image.amplitude[:, :: _every(image)]
-    look = {"cmap": colormaps["viridis"].resampled(COLOUR_LEVELS), "rasterized": True}
-    return axes.pcolormesh(time_ms, image.frequency_hz, shown, vmin=0.0, vmax=top, **look)
+    level = np.log10(image.frequency_hz)
+    wanted = np.linspace(level[0], level[-1], IMAGE_ROWS)
+    nearest, every = np.abs(wanted[:, None] - level).argmin(axis=1), _every(image)
+    shown = image.amplitude[nearest, : image.time_s.size // every * every].reshape(IMAGE_ROWS, -1, every).mean(axis=2)
+    look = {"cmap": colormaps["viridis"].resampled(COLOUR_LEVELS), "interpolation": "none", "aspect": "auto"}
+    axes.grid(False)
+    return axes.imshow(shown, origin="lower", extent=(*span, level[0], level[-1]), vmin=0.0, vmax=top, **look)
 
 
 def _every(image: Scalogram) -> int:
-    return -(-image.time_s.size // SCALOGRAM_COLUMNS_SHOWN)
+    """Return the number of columns of a scalogram that are averaged for drawing."""
+    return max(1, image.time_s.size // IMAGE_COLUMNS)
