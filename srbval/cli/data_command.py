@@ -89,15 +89,9 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
     if result.left_out:
         print("\nnot registered, because they are not recordings:")
         _print_reasons(result.left_out)
-    for covered in coverage:  # numbers of usable files: rows are state and load, columns speeds; a dot means none
-        speeds = dict.fromkeys(f"{point['nominal_rpm']:g} rpm" for point in covered["points"])
-        grid = defaultdict[tuple[str, float, float], list[str]](list)
-        for point in covered["points"]:
-            row = grid[point["state"].value, point["radial_kn"], point["axial_kn"]]
-            row.append(str(len(point["files"])) if point["files"] else ".")
-        points, missing = len(covered["points"]), covered["missing"]
-        print(f"\n{covered['dataset']}: {points - missing} of {points} operating points present, {missing} missing")
-        print_table(("state", "radial kN", "axial kN", *speeds), [(*point, *counts) for point, counts in grid.items()])
+    for known in coverage:
+        points, missing = len(known["points"]), known["missing"]
+        print(f"\n{known['dataset']}: {points - missing} of {points} operating points present, {missing} missing")
     copies = len(rows) - len(without_copies(result.recordings))
     counted = f" ({copies} are copies of other files and count once)" if copies else ""
     print(f"\nrecordings: {len(rows)}{counted}; the register is {manifest_path()}")
