@@ -5,7 +5,6 @@ an engine runs the others. Only the result files record the progress, so a kille
 """
 
 import contextlib
-import itertools
 import json
 import os
 import shutil
@@ -215,21 +214,18 @@ def write_results(table: CampaignTable, results: Mapping[str, CaseResult]) -> Pa
     """
     import pandas
 
-    rows = [row for row in result_rows(table, results) if row["status"] != NO_RESULT]
-    points = [key for case in table.cases for key in case.point]
-    columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *itertools.chain(*rows)])
-    path = table.folder / RESULTS_CSV
+    frame, path = pandas.DataFrame(result_rows(table, results), dtype=object), table.folder / RESULTS_CSV
     with atomic_write(path) as part:
-        pandas.DataFrame(rows, columns=[*columns], dtype=object).to_csv(part, index=False, errors="replace")
+        frame[frame["status"] != NO_RESULT].to_csv(part, index=False, errors="replace")
     return path
 
 
 def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
     """One mapping per case: inputs, model, status, reason, numbers; status ``missing`` if there is no intact result."""
-    rows = []
+    rows, swept = [], dict.fromkeys(key for case in table.cases for key in case.point)
     for case in table.cases:
         result = results.get(case.key) or CaseResult(key=case.key, status=NO_RESULT, reason="run the campaign again")
-        about = {**case.point, "case": case.index, "key": case.key, "model": case.model}
+        about = {"case": case.index, "key": case.key, **swept, **case.point, "model": case.model}
         about |= {"status": result.status, "reason": "" if result.status == "ok" else result.reason}
         rows.append(about | {name: value for name, (value, _) in result.quantities.items()})
     return rows
