@@ -43,15 +43,8 @@ CAGE_PART = "cage"
 MAX_CAUTIONS, LONGEST_FILE = 2, 40
 MAX_TREND_ROWS = 10  # printed rows per channel, evenly spaced; plus the last record and the first alarm
 SINGLE_ONLY = ("plot", "defect", "all")  # options that need a single file
-PATH_COLUMNS = {
-    "frequency_hz": ("Hz", ".0f"),
-    "load": ("gain along the load", ".2f"),
-    "cross": ("across it", ".2f"),
-    "u_db": ("u dB", ".1f"),
-    "record_db": ("record dB", ".1f"),
-    "ring_load_db": ("ring dB", ".1f"),
-    "ring_cross_db": ("ring, across dB", ".1f"),
-}
+PATH_COLUMNS = {"Hz": "frequency_hz", "gain along the load": "load", "across it": "cross", "u dB": "u_db"}
+PATH_COLUMNS |= {"record dB": "record_db", "ring dB": "ring_load_db", "ring, across dB": "ring_cross_db"}
 
 
 def request_from_options(options: argparse.Namespace) -> RecordRequest:
@@ -337,10 +330,9 @@ def run_identify_command(options: argparse.Namespace) -> int:
 
 
 def _print_path(found: "Identified") -> None:
-    path, bands = found.path, found.to_dict()["bands"]
+    path = found.path
     print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz\n")
-    rows = [[f"{band[name]:{spec}}" for name, (_, spec) in PATH_COLUMNS.items()] for band in bands]
-    print_table([title for title, _ in PATH_COLUMNS.values()], rows)
+    print(text_rows(found.bands.to_dict("records"), PATH_COLUMNS))
     if found.sidebands_db is not None:
         record, run = (" and ".join(f"{one:.1f}" for one in row) for row in found.sidebands_db.tolist())
         print(

@@ -34,7 +34,6 @@ from srbval.storage.installation import import_library
 from srbval.storage.json_files import move_listed_files, to_json
 
 FORMATS: tuple[str, ...] = ("html", "pdf", "json")
-LISTING = "report.json"
 FIGURES_PER_PROCESS = 8  # a process takes as long to start as it takes to draw some four figures
 PDF_STORE = ContentStore(kind="pdf", computed_by=__name__)
 UNESCAPED = " !$'()*+,-./:;=?@[]^{|}~"  # characters that a data URI may contain in a quoted attribute
@@ -225,7 +224,8 @@ def write_report(report: Report, folder: Path, formats: Collection[str] = FORMAT
                 (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
             if "pdf" in formats:
                 (stage / "report.pdf").write_bytes(render_pdf(report, stage))
-            move_listed_files(stage, folder, LISTING, report_data(report) if "json" in formats else None)
+            data = {**report.data, "tables": to_json(report.tables()), "figures": to_json(report.figures())}
+            move_listed_files(stage, folder, "report.json", data if "json" in formats else None)
     except OSError as error:
         raise DataError(
             f"the report could not be written to {folder}: {error.strerror or error} "
@@ -268,8 +268,3 @@ def write_csv(table: ReportTable, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     text = pd.DataFrame(found).to_csv(index=False, lineterminator="\n")
     (folder / f"{table.id}.csv").write_text(text, encoding="utf-8", errors="backslashreplace")
-
-
-def report_data(report: Report) -> dict[str, Any]:
-    """Return the content of ``report.json``: data, tables and figures, unrounded."""
-    return {**report.data, "tables": to_json(report.tables()), "figures": to_json(report.figures())}
