@@ -131,10 +131,3 @@ def interpolate_effect(at: FloatArray, shares: Sequence[float], curve: FloatArra
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)
-
-
-def trend_pct(means: CageMeans) -> tuple[float, float]:
-    """Increase of the rig's cage ratio from the fastest to the slowest speed [%], and its 95 % half width."""
-    drawn: FloatArray = 100 * (means.draws[:, 0] / means.draws[:, -1] - 1)
-    low, high = np.quantile(drawn, (0.025, 0.975))
-    return float(drawn.mean()), float(high - low) / 2

@@ -224,7 +224,7 @@ def write_report(report: Report, folder: Path, formats: Collection[str] = FORMAT
                 (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
             if "pdf" in formats:
                 (stage / "report.pdf").write_bytes(render_pdf(report, stage))
-            data = {**report.data, "tables": to_json(report.tables()), "figures": to_json(report.figures())}
+            data = {**report.data, "tables": report.tables(), "figures": report.figures()}
             move_listed_files(stage, folder, "report.json", data if "json" in formats else None)
     except OSError as error:
         raise DataError(

@@ -15,7 +15,7 @@ from srbval.comparison.compared_quantities import RACE_LINE, biases
 from srbval.comparison.comparison import VERDICT, Row, comparison_frame, plain_frame, verdict_on_error
 from srbval.comparison.counterpart import AnalysedRun, SimulationCase
 from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows, table6
-from srbval.comparison.verdicts import none_missed, trend_pct, verdicts
+from srbval.comparison.verdicts import none_missed, verdicts
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
 from srbval.reading.analyse import Analysis
@@ -235,7 +235,9 @@ def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str =
 
 def trend_row(means: CageMeans, judged: Iterable[Row]) -> Row:
     """Compute the cage ratio's change [%] from fastest to slowest speed: rig (`means`), model (from `judged`)."""
-    rig, ci95 = trend_pct(means)
+    drawn = 100 * (means.draws[:, 0] / means.draws[:, -1] - 1)
+    low, _, high = np.quantile(drawn, INTERVAL_QUANTILES)
+    rig, ci95 = float(drawn.mean()), float(high - low) / 2
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in judged if (one["scene"], one["endpoint"]) == ("rig", name)), None)
     return {
