@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import pandas as pd
 
 from srbval import __version__
 from srbval.bearing import Fault
@@ -34,7 +35,6 @@ from srbval.storage.json_files import parse_json, to_json
 from srbval.storage.tables import build, number_and_unit
 
 if TYPE_CHECKING:
-    import pandas
     import xarray
 
 NO_RESULT = "missing"  # status of a case without an intact result
@@ -52,11 +52,9 @@ class CampaignTable:
     cases: tuple[CampaignCase, ...]
     folder: Path = Path()
 
-    def to_frame(self) -> "pandas.DataFrame":
+    def to_frame(self) -> pd.DataFrame:
         """Pandas table with one row per case: changed inputs, model, status, reason and numbers."""
-        import pandas
-
-        return pandas.DataFrame(result_rows(self, read_results(self)))
+        return pd.DataFrame(result_rows(self, read_results(self)))
 
     def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
         """Data set along ``case``: changed inputs and models as coordinates, status, reason and numbers as variables.
@@ -212,9 +210,7 @@ def write_results(table: CampaignTable, results: Mapping[str, CaseResult]) -> Pa
     Names of quantities end with their SI unit if they have one. A failed case has no quantities; a case without an
     intact result has no row. The same results give the same text. Raises `DataError` if the file cannot be written.
     """
-    import pandas
-
-    frame, path = pandas.DataFrame(result_rows(table, results), dtype=object), table.folder / RESULTS_CSV
+    frame, path = pd.DataFrame(result_rows(table, results), dtype=object), table.folder / RESULTS_CSV
     with atomic_write(path) as part:
         frame[frame["status"] != NO_RESULT].to_csv(part, index=False, errors="replace")
     return path

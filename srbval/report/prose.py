@@ -15,14 +15,13 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from importlib import resources
 from string import Formatter
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from srbval.report import blocks
 from srbval.report.blocks import Cell, Figure, FigureGrid, ReportTable, Section, TableColumn, Tone, format_value
 from srbval.report.figures.style import Drawing
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FIGURE_OPTIONS = ("badge", "wide", "small_of", "explore")
 WHOLE_NUMBER_FORMATS = ("d", ",d")  # a frame with gaps stores whole numbers as floats
@@ -100,7 +99,7 @@ class Prose:
     def table(
         self,
         name: str,
-        frame: "pd.DataFrame | Iterable[Mapping[str, Any]]",
+        frame: pd.DataFrame | Iterable[Mapping[str, Any]],
         /,
         columns: Mapping[str, TableColumn] | None = None,
         *,
@@ -115,8 +114,6 @@ class Prose:
         ``X``. The texts, and by default the columns, are from the section's text file; `more_notes` precede the notes
         in that file. Raises KeyError if the frame lacks a column.
         """
-        import pandas as pd
-
         table = frame if isinstance(frame, pd.DataFrame) else pd.DataFrame(list(frame))
         rows = table.astype(object).where(table.notna(), None).to_dict("records")
         shown = self.columns(name, **values) if columns is None else columns

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+import pandas as pd
 from markupsafe import Markup
 
 from srbval import __version__
@@ -255,8 +256,6 @@ def draw_figures(report: Report, folder: Path) -> None:
 
 def write_csv(table: ReportTable, folder: Path) -> None:
     """Write a table as CSV, unrounded; half widths of intervals become columns of their own."""
-    import pandas as pd
-
     found: dict[str, list[Any]] = {}
     for place, column in enumerate(table.columns):
         title = f"{column.title}, {column.unit}" if column.unit else column.title

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, ParamSpec
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from srbval.arrays import FloatArray
@@ -158,8 +159,6 @@ def _panel_of(module: str, function: str, args: tuple[Any, ...], kwargs: Mapping
 
 def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
     """Return a panel's picture (SVG) and data (CSV) as texts, by file suffix."""
-    import pandas as pd
-
     data = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)
     text = data.to_csv(index=False, float_format="%.6g", lineterminator="\n")
     return {".svg": picture_bytes(figure, ".svg").decode(), ".csv": text}

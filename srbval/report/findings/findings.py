@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.cage_means import CageMeans, cage_means
@@ -31,9 +32,6 @@ from srbval.storage.json_files import to_json
 from srbval.sweep.sweep import records
 from srbval.validation.compare import LINE_QUANTITIES, PAIR_KEYS
 from srbval.validation.validate import Validation
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 INTERVAL_QUANTILES = (0.025, 0.5, 0.975)  # ends of the 95 % interval and median
 
@@ -62,7 +60,7 @@ class Findings:
         """Return the arrays of the model's record, then of the rig's record, of a bearing with the fault `state`."""
         return [side[state] for side in self.views.values()]
 
-    def frame(self, key: str) -> "pd.DataFrame":
+    def frame(self, key: str) -> pd.DataFrame:
         """Return the table stored under `key` in ``report.json``, such as ``table6``, as a data frame."""
         return plain_frame(to_json(list(self.data[key])))
 
@@ -193,7 +191,7 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
         yield row
 
 
-def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
+def select_comparisons(rows: Iterable[Row]) -> pd.DataFrame:
     """Select the comparisons of records in which the fault's line is detected, except those of BPFO and BPFI.
 
     The cage ratio contains the same information, and its errors may be averaged over outer and inner race faults.

@@ -4,7 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.comparison.compared_quantities import read_quantities
@@ -21,9 +23,6 @@ from srbval.storage.json_files import to_json
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.compare import compare_pair, table_of
 from srbval.validation.sides import QUANTITIES, SideReading
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 OPEN_CAGE = 5e-3  # 95 % half width of a ball bearing's cage ratio: contact angles up to 18 degrees, and slip
 MAX_MODEL_BAND_HZ = 9216.0  # highest end of the model's band; the scenes' runs have 20,480 samples per second
@@ -123,7 +122,7 @@ def base_scene(bearing: Bearing) -> str:
     return "rig" if same else "paper"
 
 
-def compare_with_model(analysis: Analysis, model: AnalysedRun) -> "pd.DataFrame | None":
+def compare_with_model(analysis: Analysis, model: AnalysedRun) -> pd.DataFrame | None:
     """Compare a record with the model as `validate` does; None if the record does not show the model's fault line."""
     state = model.case.state
     if not state.line or not analysis.line_of(state).detected:

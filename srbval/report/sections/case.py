@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from srbval.bearing import Fault
 from srbval.comparison.comparison import Row, Verdict
@@ -16,9 +18,6 @@ from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import PAIR_TEXTS, draw_errors
 from srbval.report.sections.table6 import SPEED_TEXTS, TABLE6_TEXTS
 from srbval.validation.validate import SIDES, Validation
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 CASE_TEXTS = Prose("srbval.report", "texts/case.md")
 MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
@@ -59,7 +58,7 @@ def _table_section(name: str, rows: Sequence[Mapping[str, Any]]) -> Section:
     return Section(id=f"case-{name}", title=CASE_TEXTS.text(f"title-{name}"), blocks=blocks)
 
 
-def frequency_table(table: "pd.DataFrame", id: str = "frequencies") -> ReportTable:
+def frequency_table(table: pd.DataFrame, id: str = "frequencies") -> ReportTable:
     """Make the table of fault frequencies and cage ratios, in the form of the paper's Table 6.
 
     Each value has its source and its deviation from pure rolling.
