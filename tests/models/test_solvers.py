@@ -7,12 +7,9 @@ import pytest
 
 from srbval import load_scene, paper_scene
 from srbval.arrays import FloatArray
-from srbval.errors import UnknownNameError
-from srbval.models import jit
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
-from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS, Method
 from srbval.models.step_limits import (
     LinearSystem,
@@ -55,14 +52,6 @@ def test_a_run_in_pieces_is_bit_identical(name):
         advance(model, without, intervals=range(first, first + 1))
     advance(model, whole, intervals=range(2))
     assert np.array_equal(without, whole) == (not METHODS[name].coefficients.ahead), "the memory is of consequence"
-
-
-@pytest.mark.parametrize("step", [Step.CHECKED, Step.UNCHECKED])
-@pytest.mark.parametrize("name", ["imex3", "a" * 5000], ids=["misspelt", "longer than a file's name may be"])
-def test_an_unknown_solver_is_refused_before_anything_is_compiled(name, step, monkeypatch):
-    monkeypatch.setattr(jit, "missing_kernels", lambda *_: pytest.fail("kernels are looked for"))
-    with pytest.raises(UnknownNameError, match="is not known"):
-        simulate(paper_scene(solver={"name": name}), step=step)
 
 
 OMEGA = 3e4  # rad/s, that of a loaded roller

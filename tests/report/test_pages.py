@@ -148,21 +148,6 @@ def test_the_report_is_without_the_page_of_a_study_that_is_not_there_and_the_res
     assert shown == [page.name for page in pages() if page.name != study]
 
 
-@pytest.mark.parametrize(
-    ("value", "spec", "shown"),
-    [
-        (96.7949, ".2f", "96.79"),
-        (-1.004, "+.2f", "-1.00"),
-        (-0.0001, "+.2f", "0.00"),
-        (None, ".2f", "–"),
-        (True, "", "yes"),
-        (12, "", "12"),
-    ],
-)
-def test_values_are_shown_as_their_column_says(value, spec, shown):
-    assert blocks.format_value(value, spec) == shown
-
-
 FIXED = "\u00a0"  # a blank at which no line ends
 TOGETHER = "+0.15_±_0.21_% at 877_rpm, 2_m/s² in 1400 to 2800_Hz; 3 members, ".replace("_", FIXED)
 

@@ -25,7 +25,7 @@ from scipy.integrate import quad
 
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.slices_kernel import foot_of_slice, friction_of_slice, law_at_speed, slice_spring
+from srbval.models.full.slices_kernel import foot_of_slice, friction_of_slice, slice_spring
 from tests.verification.cases import disturbed, subject
 from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, rate_of_change, rates, rolling_state
 from tests.verification.slices_reference import STATIC
@@ -48,7 +48,6 @@ RANGES_M_S = (1e-5, 2e-4, 9e-4, 1.6e-3, 0.05)
 BENT = {0.5: 2e-3, 1.0: 4e-3, 2.0: 1.2e-2, 4.0: 0.13}
 BENT_WHOLE = 4e-3  # the same, of slices that touch on all their width
 FLAT, LEAST_M = 0.0, 1e-9
-SAME_SPEED = 2e-2  # of the critical velocity: rolling speed at the races' middles, without slip
 
 
 def touched(depth: float, spread: float) -> tuple[float, float]:
@@ -119,21 +118,6 @@ def test_friction_of_a_slice(slip, more, static):
     found = friction_of_slice(law, slip, more)
     assert found > 0  # against the slip
     assert found * slip == pytest.approx(whole / (2 * more), rel=MEAN, abs=MEAN)
-
-
-@pytest.mark.parametrize("shaft_rad_s", [35.5, 90.0, -90.0])
-def test_lubricated_friction_grows_with_the_slide_to_roll_ratio(shaft_rad_s):
-    """Limit at a slip of limit / slope of the rolling speed: half of race's and roller's surface speeds, their sum."""
-    oil = {"traction": "lubricated", "traction_slope": 4.0, "traction_limit": 0.06}
-    model, _ = subject({"model": "slices", "line_contact": oil})
-    cage = 0.4306 * shaft_rad_s
-    law = law_at_speed(model.law, model.slices, cage, shaft_rad_s)
-    outer = model.centre_distance + model.law.roller_radius
-    rolling = abs(cage) * outer * model.tilt_cosine  # of both surfaces in the outer contact, seen from the cage
-    assert law.critical_velocity == pytest.approx(0.06 / 4.0 * rolling, rel=SAME_SPEED)
-    low, high = (friction_of_slice(law, slip, 1e-9) * slip for slip in (0.1 * law.critical_velocity, 1.0))
-    assert low == pytest.approx(0.006, rel=1e-3)
-    assert high == pytest.approx(0.06, rel=1e-3)
 
 
 SPALLED: dict[str, Any] = {"shape": "flat", "extent": "6 mm", "width": "10 mm", "axial": "-3 mm"}
