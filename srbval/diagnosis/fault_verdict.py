@@ -81,8 +81,10 @@ class Diagnosis(NotebookObject):
             f"By combs and lines, compared with records of known state of {CALIBRATION_RIGS} rigs, and with a healthy "
             f"bearing as probable beforehand as all else together: {shares}; {answer}."
         )
-        combs = ((fault.label, self.scores.first[fault]) for fault in DEFECTS)
-        each = (f"{name} {x.excess:.1f} at {100 * x.depth:.0f} % {x.explained_by}".strip() for name, x in combs)
+        each = (
+            f"{fault.label} {x.excess:.1f} at {100 * x.depth:.0f} %" + f" ({x.explained_by})" * bool(x.explained_by)
+            for fault, x in ((fault, self.scores.first[fault]) for fault in DEFECTS)
+        )
         said += f" Evidence of combs, with the modulation by their first lines: {', '.join(each)}."
         if (order := self.scores.unexplained_order) is not None:
             said += (
