@@ -13,6 +13,7 @@ import contextlib
 import importlib
 import io
 import json
+import os
 import re
 import shlex
 import shutil
@@ -29,6 +30,16 @@ project = "srbval"
 version = release = srbval.__version__
 project_copyright = "2025-2026, the srbval authors"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "sphinxarg.ext"]
+if {"GITHUB_ACTIONS", "READTHEDOCS"} & set(os.environ):  # elsewhere the pages are built without a network
+    extensions.append("sphinx.ext.intersphinx")
+intersphinx_mapping = {
+    "matplotlib": ("https://matplotlib.org/stable", None),
+    "numpy": ("https://numpy.org/doc/stable", None),
+    "pandas": ("https://pandas.pydata.org/docs", None),
+    "python": ("https://docs.python.org/3", None),
+    "scipy": ("https://docs.scipy.org/doc/scipy", None),
+    "xarray": ("https://docs.xarray.dev/en/stable", None),
+}
 myst_enable_extensions = ["dollarmath", "amsmath", "substitution"]
 myst_heading_anchors = 3
 html_theme = "furo"
