@@ -10,7 +10,7 @@ from srbval.reading.lines import NotDetected
 from srbval.recordings import SpeedSource
 from srbval.report.blocks import Tone
 from srbval.report.sections import answer
-from srbval.report.sections.figures import picture_verdict
+from srbval.report.sections.figures import level_sentence, picture_verdict
 from srbval.report.sections.table6 import parts_sentence, trend_sentence
 from srbval.report.sections.trend import trend_points
 from srbval.report.sections.user_report import headline_of_all, limit_items, unseen_reason
@@ -41,6 +41,11 @@ def shaft(difference: float) -> str:
 def picture(what: str, model: float, rig: float = 0.0, state: str = "outer") -> dict[str, Any]:
     about = {"what": what, "unit": "dB", "state": state, "kind": "spectrum", "limit": 3.0}
     return about | {"model": model, "rig": rig, "alike": abs(model - rig) <= 3.0}
+
+
+def level(name: str, model: float | None) -> str:
+    """Sentence on a line of the model; None if the line was not read."""
+    return level_sentence([] if model is None else [picture("a line", model)], "a line", name)
 
 
 STATED = [verdict("rig", "877 rpm", "met"), verdict("paper", "877 rpm", "missed"), verdict("rig", CHANGE, "missed")]
@@ -75,9 +80,16 @@ SENTENCES = [  # text, words that it has, words that it has not
         None,
     ),
     (answer.used_sentence([{**USED[0], "used_for": "blind"}], READ), "the comparison: OR 877", "none unknown"),
+    (answer.stored_sentence([]), "nothing", None),
     (picture_verdict([picture("a", 1.0), picture("b", -9.0)], "spectrum", Fault.OUTER), "differs: b -9 dB", "alike"),
     (picture_verdict([picture("a", 1.0), picture("b", -9.0, state="inner")], "spectrum", Fault.OUTER), "alike: a", "b"),
     (picture_verdict([picture("a", 1.0)], "acceleration", Fault.OUTER), "not compared", "alike"),
+    (level("fifth", -18.0), "As in the paper, the model's fifth harmonic is missing", None),
+    (level("fifth", -1.0), "Unlike in the paper", "missing"),
+    (level("fifth", None), "was not read", "paper"),
+    (level("sidebands", -17.0), "struck in the load zone only", None),
+    (level("sidebands", 1.0), "Both defects", "zone"),
+    (level("sidebands", None), "not read", None),
     (trend_sentence(TREND), "exceeds its uncertainty of 0.08 %; its cause is not known", "within"),
     (trend_sentence(TREND | {"model_pct": 0.2}), "within its uncertainty of 0.08 %", "exceeds"),
     (trend_sentence(TREND | {"model_pct": None}), "+0.22 ± 0.08 % at 353", "scene"),

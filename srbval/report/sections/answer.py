@@ -14,6 +14,7 @@ from srbval.report.findings.records import peak_amplitude
 from srbval.report.pages import Page, record_words
 from srbval.report.prose import Prose
 from srbval.report.sections.figures import HEAD_ROOM, PAPER_FIGURES, SPECTRUM_HZ, picture_verdict, shared_limits
+from srbval.storage.stored_result import StoredResult
 from srbval.sweep.scenes import PAPER
 
 ANSWER_TEXTS = Prose("srbval.report", "texts/answer.md")
@@ -28,6 +29,7 @@ VERDICT_TONES: dict[str, Tone] = {  # the worst first
 SCENE_NAMES = {"paper": "the paper's scene", "rig": "the rig's scene"}
 THUMBNAILS = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # state by panel
 PAPER_SOURCE, RIG_SOURCE = ("published", "measured")
+OUTCOME = "prediction_outcome"  # stored result with a name of its own
 
 
 def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
@@ -39,6 +41,7 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
         "version": __version__,
         "runs": len(findings.runs),
         "readings": len(data["pairs"]) + len(findings.analyses["paper"]),
+        "stored": stored_sentence(findings.results.values()),
         "records": used_sentence(data["comparisons"], data["cage_readings"]),
     }
     return VerdictBox(
@@ -153,6 +156,17 @@ def _thumbnails(findings: Findings) -> FigureGrid:
         words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
         shown.append(ANSWER_TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
     return ANSWER_TEXTS.grid("thumbnails", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)
+
+
+def stored_sentence(results: Iterable[StoredResult]) -> str:
+    """List the stored results by the day and the machine on which they were computed."""
+    groups: dict[str, list[str]] = {}
+    for one in results:
+        where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
+        predicted = one.path.stem == OUTCOME
+        name = ANSWER_TEXTS.text(f"stored-{OUTCOME}") if predicted else one.path.stem.replace("_", " ")
+        groups.setdefault(where, []).append(name)
+    return "; ".join(f"{', '.join(sorted(names))} ({where})" for where, names in groups.items()) or "nothing"
 
 
 def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:

@@ -43,7 +43,7 @@ VERDICT_LOOK = dict(zip(Verdict, zip(VERDICT_COLOURS, "osv^DX", strict=True), st
 
 
 def figures_section(findings: Findings) -> Section:
-    """Make the sixteen panels of Figures 11 to 14, each figure with a statement on how model and rig compare."""
+    """Make the sixteen panels of Figures 11 to 14, and a sentence for each figure on how model and rig compare."""
     pictures, views = findings.data["pictures"], findings.views
     scale = shared_limits([one for side in views.values() for one in side.values()])
     panels: dict[str, list[Figure]] = {number: [] for number in PAPER_FIGURES}
@@ -58,11 +58,14 @@ def figures_section(findings: Findings) -> Section:
                     options = {"explore": explore_spectrum(view)} if kind == "spectrum" else {}
                     options |= {"id": f"fig{label}", "label": f"Figure {label}"}
                     panels[number].append(panel_figure(kind, plots[kind], view, state, **options))
+    sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
+    sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
     for number, (kind, states) in PAPER_FIGURES.items():
         judged = [state for state in states if state.line or kind != "scalogram"]
         alike = "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in judged)
-        grids.append(FIGURE_TEXTS.grid(f"grid-{number}", panels[number], f"Figure {number}", alike=alike))
+        words: dict[str, Any] = {"alike": alike, "sentence": sentences.get(number, "")}
+        grids.append(FIGURE_TEXTS.grid(f"grid-{number}", panels[number], f"Figure {number}", **words))
     bands = {side: of[Fault.OUTER].analysis.processed.band_hz for side, of in views.items()}
     shown_bands = {f"{side}_band": f"{low:g} to {high:g}" for side, (low, high) in bands.items()}
     return FIGURE_TEXTS.section(FIGURE_TEXTS.paragraph("intro", **shown_bands), *grids)
@@ -108,6 +111,14 @@ def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> s
         return FIGURE_TEXTS.text("not-compared")
     unit = f" {found['unit']}" if found["unit"] else ""
     return FIGURE_TEXTS.text("alike" if found["alike"] else "differs", **{**found, "unit": unit})
+
+
+def level_sentence(pictures: Iterable[ReportRow], what: str, name: str) -> str:
+    """State whether the line `what` is weaker in the model than in the rig; `name` selects the text for this line."""
+    row = next((one for one in pictures if one["what"] == what), None)
+    if row is None:
+        return FIGURE_TEXTS.text(f"{name}-unread")
+    return FIGURE_TEXTS.text(f"{name}-weak" if row["model"] < row["rig"] - row["limit"] else f"{name}-there", **row)
 
 
 def explore_spectrum(view: SpectrumView) -> str:
