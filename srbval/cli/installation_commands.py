@@ -12,9 +12,16 @@ from srbval import __version__
 from srbval.cli.output import print_result, print_table, write_text
 from srbval.processes.machine import usable_cores
 from srbval.progress import ProgressDisplay
-from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
 from srbval.storage.content_store import LIMIT_BYTES
-from srbval.storage.installation import pip_command, shipped_folder
+from srbval.storage.installation import (
+    KERNELS,
+    SCENE_RESULTS,
+    cache_folder,
+    cache_use,
+    clear_cache,
+    pip_command,
+    shipped_folder,
+)
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip

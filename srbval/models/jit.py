@@ -27,9 +27,8 @@ from srbval.errors import DataError
 from srbval.models.native import Kernel, add_entry
 from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.machine import load_average, usable_cores
-from srbval.storage.cache import KERNEL_VARIABLE, KERNELS, cache_folder
 from srbval.storage.files import atomic_write
-from srbval.storage.installation import child_environment, package_folder
+from srbval.storage.installation import KERNEL_VARIABLE, KERNELS, cache_folder, child_environment, package_folder
 from srbval.storage.sources import content_version
 
 if TYPE_CHECKING:  # imports for types alone do not change the version of the kernels

@@ -20,9 +20,9 @@ from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from srbval.errors import DataError, SrbvalError
-from srbval.storage.cache import SCENE_RESULTS, cache_folder
 from srbval.storage.files import UNFINISHED, atomic_write
 from srbval.storage.hdf5_files import append_checksum, checked_summary
+from srbval.storage.installation import SCENE_RESULTS, cache_folder
 from srbval.storage.json_files import to_json
 from srbval.storage.sources import content_version
 

@@ -1,15 +1,26 @@
-"""Folder and revision of this package, data shipped with it, and the environment of child processes."""
+"""Folder and revision of this package, data shipped with it, the user's cache, and the environment of child processes.
 
+The cache is the folder ``platformdirs.user_cache_dir("srbval")`` with a sub-folder for each kind of content: compiled
+kernels, results of studies, and results for scenes and records. Everything in it can be computed again. If
+``NUMBA_CACHE_DIR`` names a folder, the kernels are stored in its sub-folder ``srbval``.
+"""
+
+import contextlib
 import importlib
 import os
 import shlex
+import shutil
 import subprocess
 import sys
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
+
+KERNELS, STUDY_RESULTS, SCENE_RESULTS = "kernels", "results", "scene-results"  # kinds of content
+KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def package_folder() -> Path:
@@ -68,3 +79,53 @@ def git_revision() -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return f"{revision}-dirty" if changed else revision
+
+
+@dataclass(frozen=True, kw_only=True)
+class CacheUse:
+    """Disk space of one `kind` of cached content: folder, number of files and size [bytes]."""
+
+    kind: str
+    folder: Path
+    files: int
+    size_bytes: int
+
+
+def cache_folder(kind: str) -> Path:
+    """Folder of one `kind` of cached content (``kernels``, ``results``, ...); it may not exist yet."""
+    base = os.environ.get(KERNEL_VARIABLE) if kind == KERNELS else None
+    return (Path(base, "srbval") if base else _root()) / kind
+
+
+def cache_use() -> tuple[CacheUse, ...]:
+    """Disk space of every kind of cached content, sorted by name; includes folders of earlier versions of srbval."""
+    kinds = {path.name for path in _root().iterdir()} if _root().is_dir() else set()
+    found = []
+    for kind in (kind for kind in sorted(kinds | {KERNELS}) if cache_folder(kind).is_dir()):
+        sizes, folder = [], cache_folder(kind)
+        for path in folder.rglob("*"):
+            with contextlib.suppress(FileNotFoundError):  # deleted meanwhile
+                sizes += [path.stat().st_size] if path.is_file() else []
+        found.append(CacheUse(kind=kind, folder=folder, files=len(sizes), size_bytes=sum(sizes)))
+    return tuple(found)
+
+
+def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
+    """Delete the folders of these `kinds` (default: all) and return their size; an unknown kind is an error."""
+    found = {use.kind: use for use in cache_use()}
+    unknown = [kind for kind in kinds if kind not in found]
+    if unknown:
+        raise ConfigurationError(f"the cache contains no {unknown[0]!r}. It contains: {', '.join(found) or 'nothing'}.")
+    chosen = tuple(found[kind] for kind in kinds or found)
+    for use in chosen:
+        try:
+            shutil.rmtree(use.folder)
+        except OSError as error:
+            raise DataError(f"{use.folder}: cannot be deleted ({error.strerror or error}).") from None
+    return chosen
+
+
+def _root() -> Path:
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("srbval"))

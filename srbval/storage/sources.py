@@ -64,7 +64,11 @@ def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True)
     ``"module:function"`` count, too; they are imported when the function is first used. The package's ``__init__``
     itself does not count, because it only exports names. Raises `ModuleNotFoundError` for a module that does not exist.
     """
-    known = _modules(package)
+    known = {}  # file of every module by dotted name; for a sub-package its `__init__`
+    for source in package.rglob("*.py"):
+        parts = source.relative_to(package.parent).with_suffix("").parts
+        known[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = source
+    known.pop(package.name, None)
     missing = [module for module in modules if module not in known]
     if missing:
         raise ModuleNotFoundError(f"no module {missing[0]!r} in {package}")
@@ -75,16 +79,6 @@ def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True)
         if source not in found:
             found.add(source)
             waiting += _used_by(source, known, lazy)
-    return found
-
-
-def _modules(package: Path) -> dict[str, Path]:
-    """File of every module in the package, by dotted name; for a sub-package its ``__init__``."""
-    found = {}
-    for source in package.rglob("*.py"):
-        parts = source.relative_to(package.parent).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = source
-    found.pop(package.name, None)
     return found
 
 

@@ -18,8 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError
-from srbval.storage.cache import STUDY_RESULTS, cache_folder
-from srbval.storage.installation import package_folder, shipped_folder
+from srbval.storage.installation import STUDY_RESULTS, cache_folder, package_folder, shipped_folder
 from srbval.storage.json_files import read_json
 from srbval.storage.sources import code_sha256
 

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any, cast
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
-from srbval.storage.cache import STUDY_RESULTS, cache_folder
 from srbval.storage.files import check_suffix
-from srbval.storage.installation import git_revision, shipped_folder
+from srbval.storage.installation import STUDY_RESULTS, cache_folder, git_revision, shipped_folder
 from srbval.storage.json_files import rows_text, to_json, write_json
 from srbval.storage.sources import code_sha256
 from srbval.storage.stored_result import DIRTY, REPORTS, RESULT_SCHEMA_VERSION, Fingerprint, ResultKind

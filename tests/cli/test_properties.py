@@ -28,7 +28,7 @@ from srbval.models.hierarchy import LEVELS
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.solvers import METHODS
 from srbval.plan.questions import Question
-from srbval.storage.cache import cache_use
+from srbval.storage.installation import cache_use
 from srbval.studies.harness import study_names
 from tests.campaign.campaigns import run_small, small
 

@@ -11,8 +11,8 @@ import pytest
 
 from srbval.errors import ConfigurationError
 from srbval.storage import content_store
-from srbval.storage.cache import KERNEL_VARIABLE, cache_folder, cache_use, clear_cache
 from srbval.storage.content_store import ABANDONED_S, FRESH, ContentStore, make_room, stored_results
+from srbval.storage.installation import KERNEL_VARIABLE, cache_folder, cache_use, clear_cache
 
 
 @pytest.fixture(autouse=True)

@@ -14,6 +14,13 @@ copied to a group of its own, from column `SINGLE` on.
 
 Bearing row 2 mirrors row 1: it uses the race points of row 1, with the direction of the shaft's axis (rows `Z_X`, `Z_Y`
 and `Z_Z`) reversed.
+
+**Arguments** that kernels share: `model`: `Parameters`, with its fields `space` and `plan`; `y`: state; `at`: its
+`StateIndices`; `slots`: number of slots, rounded up to whole lane groups; `half`: rollers in a row; `rotation` of the
+rollers about their axes, relative to the cage [rad]; `shaft`, `shaft_angle`: speed [rad/s] and angle [rad] of the
+shaft; `cage`: speed of row 1's cage [rad/s]; `race`: 0 outer, 1 inner; `count`: points on a circle of a race; `groups`,
+`compacted`, `single`: numbers of lane groups, of compacted and of single columns in the plan; `damping`:
+`motion_kernel.WITH_DAMPING` if the damping matrices of the contacts are needed, for an implicit step, otherwise None.
 """
 
 import itertools

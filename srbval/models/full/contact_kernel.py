@@ -38,13 +38,11 @@ class ContactLaw(NamedTuple):
 
 @kernel_part
 def contact_columns(law, points, race, window, first, last, space, start, stop, damping, patch):
-    """Add the contact forces of points on a `race` (0 outer, 1 inner) to columns `start` to `stop` - 1 of `space`.
+    """Add the contact forces of points on a race to columns `start` to `stop` - 1 of `space`.
 
-    The points are the entries `first` to `last` - 1 of the list `window` in `points`, see `Races`. A column is the
-    contact of one roller with the race; the inner loop runs over columns. For each point: depth in the barrel roller in
-    closed form, normal force by Giraudo's (2025) eq. (18), never a pull, friction by eq. (19). `damping`:
-    `motion_kernel.WITH_DAMPING` if the damping matrices of the contacts are summed too, for an implicit step; otherwise
-    None. `patch`: None, or constants of the line model (see `columns`). In this model a roller touches a race in three
+    The points are the entries `first` to `last` - 1 of the list `window` in `points`, see `Races`. For each point:
+    depth in the barrel roller in closed form, normal force by Giraudo's (2025) eq. (18), never a pull, friction by eq.
+    (19). `patch`: None, or constants of the line model (see `columns`), in which a roller touches a race in three
     patches, side by side along the roller, and each point represents a whole patch.
     """
     begin, end = np.uint64(start), np.uint64(stop)
@@ -258,12 +256,6 @@ def add_damping(viscous, drag, place, normal, space, j):
     space[col.D_YS + j] += drag * p_x
     space[col.D_PS + j] -= drag * p_y * p_z
     space[col.D_SS + j] += drag * (p_x * p_x + p_y * p_y)
-
-
-@kernel_part
-def elastic(law, damping):
-    """Copy the contact law without friction and with the damping coefficient `damping` [N s/m]."""
-    return with_friction(law, damping, 0.0, 0.0, law.critical_velocity)
 
 
 @kernel_part

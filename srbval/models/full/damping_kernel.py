@@ -36,7 +36,7 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.columns import state_indices
-from srbval.models.full.second_cage_kernel import relative_border, relative_load
+from srbval.models.full.second_cage_kernel import relative_load
 from srbval.models.jit import inlined, kernel_part
 
 BORDER = 6  # cage angular velocity, ring velocity, world axes
@@ -151,15 +151,44 @@ def factor(weight, model, totals, factors):
 
 @kernel_part
 def factor_relative(second, weight, model, totals, factors):
-    """Extend the factored equations of cage and ring, `factors`, by a second cage's rotation relative to the first."""
+    """Extend the factored equations of cage and ring, `factors`, by a second cage's rotation relative to the first.
+
+    `own` and the entries of `RELATIVE_BORDER` are the row of M / `weight` + D for this rotation's speed.
+    """
     if second is None:
         return
-    own = relative_border(weight, model, totals, factors)
-    b = col.RELATIVE_BORDER
-    w0, w1, w2, r0, r1, r2 = solve_border(
-        factors, factors[b, 0], factors[b, 1], factors[b, 2], factors[b, 3], factors[b, 4], factors[b, 5]
-    )
-    f = col.RELATIVE_FOLLOWED
+    space, c = model.space, model.tilt_cosine
+    per = 1.0 / weight
+    w0, w1, w2 = per * totals[col.RELATIVE_X], per * totals[col.RELATIVE_Y], per * totals[col.RELATIVE_Z]
+    r0 = r1 = r2 = 0.0
+    own = per * totals[col.RELATIVE_AXIAL]
+    for p in range(np.uint64(model.slots)):
+        if not space[col.SIDE + p] < 0.0:
+            continue
+        # as in `factor`: a cage's rate about the roller after elimination of slide and spin
+        q = p + col.INNER
+        reach = model.centre_distance + space[col.SLIDE + p]
+        o_xy, o_yy, o_yz = space[col.D_XY + p], space[col.D_YY + p], space[col.D_YZ + p]
+        b_yy, b_yz = o_yy + space[col.D_YY + q], o_yz + space[col.D_YZ + q]
+        u_wy = space[col.D_XP + p] + space[col.D_XP + q] - reach * (space[col.D_XZ + p] + space[col.D_XZ + q])
+        u_wz, s_wy = reach * (o_xy + space[col.D_XY + q]), space[col.D_PS + p] + space[col.D_PS + q]
+        s_wz, g_wz, h_wz = reach * (space[col.D_YS + p] + space[col.D_YS + q]), space[col.U_WZ + p], space[col.S_WZ + p]
+        yz = reach * (space[col.D_YP + p] + space[col.D_YP + q] - reach * b_yz) - u_wy * g_wz - s_wy * h_wz
+        zz = reach * reach * b_yy - u_wz * g_wz - s_wz * h_wz
+        x = -reach * o_xy - u_wz * space[col.U_RX + p] - s_wz * space[col.S_RX + p]
+        y = -reach * o_yy - u_wz * space[col.U_RY + p] - s_wz * space[col.S_RY + p]
+        z = -reach * o_yz - u_wz * space[col.U_RZ + p] - s_wz * space[col.S_RZ + p]
+        yz, zz, x, y, z = c * yz, c * zz, c * x, c * y, c * z
+        own += c * zz
+        w0 += yz * space[col.Y_WX + p] + zz * space[col.Z_WX + p]
+        w1 += yz * space[col.Y_WY + p] + zz * space[col.Z_WY + p]
+        w2 += yz * space[col.Y_WZ + p] + zz * space[col.Z_WZ + p]
+        r0 += x * space[col.X_WX + p] + y * space[col.Y_WX + p] + z * space[col.Z_WX + p]
+        r1 += x * space[col.X_WY + p] + y * space[col.Y_WY + p] + z * space[col.Z_WY + p]
+        r2 += x * space[col.X_WZ + p] + y * space[col.Y_WZ + p] + z * space[col.Z_WZ + p]
+    b, f = col.RELATIVE_BORDER, col.RELATIVE_FOLLOWED
+    factors[b, 0], factors[b, 1], factors[b, 2], factors[b, 3], factors[b, 4], factors[b, 5] = w0, w1, w2, r0, r1, r2
+    w0, w1, w2, r0, r1, r2 = solve_border(factors, w0, w1, w2, r0, r1, r2)
     factors[f, 0], factors[f, 1], factors[f, 2], factors[f, 3], factors[f, 4], factors[f, 5] = w0, w1, w2, r0, r1, r2
     for m in range(BORDER):
         own -= factors[b, m] * factors[f, m]
@@ -260,7 +289,7 @@ def solve(weight, model, totals, factors, rate):
 
 @kernel_part
 def write_accelerations(space, half, at, rate):
-    """Copy the rollers' accelerations from `space` to `rate`; `half`: rollers in a row; `at`: `StateIndices`."""
+    """Copy the rollers' accelerations from `space` to `rate`."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):

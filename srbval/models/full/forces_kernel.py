@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.contact_kernel import contact_columns, elastic, place_of_point
+from srbval.models.full.contact_kernel import contact_columns, place_of_point, with_friction
 from srbval.models.full.search_kernel import scatter_sums
 from srbval.models.full.slices_kernel import evaluate_slices, roller_in
 from srbval.models.jit import kernel_part
@@ -26,11 +26,9 @@ def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_ci
     """Add the forces of the races on the rollers to the workspace (`model.space`), for a part of each contact's length.
 
     A raceway is modelled by three circles of points for each row of rollers, numbered 0 to 2: circles `first_circle` to
-    `end_circle` - 1 are evaluated (in the slices model, thirds of a contact's length along the roller). `groups`,
-    `single`: from `plan_contacts`, number of groups of contacts that are computed together and of contacts near a
-    defect, which are computed one by one. `rotation` of the rollers about their axes, relative to the cage [rad];
-    `damping`: see `contact_columns`. `first_time`: `FIRST_TIME` in the first call after `plan_contacts`, otherwise
-    None. Only the first call looks up defects and adds the forces along the race from the slopes of rollers' defects.
+    `end_circle` - 1 are evaluated (in the slices model, thirds of a contact's length along the roller). `first_time`:
+    `FIRST_TIME` in the first call after `plan_contacts`, otherwise None. Only the first call looks up defects and adds
+    the forces along the race from the slopes of rollers' defects.
     """
     points, patch, slices = model.races.points, model.patch, model.slices
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
@@ -77,7 +75,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
     In the slices model, thirds of a contact's length replace the circles. Overwrites the forces in the workspace.
     """
     space, plan = model.space, model.plan
-    law = elastic(model.law, model.law.damping)
+    law = with_friction(model.law, model.law.damping, 0.0, 0.0, model.law.critical_velocity)
     for circle in range(CIRCLES_PER_RACE):
         for start in (col.F_X, col.F_Y, col.F_Z):
             for j in range(np.uint64(col.SINGLE + single * col.LANES)):
@@ -141,7 +139,7 @@ def flank_forces(model, roller, rotation, race, window, spare, space, column, da
     points = model.races.points
     j = np.uint64(column)
     alone = j + np.uint64(1)
-    spring = elastic(model.law, 0.0)
+    spring = with_friction(model.law, 0.0, 0.0, 0.0, model.law.critical_velocity)
     for row in range(col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + alone] = space[start + j]

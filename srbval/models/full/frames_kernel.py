@@ -86,10 +86,7 @@ class SurfaceHeights(NamedTuple):
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy slide (displacement outwards in the cage), its rate, and spin of all rollers from state `y` to `space`.
-
-    `at`: `StateIndices` of `y`; `half`: rollers in a row. Sets row `DAMAGE` of `space`, heights of defects, to zero.
-    """
+    """Copy slide, its rate and spin of all rollers from state `y` to `space`; set row `DAMAGE` of `space` to zero."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -105,8 +102,7 @@ def read_rollers(y, at, half, space):
 def face_defects(defects, radius, rotation, space):
     """Sum the heights [m] of the rollers' `defects` that may meet a race now, for each roller and race.
 
-    The sums are stored in the row `DAMAGE` of the workspace `space`. `radius` of the rollers [m]; `rotation` of the
-    rollers about their axes, relative to the cage [rad].
+    The sums are stored in the row `DAMAGE` of the workspace `space`. `radius` of the rollers [m].
     """
     half = rotation.shape[0] // 2
     for d in range(defects.shape[0]):
@@ -123,8 +119,7 @@ def face_defects(defects, radius, rotation, space):
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, model):
     """Compute axes that follow each roller, the races' motion in them, and how many race points the roller may touch.
 
-    `at`: `StateIndices` of the state `y`; `slots`: number of rollers, rounded up to a multiple of `LANES`; `tilt`:
-    `CageTilt`; `shaft`, `shaft_angle`: the shaft's speed [rad/s] and angle [rad].
+    `tilt`: `CageTilt`.
     """
     space = model.space
     turn = y[at.cage + 2]
@@ -277,10 +272,9 @@ def candidate_code(candidates):
 def add_heights(surface, rotation, count, space):
     """Move each race towards each roller by the heights of the waves on both surfaces where they touch.
 
-    `surface`: `SurfaceHeights`; `rotation` of the rollers about their axes, relative to the cage [rad]; `count`: points
-    on a circle of a race. The movement is along the line from the bearing's centre to the roller; its part along the
-    contact's normal is up to 0.6 % smaller at the contact's ends. A wave's slope does not tilt the normal, and the rate
-    of its height does not act on the damper: at 3 kHz the force is 2 % too small for a damper's time constant of 10 us.
+    `surface`: `SurfaceHeights`. The movement is along the line from the bearing's centre to the roller; its part along
+    the contact's normal is up to 0.6 % smaller at its ends. A wave's slope does not tilt the normal, and the rate of
+    its height does not act on the damper: at 3 kHz the force is 2 % too small for a damper's time constant of 10 us.
     """
     races, rollers = surface.races, surface.rollers
     if races.shape[2] == 0:

@@ -45,8 +45,7 @@ def rates_and_loads(t, y, model, rate, totals, loads):
 def right_hand_side(t, y, model, rate, totals, loads, damping):
     """Compute the time derivative `rate` of the state `y` at time `t` [s], and the `totals` listed in `columns`.
 
-    `model`: `Parameters`; `loads`: array for the normal forces [N], shape [2 races, rollers, 3 circles], or None;
-    `damping`: `WITH_DAMPING` if the contacts' damping matrices are needed, see `damping_kernel`, otherwise None.
+    `loads`: array for the normal forces [N], shape [2 races, rollers, 3 circles], or None.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(y.shape[0])

@@ -204,8 +204,8 @@ def resist_rolling(space, j, short, full):
 def add_oil_forces(oil, model, slots, cage, shaft, totals):
     """Add the oil's rolling resistance and the pockets' friction to the rollers' torques, and the powers to `totals`.
 
-    `cage`, `shaft`: speeds [rad/s]. Also writes the couples on the cages to row `ON_CAGE` of the workspace. Call it
-    after all contact forces. No effect if `oil` (`OilLaw`) is None.
+    Also writes the couples on the cages to row `ON_CAGE` of the workspace. Call it after all contact forces. No effect
+    if `oil` (`OilLaw`) is None.
     """
     if oil is None:
         return

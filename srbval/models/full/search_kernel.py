@@ -21,10 +21,9 @@ COPY_COST = 0.3
 
 @kernel_part
 def plan_contacts(slots, races, space, plan, count):
-    """Choose the race points that each roller may touch, and enter them in `plan`; `count`: points per circle.
+    """Choose the race points that each roller may touch, and enter them in `plan`.
 
-    Returns the number of groups of contacts that are computed together (lane groups), the number of contacts copied to
-    such groups (compacted), the number of contacts computed alone (single), and the deepest penetration [m].
+    Returns the numbers `groups`, `compacted` and `single`, and the deepest penetration of all rollers and races [m].
     """
     lanes = np.uint64(col.LANES)
     groups, compacted, single = 0, 0, 0
@@ -61,7 +60,11 @@ def plan_contacts(slots, races, space, plan, count):
             plan_copy(plan, col.FIRST_COPY + compacted, plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS])
             compacted += 1
         groups = plan_compacted_groups(race, first_copy, compacted, groups, space, plan)
-    return groups, compacted, single, deepest_of(slots, space)
+    outer, inner = -1.0, -1.0
+    for p in range(np.uint64(slots)):
+        outer = max(outer, space[col.MIDDLE_DEPTH + p])
+        inner = max(inner, space[col.MIDDLE_DEPTH + col.INNER + p])
+    return groups, compacted, single, max(outer, inner)
 
 
 @kernel_part
@@ -162,33 +165,18 @@ def points_of_group(code, begin, space):
 
 
 @kernel_part
-def deepest_of(slots, space):
-    """Compute the deepest penetration of all rollers and races [m]."""
-    outer, inner = -1.0, -1.0
-    for p in range(np.uint64(slots)):
-        outer = max(outer, space[col.MIDDLE_DEPTH + p])
-        inner = max(inner, space[col.MIDDLE_DEPTH + col.INNER + p])
-    return max(outer, inner)
+def turn_to_window(original, copy, slot, shift, spacing, space):
+    """Store in column `copy` a race's radial and tangential axis at the middle of a roller's list of race points.
 
-
-@kernel_part
-def angle_to_window(position, shift, spacing):
-    """Compute cosine and sine of the angle from a roller to the middle of its list (window) of race points.
-
-    They are exact for angles up to 0.1 rad. `position` of the roller: number of a point, with a fraction; `shift`: 0.5
-    if the middle of the list is the point nearest to the roller, 0 if it is the last before; `spacing` of points [rad].
+    `shift`: 0.5 if the middle of the list is the point nearest to the roller, 0 if it is the last before; `spacing` of
+    points [rad]. Cosine and sine of the angle from the roller to this point are exact up to 0.1 rad.
     """
+    position = space[col.POSITION + original]
     turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
-    cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40320.0))))
-    sine = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square * (1.0 / 362880.0))))
-    return cosine, sine * turn
-
-
-@kernel_part
-def turn_to_window(original, copy, slot, shift, spacing, space):
-    """Store in column `copy` a race's radial and tangential axis at the middle of a roller's list of race points."""
-    c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
+    c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40320.0))))
+    s = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square * (1.0 / 362880.0))))
+    s *= turn
     for component in range(3):
         row = np.uint64(component * col.STRIDE)
         m, n = space[col.M_X + row + slot], space[col.N_X + row + slot]
@@ -234,9 +222,8 @@ def copy_column(original, copy, space, damping):
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
     """Copy contacts to the columns in which `plan_contacts` planned to compute them; turn the race's axes there.
 
-    `compacted`: number of contacts copied to groups that are computed together; `single`: number of contacts copied to
-    be computed one by one; `spacing` of race points: from `spacing_of_windows`; `count`: points on a circle; `slices`:
-    `SliceTable`, or None if races are modelled by points. For the axes see `turn_to_window`.
+    `spacing` of race points: from `spacing_of_windows`; `slices`: `SliceTable`, or None if races are modelled by
+    points. For the axes see `turn_to_window`.
     """
     own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):

@@ -136,46 +136,6 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
 
 
 @kernel_part
-def relative_border(weight, model, totals, factors):
-    """Compute the row of M / `weight` + D for the speed of row 2's cage relative to row 1's; return its diagonal entry.
-
-    M, D: mass and damping matrix of cages and ring. Stores the row's other entries in `factors`.
-    """
-    space, c = model.space, model.tilt_cosine
-    per = 1.0 / weight
-    w0, w1, w2 = per * totals[col.RELATIVE_X], per * totals[col.RELATIVE_Y], per * totals[col.RELATIVE_Z]
-    r0 = r1 = r2 = 0.0
-    own = per * totals[col.RELATIVE_AXIAL]
-    for p in range(np.uint64(model.slots)):
-        if not space[col.SIDE + p] < 0.0:
-            continue
-        # as in `damping_kernel.factor`: a cage's rate about the roller after elimination of slide and spin
-        q = p + col.INNER
-        reach = model.centre_distance + space[col.SLIDE + p]
-        o_xy, o_yy, o_yz = space[col.D_XY + p], space[col.D_YY + p], space[col.D_YZ + p]
-        b_yy, b_yz = o_yy + space[col.D_YY + q], o_yz + space[col.D_YZ + q]
-        u_wy = space[col.D_XP + p] + space[col.D_XP + q] - reach * (space[col.D_XZ + p] + space[col.D_XZ + q])
-        u_wz, s_wy = reach * (o_xy + space[col.D_XY + q]), space[col.D_PS + p] + space[col.D_PS + q]
-        s_wz, g_wz, h_wz = reach * (space[col.D_YS + p] + space[col.D_YS + q]), space[col.U_WZ + p], space[col.S_WZ + p]
-        yz = reach * (space[col.D_YP + p] + space[col.D_YP + q] - reach * b_yz) - u_wy * g_wz - s_wy * h_wz
-        zz = reach * reach * b_yy - u_wz * g_wz - s_wz * h_wz
-        x = -reach * o_xy - u_wz * space[col.U_RX + p] - s_wz * space[col.S_RX + p]
-        y = -reach * o_yy - u_wz * space[col.U_RY + p] - s_wz * space[col.S_RY + p]
-        z = -reach * o_yz - u_wz * space[col.U_RZ + p] - s_wz * space[col.S_RZ + p]
-        yz, zz, x, y, z = c * yz, c * zz, c * x, c * y, c * z
-        own += c * zz
-        w0 += yz * space[col.Y_WX + p] + zz * space[col.Z_WX + p]
-        w1 += yz * space[col.Y_WY + p] + zz * space[col.Z_WY + p]
-        w2 += yz * space[col.Y_WZ + p] + zz * space[col.Z_WZ + p]
-        r0 += x * space[col.X_WX + p] + y * space[col.Y_WX + p] + z * space[col.Z_WX + p]
-        r1 += x * space[col.X_WY + p] + y * space[col.Y_WY + p] + z * space[col.Z_WY + p]
-        r2 += x * space[col.X_WZ + p] + y * space[col.Y_WZ + p] + z * space[col.Z_WZ + p]
-    factors[col.RELATIVE_BORDER, 0], factors[col.RELATIVE_BORDER, 1], factors[col.RELATIVE_BORDER, 2] = w0, w1, w2
-    factors[col.RELATIVE_BORDER, 3], factors[col.RELATIVE_BORDER, 4], factors[col.RELATIVE_BORDER, 5] = r0, r1, r2
-    return own
-
-
-@kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
     """Compute the right-hand sides of the equations of `damping_kernel.solve` for a bearing with a cage for each row.
 
