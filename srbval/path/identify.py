@@ -23,14 +23,13 @@ from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step, stored_run
 from srbval.path.amplitudes import DB_OF_SHARE, SIDEBAND_SPACINGS, WHOLE_HZ, decibels, pattern, third_octaves
-from srbval.path.locked import SPACINGS, locked_powers
+from srbval.path.locked import SPACINGS, LockedMean, locked_powers
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene, SensorPath, parts_along_sensor
 from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
 from srbval.signal import NORMAL_95
-from srbval.signal.locked import LockedMean
 
 DEFAULT_BAND_HZ = WHOLE_HZ  # the drives of the paper's rig have tones near 4 and 8 kHz; below 400 Hz its frame answers
 CROSS_RATIO_RANGE = (0.1, 30.0)  # range of cross over load in which the ratio is searched

@@ -9,6 +9,7 @@ import scipy.interpolate
 import scipy.signal
 
 from srbval.errors import ConfigurationError, DataError
+from srbval.path.locked import locked_mean
 from srbval.signal import (
     NORMAL_95,
     Periodogram,
@@ -20,7 +21,6 @@ from srbval.signal import (
     squared_envelope_one_pass,
 )
 from srbval.signal.envelope import FILTER_ORDER, check_band
-from srbval.signal.locked import locked_mean
 
 FS_HZ = 20_480.0
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]
