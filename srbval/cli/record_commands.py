@@ -18,12 +18,13 @@ from srbval.diagnosis import records
 from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.long_records import LongAnalysis
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, trend_of, zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import ProgressDisplay
 from srbval.progress.tables import format_uncertain, text_rows
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
+from srbval.recordings.file_times import record_times
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import load_registered
 from srbval.signal.envelope import FILTER_IN_WORDS

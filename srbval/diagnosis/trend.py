@@ -12,11 +12,8 @@ Bonferroni's inequality the chance of any false alarm in the whole history is at
 not change. A change of load or temperature can raise a level, too, without a fault.
 """
 
-import contextlib
-import csv
 import itertools
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -28,10 +25,9 @@ from scipy.special import stdtrit
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import SAME_SHARE
-from srbval.errors import ConfigurationError, DataError, UnknownNameError
+from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.reading.features import pool_snapshots
 from srbval.signal import NORMAL_95
-from srbval.storage.files import read_limited
 from srbval.storage.tables import read_toml
 
 if TYPE_CHECKING:
@@ -41,7 +37,6 @@ ALPHA = 0.05
 LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: the scatter of fewer is unknown
 MIN_POOLED_GROUPS = 12  # groups of snapshots: a baseline, and as many more to compare
 RMS = "RMS"
-DATE = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)(?:\D?(\d\d)\D?(\d\d)(?:\D?(\d\d))?)?(?!\d)")
 DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 
 
@@ -164,46 +159,6 @@ def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | N
     if velocity_mm_s is None or not boundaries:
         return None
     return "ABCD"[int(np.searchsorted(boundaries, velocity_mm_s))]
-
-
-def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
-    """Time of each file, and the source of the times in words.
-
-    Times are read from a CSV `table` with the columns `file` and `time`; without a table from dates in the file names,
-    else from the last number in each name, else from the dates of the files' last change. `ConfigurationError` for an
-    unusable table.
-    """
-    names = {file: Path(file).name for file in files}
-    if table is not None:
-        rows = csv.DictReader(read_limited(table).decode("utf-8-sig", "replace").splitlines())
-        try:
-            stated = {Path(row["file"]).name: _time(row["time"]) for row in rows}
-            return {file: stated[name] for file, name in names.items()}, f"the column time of {table.name}"
-        except (KeyError, ValueError, TypeError) as error:
-            raise ConfigurationError(
-                f"{table}: cannot be used ({error}): it needs the columns file and time, a row for each file, and "
-                "times that are dates (2026-11-24 13:55) or numbers."
-            ) from None
-    dates = {file: match for file, name in names.items() if (match := DATE.search(name))}
-    if len(dates) == len(files):
-        with contextlib.suppress(ValueError):  # numbers, but no date
-            shown = {f: "{}-{}-{}T{}:{}:{}".format(*match.groups("00")) for f, match in dates.items()}
-            return {f: datetime.fromisoformat(text) for f, text in shown.items()}, "the files' names"
-    numbers = {file: re.findall(r"\d+", Path(name).stem) for file, name in names.items()}
-    if all(numbers.values()) and len({float(one[-1]) for one in numbers.values()}) == len(files):
-        return {file: float(one[-1]) for file, one in numbers.items()}, "the last number in the files' names"
-    try:
-        changed: dict[str, datetime | float] = {f: datetime.fromtimestamp(Path(f).stat().st_mtime) for f in files}
-    except OSError as error:
-        raise DataError(f"{error.filename}: cannot be read ({error.strerror}).") from None
-    return changed, "the files' dates of change"
-
-
-def _time(text: str) -> datetime | float:
-    try:
-        return float(text)
-    except ValueError:
-        return datetime.fromisoformat(text.strip())
 
 
 def trend_of(

@@ -12,10 +12,11 @@ from srbval.campaign.run import case_numbers
 from srbval.diagnosis import records
 from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
-from srbval.diagnosis.trend import Trend, record_times, trend_of
+from srbval.diagnosis.trend import Trend, trend_of
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
+from srbval.recordings.file_times import record_times
 from srbval.recordings.registry import RecordSource, find_shipped
 from srbval.recordings.settings import with_keywords
 from srbval.report.blocks import FigureGrid, Report

@@ -11,9 +11,10 @@ import pytest
 
 from srbval import ConfigurationError, DataError, report
 from srbval.cli.machine_file import machine_options, machine_toml
-from srbval.diagnosis.trend import ALPHA, Trend, record_times, trend_of, zone_boundaries
+from srbval.diagnosis.trend import ALPHA, Trend, trend_of, zone_boundaries
 from srbval.reading.features import velocity_rms
 from srbval.recordings import RecordingSettings
+from srbval.recordings.file_times import record_times
 from srbval.recordings.registry import add, load_registered
 from tests.reading.test_shaft_speed import FS_HZ, record
 from tests.recordings import formats
