@@ -7,14 +7,15 @@ from srbval.check.check import run_check
 from srbval.cli.installation_commands import doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
 from srbval.diagnosis.fault_verdict import Diagnosis, FaultVerdict, diagnose, fault_verdict
-from srbval.diagnosis.records import RecordRequest, read_record, read_records
-from srbval.diagnosis.records import record_features as features
-from srbval.diagnosis.trend import Trend
+from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
 from srbval.models.outside.signals import SimulatedSignals
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate
+from srbval.monitoring.batch import read_records
+from srbval.monitoring.feature_rows import record_features as features
+from srbval.monitoring.trend import Trend
 from srbval.path.identify import identify as identify_path
 from srbval.plan.plan import Plan
 from srbval.plan.plan import make_plan as plan

@@ -126,7 +126,7 @@ def _bugs_are_seen(monkeypatch):
 @pytest.fixture(autouse=True)
 def _records_are_read_in_this_process(monkeypatch):
     """Read without starting processes, which takes longer; pickle as they do. `test_analyse_command` starts them."""
-    here, sent = "srbval.diagnosis.records.in_processes", lambda value: pickle.loads(pickle.dumps(value))
+    here, sent = "srbval.monitoring.batch.in_processes", lambda value: pickle.loads(pickle.dumps(value))
     monkeypatch.setattr(here, lambda function, items, **_: ((one, sent(function(sent(one)))) for one in items))
 
 

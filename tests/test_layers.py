@@ -15,7 +15,7 @@ import pytest
 import srbval
 
 SIMULATED = ("errors", "arrays", "storage", "bridges", "progress", "processes", "bearing", "scene", "models")
-READ = ("recordings", "signal", "reading", "diagnosis", "sweep", "comparison", "path", "plan")
+READ = ("recordings", "signal", "reading", "diagnosis", "monitoring", "sweep", "comparison", "path", "plan")
 ORDER = (*SIMULATED, *READ, "campaign", "check", "validation", "report", "studies", "cli")
 PACKAGE = Path(srbval.__file__).parent
 PATHS = sorted(PACKAGE.rglob("*.py"))

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import load_bearing
-from srbval.diagnosis.trend import LEAST_BASELINE, zone_boundaries
 from srbval.errors import ConfigurationError
+from srbval.monitoring.trend import LEAST_BASELINE, zone_boundaries
 from srbval.recordings import Origin, RecordingSettings
 from srbval.storage.tables import UNIT_FACTORS, Limited, build, limited, read_toml, without_unit
 

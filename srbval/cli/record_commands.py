@@ -14,12 +14,15 @@ from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
 from srbval.cli.output import own_command, print_result, print_table, print_wrapped, write_text
-from srbval.diagnosis import records
 from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.long_records import LongAnalysis
-from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, trend_of, zone_boundaries, zone_of
+from srbval.diagnosis.records import RecordReading, RecordRequest, feature_table, read_record
 from srbval.errors import ConfigurationError, DataError
+from srbval.monitoring import batch
+from srbval.monitoring.batch import FailedFile
+from srbval.monitoring.feature_rows import record_features
+from srbval.monitoring.machine import diagnose_pooled, machine_of
+from srbval.monitoring.trend import RMS, ChannelTrend, Trend, trend_of, zone_boundaries, zone_of
 from srbval.progress import ProgressDisplay
 from srbval.progress.tables import format_uncertain, text_rows
 from srbval.reading.features import features_of
@@ -79,9 +82,7 @@ def run_features_command(options: argparse.Namespace) -> int:
     if kind != "csv":
         import_library("pyarrow", f"a {path.suffix} file, unlike a .csv file,")
     with ProgressDisplay() as progress:
-        table = records.record_features(
-            options.files, request_from_options(options), jobs=options.jobs, progress=progress
-        )
+        table = record_features(options.files, request_from_options(options), jobs=options.jobs, progress=progress)
     with atomic_write(path) as part:
         getattr(table, f"to_{kind}")(part, **({"index": False} if kind == "csv" else {}))
     rows = table.astype(object).where(table.notna(), None).to_dict("records")
@@ -97,7 +98,7 @@ def _run_one(options: argparse.Namespace) -> int:
         from srbval.report.reports import check_plot, write_plot  # slow import
 
         check_plot(Path(options.plot))
-    reading = records.read_record(replace(request_from_options(options), file=options.files[0]))
+    reading = read_record(replace(request_from_options(options), file=options.files[0]))
     for caution in reading.cautions:
         print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
@@ -135,12 +136,12 @@ def _run_many(options: argparse.Namespace) -> int:
     except DataError:
         if not options.one_machine:
             raise
-        requests = records.requests_for(options.files, request_from_options(options))
-        one = records.diagnose_pooled(requests)  # each record is too short by itself
+        requests = batch.requests_for(options.files, request_from_options(options))
+        one = diagnose_pooled(requests)  # each record is too short by itself
         found = {"machine": one, "records": [], "summary": [], "failed": [], "left_out": []}
         return print_result(options, found, str(one["sentence"]))
-    machine = {"machine": records.machine_of(documents)} if options.one_machine else {}
-    rows = [records.summary_of(document) for document in documents]
+    machine = {"machine": machine_of(documents)} if options.one_machine else {}
+    rows = [batch.summary_of(document) for document in documents]
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
     alike = Counter(Path(file).name for file in files)
 
@@ -169,10 +170,10 @@ def _run_many(options: argparse.Namespace) -> int:
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """Read all files, also in folders; returns JSON documents, failed files, and names of files without recordings."""
-    requests = records.requests_for(options.files, request_from_options(options))
+    requests = batch.requests_for(options.files, request_from_options(options))
     with ProgressDisplay() as progress:
-        documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
-    return documents, *records.separate_other_files(failed, options.files, documents)
+        documents, failed = batch.read_records(requests, jobs=options.jobs, progress=progress)
+    return documents, *batch.separate_other_files(failed, options.files, documents)
 
 
 def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
@@ -253,7 +254,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
         detected = "yes" if x.detected else str(x.not_detected)
         rows.append((name, f"{x.kinematic_hz:.3f}", found, deviation, *odds, identity, detected))
     print_table(LINE_COLUMNS, rows)
-    print(f"\n{text_rows(records.feature_table(features_of(result)))}\n")
+    print(f"\n{text_rows(feature_table(features_of(result)))}\n")
     print_wrapped(*verdict.reasons)
     if declared := verdict.describe_declared(recording.state):
         print(declared)

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.run import case_numbers
-from srbval.diagnosis import records
 from srbval.diagnosis.baseline import load_healthy
-from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
-from srbval.diagnosis.trend import Trend, trend_of
+from srbval.diagnosis.records import RecordReading, RecordRequest, build_request
 from srbval.errors import ConfigurationError
+from srbval.monitoring import batch
+from srbval.monitoring.batch import FailedFile
+from srbval.monitoring.trend import Trend, trend_of
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.recordings.file_times import record_times
@@ -83,7 +84,7 @@ def report(
     written: dict[str, Any] = {"formats": formats, "jobs": jobs, "command": "srbval.report", "progress": progress}
     if not sources:
         return make_report(Path(folder), **written, **options)[1]
-    return report_sources(sources, Path(folder), records.build_request(options), **written)[1]
+    return report_sources(sources, Path(folder), build_request(options), **written)[1]
 
 
 def report_sources(
@@ -104,19 +105,19 @@ def report_sources(
     """
     check_formats(formats)
     named = list(dict.fromkeys(str(find_shipped(one)) for one in sources if isinstance(one, str | Path)))
-    requests = records.requests_for(named, request)
+    requests = batch.requests_for(named, request)
     others, failed = list[dict[str, Any]](), list[FailedFile]()
     if [one.file for one in requests] != named or len(named) > MAX_RECORD_SECTIONS:
-        others, failed = records.read_records(requests, jobs=jobs, progress=progress)
-        failed, _ = records.separate_other_files(failed, named, others)
-        alarms = sum(records.summary_of(one)["alarm"] in ("yes", "check") for one in others)
+        others, failed = batch.read_records(requests, jobs=jobs, progress=progress)
+        failed, _ = batch.separate_other_files(failed, named, others)
+        alarms = sum(batch.summary_of(one)["alarm"] in ("yes", "check") for one in others)
         is_open = len({one["file"] for one in others}) < len(others)  # one document for each channel
         count, requests = max(1, min(alarms, MAX_RECORD_SECTIONS)), []
         for one in others[:count]:
             settings = replace(request.settings, channel=one["channel"]) if is_open else request.settings
             requests.append(replace(request, file=one["file"], settings=settings))
         others = others[count:]
-    requests += records.requests_for((one for one in sources if not isinstance(one, str | Path)), request)
+    requests += batch.requests_for((one for one in sources if not isinstance(one, str | Path)), request)
     if request.healthy:
         healthy = load_healthy(request.healthy, request.settings, request.healthy_scale)
         requests = [replace(one, healthy=healthy) for one in requests]
@@ -144,9 +145,9 @@ def trend(
     of `RecordRequest` and `RecordingSettings`. Files that cannot be read cause a warning.
     """
     cases = {} if times else case_numbers(sources)
-    request = replace(records.build_request(options), one_band=True)  # levels are compared
-    requests = records.requests_for(list(cases) or sources, request)
-    answers, documents = records.answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
+    request = replace(build_request(options), one_band=True)  # levels are compared
+    requests = batch.requests_for(list(cases) or sources, request)
+    answers, documents = batch.answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
     for number, answer in enumerate((answers[one] for one in requests), start=1):
         if isinstance(answer, FailedFile):
             warnings.warn(with_keywords(f"not read: {answer.file}: {answer.error}"), stacklevel=2)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import srbval.diagnosis.records as records
+from srbval.monitoring import batch
 from tests.cli.test_properties import SHORT
 from tests.reading.test_shaft_speed import FS_HZ, record
 
@@ -82,7 +82,7 @@ def test_what_a_file_leaves_open_comes_with_a_command_that_works(tmp_path, srbva
     srbval_text("analyse", file, "--machine", tmp_path / "machine.toml")
 
 
-IN_PROCESSES = records.in_processes  # the real one, which `conftest.py` replaces
+IN_PROCESSES = batch.in_processes  # the real one, which `conftest.py` replaces
 
 
 def interrupted(function, waiting, *, jobs):
@@ -94,7 +94,7 @@ def interrupted(function, waiting, *, jobs):
 
 def test_a_folder_with_broken_files_goes_on_where_it_stopped(folder, srbval_json, srbval_text, monkeypatch):
     """All that can be read is in the table, the faults first; what was read before Ctrl-C is not read again."""
-    monkeypatch.setattr(records, "in_processes", interrupted)
+    monkeypatch.setattr(batch, "in_processes", interrupted)
     command, left = ["analyse", folder, *GIVEN], []
     srbval_text(*command, code=130)
 
@@ -102,7 +102,7 @@ def test_a_folder_with_broken_files_goes_on_where_it_stopped(folder, srbval_json
         left.append(len(waiting))
         return ((one, function(one)) for one in waiting)
 
-    monkeypatch.setattr(records, "in_processes", counted)
+    monkeypatch.setattr(batch, "in_processes", counted)
     document = srbval_json(*command, code=3)
     assert left[0] <= FILES + BROKEN + 1 - (READ_FIRST - BROKEN - 1)  # at most four of those read failed
     assert len(document["records"]) == FILES

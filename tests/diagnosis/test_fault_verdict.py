@@ -26,7 +26,7 @@ from srbval.diagnosis.fault_verdict import (
     verdict_of,
     weigh_evidence,
 )
-from srbval.diagnosis.records import ALARMS
+from srbval.monitoring.batch import ALARMS
 from srbval.reading.lines import Line, NotDetected, detected_fault_lines, read_lines
 from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.report.blocks import Tone

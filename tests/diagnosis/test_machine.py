@@ -11,7 +11,7 @@ import pytest
 
 from srbval import ConfigurationError, DataError, report
 from srbval.cli.machine_file import machine_options, machine_toml
-from srbval.diagnosis.trend import ALPHA, Trend, trend_of, zone_boundaries
+from srbval.monitoring.trend import ALPHA, Trend, trend_of, zone_boundaries
 from srbval.reading.features import velocity_rms
 from srbval.recordings import RecordingSettings
 from srbval.recordings.file_times import record_times

@@ -17,7 +17,8 @@ import scipy.signal
 
 from srbval import DataError, Recording, write_plot
 from srbval.diagnosis.fault_verdict import Finding
-from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, read_record
+from srbval.diagnosis.records import RecordReading, RecordRequest, read_record
+from srbval.monitoring.batch import FailedFile
 from srbval.reading.lines import NotDetected, detected_fault_lines
 from srbval.reading.pipeline import LEAST_REVOLUTIONS
 from srbval.recordings.speed import stated_speed

@@ -11,8 +11,9 @@ import pandas as pd
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.comparison.compared_quantities import read_quantities
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
-from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, common_error, read_record, summary_of
+from srbval.diagnosis.records import RecordReading, RecordRequest, read_record
 from srbval.errors import SrbvalError
+from srbval.monitoring.batch import FailedFile, common_error, summary_of
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line

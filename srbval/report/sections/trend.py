@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
+from srbval.monitoring.trend import RMS, ChannelTrend, Trend
 from srbval.report.blocks import Figure, Report, Tone, VerdictBox
 from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, PanelData, new_figure, panel
 from srbval.report.prose import Prose, literal

@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.fault_posterior import LABELS
-from srbval.diagnosis.records import FailedFile
+from srbval.monitoring.batch import FailedFile
 from srbval.reading.lines import Line, NotDetected
 from srbval.reading.pipeline import USABLE_SHARE
 from srbval.recordings import SpeedSource
