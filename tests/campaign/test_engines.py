@@ -7,10 +7,11 @@ import re
 import signal
 import subprocess
 import threading
+from concurrent.futures import Future
 
 import pytest
 
-from srbval.campaign.engines import choose_engine
+from srbval.campaign.engines import WORKER_CHECK_S, choose_engine, run_tasks
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.campaigns import MANY, MIXED, content, dask_cluster, run_small, small, stand_in_for_slurm, start
@@ -57,6 +58,27 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path,
     assert 0 < kept < 20
     again = run_small(campaign, tmp_path)
     assert (again["done"], again["ran"], again["failed"]) == (20, 20 - kept, [])
+
+
+def test_a_result_that_is_lost_with_its_worker_comes_from_another():
+    """Dask's future ends, its worker is lost before the result came, and ends again after another run."""
+    asked, checks = [], []
+
+    class LostOnce(Future):
+        def result(self, timeout=None):
+            asked.append(timeout)
+            if len(asked) == 1:
+                raise TimeoutError
+            return super().result(timeout)
+
+    def submit(_, task):
+        future = LostOnce()
+        future.set_result(task)
+        return future
+
+    found = run_tasks(submit, ["first", "second"], check=lambda: checks.append(len(asked)))
+    assert sorted(found) == ["first", "second"]
+    assert (checks, asked) == ([1], [WORKER_CHECK_S] * 3)
 
 
 LONG_CASES = """\

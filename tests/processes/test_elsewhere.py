@@ -1,8 +1,37 @@
-"""Commands where nothing of POSIX exists."""
+"""Cores under the quota of a container; commands where nothing of POSIX exists."""
 
 import os
 import subprocess
 import sys
+
+import pytest
+
+from srbval.processes import machine
+
+COUNTS = ("sched_getaffinity", "cpu_count")
+
+
+@pytest.mark.parametrize(
+    ("groups", "files", "cores"),
+    [
+        ("0::/", {"cpu.max": "max 100000"}, 8),
+        ("0::/a/b", {"a/b/cpu.max": "max 100000", "a/cpu.max": "150000 100000"}, 2),  # of the group above
+        ("0::/path/of/host", {"cpu.max": "50000 100000"}, 1),  # as a container sees itself
+        (None, {"cpu.max": "100000 100000"}, 8),
+    ],
+)
+@pytest.mark.parametrize("call", COUNTS)
+def test_no_more_cores_than_a_quota_pays_for(call, groups, files, cores, tmp_path, monkeypatch):
+    for name in COUNTS:
+        monkeypatch.delattr(os, name, raising=False)
+    monkeypatch.setattr(os, call, lambda *_: range(8) if call == "sched_getaffinity" else 8, raising=False)
+    monkeypatch.setattr(machine, "GROUPS", tmp_path)
+    monkeypatch.setattr(machine, "OWN_GROUPS", tmp_path / "groups")
+    for name, text in (files | ({"groups": groups} if groups else {})).items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(f"{text}\n", encoding="utf-8")
+    assert machine.usable_cores() == cores
+
 
 WITHOUT = """
 import asyncio  # newer versions ask `os.sysconf` when imported, because sockets here have `sendmsg`, unlike on Windows
