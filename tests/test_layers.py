@@ -194,13 +194,8 @@ def test_limits_only_fall():
     text = LIMITS.read_text(encoding="utf-8")
     now, allowed = limits(text), tomllib.loads(text).get("allowed", {})
     for revision in ("HEAD", "HEAD~1"):
-        shown = subprocess.run(
-            ["git", "show", f"{revision}:./{LIMITS.name}"],
-            cwd=LIMITS.parent,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        command = ["git", "show", f"{revision}:./{LIMITS.name}"]
+        shown = subprocess.run(command, cwd=LIMITS.parent, capture_output=True, text=True, check=False)
         if shown.returncode:
             pytest.skip(f"no {LIMITS.name} in {revision} to compare with")
         before, known = limits(shown.stdout), tomllib.loads(shown.stdout).get("allowed", {})

@@ -18,32 +18,17 @@ from tests.marked import answer_ctrl_c
 
 FAILING = {"model": "planar", "load.radial": "100 MN"}  # the rollers lose the load
 # Three good cases with signals, one on which the numerics fail, two that are refused.
-MIXED = [
-    {
-        "kind": "list",
-        "cases": [
-            {"defect.kind": "outer", "model": "planar"},
-            {"defect.kind": "inner", "model": "kinematic"},
-            {"model": "planar"},
-            FAILING,
-            {"load.radial": "-3 kN"},
-            {"bearing": "skf-6205", "model": "full"},
-        ],
-    }
-]
+LISTED = [{"defect.kind": "outer", "model": "planar"}, {"defect.kind": "inner", "model": "kinematic"}]
+LISTED += [{"model": "planar"}, FAILING, {"load.radial": "-3 kN"}, {"bearing": "skf-6205", "model": "full"}]
+MIXED = [{"kind": "list", "cases": LISTED}]
 
 
 def small(**changes):
     """Six cases of a simple model, 5 ms each."""
-    table = {
-        "name": "small",
-        "outputs": ["summary", "statistics", "acceleration"],
-        "scene": {"duration": "5 ms", "settle": "0 s", "model": "planar"},
-        "axes": [
-            {"kind": "grid", "values": {"shaft_speed": ["400 rpm", "700 rpm", "900 rpm"]}},
-            {"kind": "grid", "values": {"defect.kind": ["none", "outer"]}},
-        ],
-    }
+    speeds, kinds = {"shaft_speed": ["400 rpm", "700 rpm", "900 rpm"]}, {"defect.kind": ["none", "outer"]}
+    table = {"name": "small", "outputs": ["summary", "statistics", "acceleration"]}
+    table["scene"] = {"duration": "5 ms", "settle": "0 s", "model": "planar"}
+    table["axes"] = [{"kind": "grid", "values": values} for values in (speeds, kinds)]
     return build(Campaign, table | changes, "campaign")
 
 
@@ -100,15 +85,9 @@ SLURM = {
 
 def start(file, folder, *options, stderr=subprocess.DEVNULL, environment=()):
     """Start the command in a process group of its own, in the folder of the file."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder), *options],
-        start_new_session=True,
-        cwd=file.parent,
-        stdout=subprocess.DEVNULL,
-        stderr=stderr,
-        env=os.environ | dict(environment),
-        preexec_fn=answer_ctrl_c,
-    )
+    command = [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder), *options]
+    own = {"cwd": file.parent, "env": os.environ | dict(environment), "preexec_fn": answer_ctrl_c}
+    return subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=stderr, **own)
 
 
 def stand_in_for_slurm(folder, **changes):
@@ -146,8 +125,5 @@ def cluster(engine, folder, environment):
         return
     if engine == "slurm":
         environment |= stand_in_for_slurm(folder)
-    yield {
-        "local": ("--jobs", "2"),
-        "dask": ("--engine", "dask", "--jobs", "2"),
-        "slurm": ("--cluster-class", "dask_jobqueue.SLURMCluster", "--jobs", "2"),
-    }[engine]
+    kinds = {"local": (), "dask": ("--engine", "dask"), "slurm": ("--cluster-class", "dask_jobqueue.SLURMCluster")}
+    yield (*kinds[engine], "--jobs", "2")

@@ -128,11 +128,8 @@ def test_cases_that_kill_their_process_or_never_end(name, tmp_path, monkeypatch)
         with dask_cluster({"PYTHONPATH": paths}) as cluster:
             found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(cluster))
     assert (found["cases"], found["done"]) == (5, 5)
-    assert [(entry["case"], entry["status"]) for entry in found["failed"]] == [
-        (1, "crashed"),
-        (3, "timed-out"),
-        (4, "timed-out"),
-    ]
+    ends = [(1, "crashed"), (3, "timed-out"), (4, "timed-out")]
+    assert [(entry["case"], entry["status"]) for entry in found["failed"]] == ends
     crash, timeout, *_ = (entry["reason"] for entry in found["failed"])
     assert "its process died 3 times (signal SIGKILL)" in crash
     assert f"longer than its limit of {LIMIT}" in timeout

@@ -23,14 +23,8 @@ def test_blocks_multiply_and_a_seed_holds_for_all_cases():
     assert len(found) == 2 * 1 * 2 * 2
     assert {p["seed"] for p in found} == {7}
     assert points_of({"kind": "grid", "values": {"seed": [1, 2]}}, seed=7) == [{"seed": 1}, {"seed": 2}]
-    assert found[0] == {
-        "shaft_speed": "1 rpm",
-        "load.radial": "3 kN",
-        "contact.points_per_circle": 250,
-        "contact.stiffness": "a",
-        "defect.kind": "outer",
-        "seed": 7,
-    }
+    first = {"shaft_speed": "1 rpm", "load.radial": "3 kN", "defect.kind": "outer", "seed": 7}
+    assert found[0] == first | {"contact.points_per_circle": 250, "contact.stiffness": "a"}
     assert found[-1]["contact.stiffness"] == "b"
     assert found[-1]["model"] == "planar"
 

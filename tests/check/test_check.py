@@ -46,9 +46,7 @@ def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(monkeypatch):
 def test_a_processor_without_vector_instructions_has_the_same_fingerprint(monkeypatch):
     """Rounding differs between processors: no quantity of the fingerprint may amplify it."""
     monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
-    program = (
-        "import json; from srbval.check.check import fingerprint; print(json.dumps(fingerprint('full', 'slices')))"
-    )
+    program = "import json; from srbval.check.check import fingerprint as f; print(json.dumps(f('full', 'slices')))"
     done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
     for part, values in json.loads(done.stdout).items():
         assert not [one for one in compare_part(values, reference_fingerprint()[part]) if not one.ok]

@@ -135,16 +135,9 @@ LATEST_S = 2.0  # after the start: by then every command has begun its work, or 
 
 
 def started(command: str, folder: Path, mark: dict[str, str]) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [*SRBVAL, *(LONG | SHORT)[command]],
-        cwd=folder,
-        env=os.environ | child_environment() | {"SRBVAL_HOME": str(folder / "home")} | mark,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=answer_ctrl_c,
-    )
+    env = os.environ | child_environment() | {"SRBVAL_HOME": str(folder / "home")} | mark
+    own = {"cwd": folder, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "preexec_fn": answer_ctrl_c}
+    return subprocess.Popen([*SRBVAL, *(LONG | SHORT)[command]], env=env, text=True, start_new_session=True, **own)
 
 
 @pytest.mark.parametrize("number", ENDING)
@@ -154,9 +147,8 @@ def test_a_signal_while_modules_load_ends_the_program_at_once(number, tmp_path):
     raised = f"signal.once = True\nsignal.raise_signal({int(number)})\n"
     (tmp_path / "numpy.py").write_text(f"import signal\n{once}{raised}")
     paths = {"PYTHONPATH": os.pathsep.join([str(tmp_path), *child_environment().values()])}
-    done = subprocess.run(
-        [*SRBVAL, "kinematics"], capture_output=True, text=True, env=os.environ | paths, preexec_fn=answer_ctrl_c
-    )
+    own = {"env": os.environ | paths, "preexec_fn": answer_ctrl_c}
+    done = subprocess.run([*SRBVAL, "kinematics"], capture_output=True, text=True, **own)
     assert (done.returncode, done.stdout, done.stderr) == (-number, "", "")
 
 

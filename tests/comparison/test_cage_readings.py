@@ -51,18 +51,10 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
         ring = np.exp(-time[:200] * 3000) * np.sin(2 * np.pi * 1700 * time[:200])
         signal += np.convolve(train, ring)[: time.size]
     speed_hz = shaft_hz * (1 + drift * (np.linspace(0, 1, 1280) - 0.5))
-    return Recording(
-        name=f"{state}_{seed}",
-        origin=Origin.STAND_IN,
-        channels={"a": signal},
-        channel="a",
-        fs_hz=FS_HZ,
-        unit="m/s2",
-        state=state,
-        speed=ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-4 * shaft_hz, source=SpeedSource.TACHOMETER),
-        speed_signal=SpeedSignal(values_hz=speed_hz, rate_hz=1280 / SECONDS),
-        nominal_rpm=60 * shaft_hz,
-    )
+    speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-4 * shaft_hz, source=SpeedSource.TACHOMETER)
+    facts = {"speed": speed, "speed_signal": SpeedSignal(values_hz=speed_hz, rate_hz=1280 / SECONDS)}
+    facts |= {"origin": Origin.STAND_IN, "state": state, "nominal_rpm": 60 * shaft_hz, "unit": "m/s2"}
+    return Recording(name=f"{state}_{seed}", channels={"a": signal}, channel="a", fs_hz=FS_HZ, **facts)
 
 
 @pytest.mark.parametrize(
@@ -73,10 +65,9 @@ def test_readings_are_unbiased_and_their_intervals_hold(state, other_cage):
     for seed in range(RECORDS):
         ratio = BEARING.orders.ftf * (1 + 1.5e-3 * rng.standard_normal())
         shaft_hz = float(rng.choice([5.65, 14.3]))
-        found = cage_reading(
-            simulated(seed, state, ratio, shaft_hz=shaft_hz, other_cage=other_cage, drift=2e-3 * rng.standard_normal()),
-            BEARING,
-        )
+        drift = 2e-3 * rng.standard_normal()
+        made = simulated(seed, state, ratio, shaft_hz=shaft_hz, other_cage=other_cage, drift=drift)
+        found = cage_reading(made, BEARING)
         assert found is not None
         errors.append(found.ratio - ratio)
         own_u.append(found.reading_u)

@@ -49,9 +49,8 @@ def test_what_differs_is_named():
 
 def test_the_record_itself_in_another_file_is_no_baseline():
     samples = record(shaft_hz=25.0).channels["x"]
-    copy = dataclasses.replace(
-        record(shaft_hz=25.0), sha256="b", channels={"x": samples.astype(np.float32).astype(np.float64)}
-    )
+    rounded = samples.astype(np.float32).astype(np.float64)
+    copy = dataclasses.replace(record(shaft_hz=25.0), sha256="b", channels={"x": rounded})
     with pytest.raises(ConfigurationError, match="the healthy record and the record are the same"):
         baseline_of(faulted_analysis(), copy)
 

@@ -67,24 +67,12 @@ def assert_no_contradiction(analysis: Analysis, verdict: FaultVerdict) -> None:
 def planted(**lines: dict[str, object]) -> Analysis:
     """A healthy record's analysis with some first lines changed."""
     analysis = healthy_analysis()
-    return dataclasses.replace(
-        analysis,
-        lines=tuple(dataclasses.replace(x, **lines.get(x.name, {})) if x.is_first else x for x in analysis.lines),
-    )
+    changed = (dataclasses.replace(x, **lines.get(x.name, {})) if x.is_first else x for x in analysis.lines)
+    return dataclasses.replace(analysis, lines=tuple(changed))
 
 
-STRONG = {
-    "detected": True,
-    "found_hz": 100.0,
-    "ci95_hz": 0.1,
-    "deviation_pct": 0.1,
-    "snr": 4000.0,
-    "noise_false_alarm": 1e-9,
-    "placebo_false_alarm": None,
-    "isolated": True,
-    "covered": False,
-    "explained_by": None,
-}
+STRONG = {"detected": True, "found_hz": 100.0, "ci95_hz": 0.1, "deviation_pct": 0.1, "snr": 4000.0, "isolated": True}
+STRONG |= {"noise_false_alarm": 1e-9, "placebo_false_alarm": None, "covered": False, "explained_by": None}
 HEIGHTS = {
     "none": {},
     "shallow": STRONG | {"depth": 0.1},
@@ -92,12 +80,9 @@ HEIGHTS = {
     "explained": STRONG | {"depth": 0.3, "detected": False, "explained_by": "3/2 BPFI"},
     "covered": STRONG | {"depth": 0.3, "detected": False, "covered": True, "explained_by": NotDetected.HIDDEN},
 }
-COMBS = {
-    "healthy": scores(),
-    **{name: scores(**{name: 14.0}) for name in ("outer", "inner", "roller", OTHER_CAUSE)},
-    "undecided": scores(inner=4.6),
-    "outer+inner": scores(outer=20.0, inner=12.0, second={"inner": 11.0}),
-}
+COMBS = {name: scores(**{name: 14.0}) for name in ("outer", "inner", "roller", OTHER_CAUSE)}
+COMBS |= {"healthy": scores(), "undecided": scores(inner=4.6)}
+COMBS["outer+inner"] = scores(outer=20.0, inner=12.0, second={"inner": 11.0})
 
 
 def test_no_combination_of_evidence_contradicts_itself():
@@ -173,9 +158,8 @@ def test_what_would_have_been_seen_is_seen():
 
     def bpfi(height: float, seed: int) -> Line:
         hz, rng = BEARING.orders.bpfi * 25.0 * number, np.random.default_rng(seed)
-        lines = read_lines(
-            periodogram(squared_envelope(rng, hz, height * 0.8**number / 0.8, 6.0), 25.0), BEARING, speed, brief=True
-        )
+        envelope = periodogram(squared_envelope(rng, hz, height * 0.8**number / 0.8, 6.0), 25.0)
+        lines = read_lines(envelope, BEARING, speed, brief=True)
         return next(x for x in lines if (x.name, x.harmonic) == ("BPFI", 1))
 
     limits = [smallest_detectable_depth(bpfi(0.0, seed), NOTHING) for seed in range(DRAWN)]
@@ -260,9 +244,8 @@ def modulated(rng: np.random.Generator) -> Recording:
 
 
 def of_background(name: str, rng: np.random.Generator) -> Recording:
-    return dataclasses.replace(
-        record(shaft_hz=25.0, fault=False), channels={"x": BACKGROUNDS[name](rng)}, fs_hz=RATE_HZ
-    )
+    samples = {"x": BACKGROUNDS[name](rng)}
+    return dataclasses.replace(record(shaft_hz=25.0, fault=False), channels=samples, fs_hz=RATE_HZ)
 
 
 ORDERS = {part.value: part.line_order(BEARING.orders) for part in DEFECTS}

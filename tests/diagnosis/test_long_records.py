@@ -61,9 +61,8 @@ def test_headline_lines_and_probabilities_of_a_long_record_agree(state, within):
 def test_a_short_record_is_read_as_a_whole_and_features_of_parts_are_those_of_the_whole():
     short, long = record(25.0), record(40.0)
     assert to_json(analyse_by_parts(short, BEARING)) == to_json(analyse(short, bearing=BEARING))
-    found, whole = (
-        features_of(one) for one in (analyse_by_parts(long, BEARING), analyse(long, bearing=BEARING, whole_band=True))
-    )
+    both = analyse_by_parts(long, BEARING), analyse(long, bearing=BEARING, whole_band=True)
+    found, whole = map(features_of, both)
     names = ("rms", "peak", "kurtosis")
     assert [found[name] for name in names] == pytest.approx([whole[name] for name in names], rel=1e-3)
 

@@ -19,28 +19,10 @@ from srbval.recordings.registry import add, load_registered
 from tests.reading.test_shaft_speed import FS_HZ, record
 from tests.recordings import formats
 
-ALL = {
-    "bearing": "skf-6205",
-    "rpm": 1500.0,
-    "rpm_tolerance": 2.0,
-    "radial_kn": 12.5,
-    "axial_kn": -0.5,
-    "channel": "DE",
-    "fs": FS_HZ,
-    "unit": "g",
-    "scale": 5.0,
-    "sensitivity": 100.0,
-    "tacho": "T",
-    "pulses_per_rev": 1.5,
-    "healthy": "before.npy",
-    "healthy_scale": 2.0,
-    "baseline": 8,
-    "band": [2000.0, 5000.0],
-    "auto_band": True,
-    "cage_slip": 3.0,
-    "machine_class": "large-rigid",
-    "zones_mm_s": [1.1, 2.8, 7.1],
-}
+ALL = {"bearing": "skf-6205", "rpm": 1500.0, "rpm_tolerance": 2.0, "radial_kn": 12.5, "axial_kn": -0.5, "channel": "DE"}
+ALL |= {"fs": FS_HZ, "unit": "g", "scale": 5.0, "sensitivity": 100.0, "tacho": "T", "pulses_per_rev": 1.5}
+ALL |= {"healthy": "before.npy", "healthy_scale": 2.0, "baseline": 8, "band": [2000.0, 5000.0], "auto_band": True}
+ALL |= {"cage_slip": 3.0, "machine_class": "large-rigid", "zones_mm_s": [1.1, 2.8, 7.1]}
 REFUSED = {
     'bearing = "skf-6025"': "bearing 'skf-6025' is not known",
     "[sensor]\nrate = 25600": "25600 has no unit",
@@ -94,9 +76,8 @@ def written(path: Path, samples: np.ndarray, kind: str) -> tuple[str, float]:
     """The file in which the largest sample is 0.9 of full scale, and its scale [g]."""
     full = float(np.abs(samples).max()) / 0.9
     if kind == "wav":
-        pytest.importorskip("soundfile").write(
-            path, samples / full, round(formats.FS_HZ), subtype="PCM_16", format="WAV"
-        )
+        write = pytest.importorskip("soundfile").write
+        write(path, samples / full, round(formats.FS_HZ), subtype="PCM_16", format="WAV")
         return str(path), full
     with path.open("wb") as file:
         np.save(file, np.round(samples / full * HALF).astype("i2") if kind == "counts" else samples)
@@ -116,10 +97,8 @@ def test_levels_of_files_of_unlike_full_scale(kind, tmp_path, srbval_json, srbva
     (faulty, scale), (healthy, quiet_scale) = written(tmp_path / "f", loud, kind), written(tmp_path / "h", quiet, kind)
     stated = ["--unit", "g", "--scale", str(scale)]
     assert ratio(healthy, *stated, "--healthy-scale", str(quiet_scale)) == pytest.approx(true, rel=DIGITS)
-    for wrong, code, said in (
-        (stated, 2, "--healthy-scale F"),
-        (["--unit", "g"], 3, "without a scale, so levels cannot be compared"),
-    ):
+    unlike = "without a scale, so levels cannot be compared"
+    for wrong, code, said in ((stated, 2, "--healthy-scale F"), (["--unit", "g"], 3, unlike)):
         assert said in srbval_text("analyse", faulty, "--healthy", healthy, *GIVEN, *wrong, code=code).err
     assert ratio(healthy, "--unit", "unknown") < true / 1000  # shares of the mean do not depend on the gain
     settings = RecordingSettings(unit="g", fs_hz=formats.FS_HZ, rpm=60 * formats.SHAFT_HZ)
@@ -138,19 +117,11 @@ STATED = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "m/s2", "--bearing", 
 def document(number: int, levels: np.ndarray, *, rpm: float = 1500.0, channel: str = "x") -> dict[str, Any]:
     """What `read_records` says of a record, as far as a trend needs it; levels of three lines and the RMS."""
     names = ("BPFO", "BPFI", "2xBSF")
-    return {
-        "file": f"{number:04}.npy",
-        "channel": channel,
-        "shaft_hz": {"value": rpm / 60},
-        "features": {
-            "unit": "m/s2",
-            "rms": levels[3],
-            "band_rms": 1.0,
-            "velocity_rms_mm_s": None,
-            "velocity_missing": "not sampled fast enough",
-        },
-        "lines": [{"name": n, "harmonic": 1, "depth": x**2, "snr": 10.0} for n, x in zip(names, levels, strict=False)],
-    }
+    features = {"unit": "m/s2", "rms": levels[3], "band_rms": 1.0, "velocity_rms_mm_s": None}
+    features["velocity_missing"] = "not sampled fast enough"
+    lines = [{"name": n, "harmonic": 1, "depth": x**2, "snr": 10.0} for n, x in zip(names, levels, strict=False)]
+    where = {"file": f"{number:04}.npy", "channel": channel, "shaft_hz": {"value": rpm / 60}}
+    return where | {"features": features, "lines": lines}
 
 
 def healthy(rng: np.random.Generator, kind: str) -> np.ndarray:
@@ -187,9 +158,8 @@ def test_a_growing_defect_is_found_and_a_drop_is_not():
     assert all("BPFI" in point["risen"] for point in found.alarm.points[18:])
     since = next(n for n, point in enumerate(found.alarm.points) if "BPFI" in point["risen"])
     rise = found.alarm.rise_db(found.alarm.points[-1]["levels"], "BPFI")
-    headline = (
-        f"Alarm: inner race line (BPFI) of x {rise:+.1f} dB since {since} (record {since + 1} of 25), over its limit"
-    )
+    shown = f"{rise:+.1f} dB since {since} (record {since + 1} of 25)"
+    headline = f"Alarm: inner race line (BPFI) of x {shown}, over its limit"
     assert found.answer.startswith(headline)
     growing[5:, 3] *= 3.0  # the RMS rises first, and the line is still what the headline names
     found = trend(growing, baseline=5)

@@ -118,9 +118,7 @@ def test_results_are_kept_under_the_content_of_the_sources():
     first = stored_run(scene())
     assert stored_run(scene()).stored_utc is not None
     Path("beside.py").write_text("FACTOR = 2\n", encoding="utf-8")
-    changed = MODELS.replace("import srbval\n", "import srbval\nimport beside\n").replace(
-        "np.sin(5000", "beside.FACTOR * np.sin(5000"
-    )
+    changed = MODELS.replace("import srbval\n", "import beside, srbval\n").replace("np.sin", "beside.FACTOR * np.sin")
     Path("models.py").write_text(changed, encoding="utf-8")
     second = stored_run(scene())
     assert second.stored_utc is None
@@ -205,9 +203,8 @@ def test_forms_of_signals():
     assert (along[:, 0] + along[:, 1]) / np.sqrt(2) == pytest.approx(out[:, 0])
     assert along[0, 13] == pytest.approx(500.0)
     healthy = replace(one, defect=paper_scene().defect)
-    assert (recorded_columns(SimulatedSignals(fine, 0 * signal), healthy)[:, 0] == 0).all(), (
-        "a healthy bearing may be silent"
-    )
+    silent = recorded_columns(SimulatedSignals(fine, 0 * signal), healthy)
+    assert (silent[:, 0] == 0).all(), "a healthy bearing may be silent"
     with pytest.raises(UnusableSignalsError) as caught:
         recorded_columns(SimulatedSignals(np.linspace(0, 0.2, 5001), np.ones(5001)), one)
     assert "its rate of 25000 Hz is no multiple" in caught.value.args[1]

@@ -10,20 +10,13 @@ import numpy as np
 import pytest
 
 from srbval import load_bearing, load_recording
+from srbval.models import step_error as errors
 from srbval.models.estimates import BLOCKS, ERROR_TOLERANCE, Estimate, StepError
 from srbval.models.full_run import run_full
 from srbval.models.health import assess
 from srbval.models.run import RunStatus, RunSummary
 from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.models.step_error import (
-    CAGE_QUANTITY,
-    MAX_REFINEMENT,
-    block_means,
-    estimate_errors,
-    step_error,
-    with_chosen_step,
-)
 from srbval.scene import RollerFit, Scene, SpeedProfile, load_scene, paper_scene
 
 RMS = "RMS in 500-1500 Hz"
@@ -39,7 +32,7 @@ def fast_rig(steps_per_s: int, rpm: float = 3000.0, seconds: float = 0.25) -> Sc
 
 def difference(name: str, first: np.ndarray, second: np.ndarray) -> Estimate:
     """Of two records of samples."""
-    (found,) = estimate_errors(*({name: record.reshape(BLOCKS, -1).mean(axis=1)} for record in (first, second)))
+    (found,) = errors.estimate_errors(*({name: record.reshape(BLOCKS, -1).mean(axis=1)} for record in (first, second)))
     return found
 
 
@@ -60,7 +53,7 @@ def test_a_louder_record_is_off_upwards_and_noise_of_rounding_is_no_level():
 def test_the_scatter_is_that_of_the_means():
     """Two records of independent noise: sd of the ratio of their means, over many draws and as each draw tells it."""
     draw = np.random.default_rng(2)
-    found = [difference(CAGE_QUANTITY, *(10 + draw.standard_normal((2, 800)))) for _ in range(300)]
+    found = [difference(errors.CAGE_QUANTITY, *(10 + draw.standard_normal((2, 800)))) for _ in range(300)]
     spread = np.std([f.error for f in found])
     assert spread == pytest.approx(math.sqrt(2 / 800) / 10, rel=0.15)
     told = np.sqrt(np.mean([f.scatter**2 for f in found]))
@@ -75,7 +68,7 @@ LOUDER = [23.0, 0.011, 0.008, 0.0076, 0.0064, 0.38, 1.17, 0.5], [0.012, 2.5e-5, 
 @pytest.mark.parametrize(("blocks", "certain"), [(KNOCKS, False), (LOUDER, True)])
 def test_two_knocks_prove_no_error_of_the_step_but_the_level_between_them_does(blocks, certain):
     """By their means the first are 34 % apart, 2.8 standard errors, the others 1600 %, less than one."""
-    (found,) = estimate_errors(*({RMS: np.array(squares)} for squares in blocks))
+    (found,) = errors.estimate_errors(*({RMS: np.array(squares)} for squares in blocks))
     assert found.certainly_exceeds() is certain
     assert found.certainly_exceeds() or found.undecided
 
@@ -105,10 +98,10 @@ def test_the_estimate_is_the_error_against_a_finer_run():
     The method is of order two: a sixteenth of the error is left there, within the room for it.
     """
     scene = fast_rig(40960, rpm=4000.0)
-    estimated = {e.of: e for e in step_error(scene, BEARING).estimates}
+    estimated = {e.of: e for e in errors.step_error(scene, BEARING).estimates}
     finer = replace(scene, solver=replace(scene.solver, step_s=1 / 163840))
-    run, right = (block_means(s.output_rate_hz, simulate(s, step=Step.UNCHECKED).out) for s in (scene, finer))
-    for true in estimate_errors(run, right):
+    run, right = (errors.block_means(s.output_rate_hz, simulate(s, step=Step.UNCHECKED).out) for s in (scene, finer))
+    for true in errors.estimate_errors(run, right):
         name, estimate = true.of, estimated[true.of]
         room = 3 * math.hypot(true.scatter, estimate.scatter) + 0.3 * ERROR_TOLERANCE[estimate.kind]
         assert abs(estimate.error - true.error) < max(room, 0.5 * abs(true.error)), name
@@ -124,10 +117,10 @@ def test_the_estimate_is_the_error_against_a_finer_run():
     ids=["rig", "Euler's friction chatters at any step that is tried"],
 )
 def test_a_chosen_step_is_legal_and_costs_at_most_eight_times_the_scenes(scene, enough):
-    chosen, error = with_chosen_step(scene, BEARING)
+    chosen, error = errors.with_chosen_step(scene, BEARING)
     times = scene.solver.step_s / chosen.solver.step_s
     assert times == pytest.approx(round(times))
-    assert 2 <= times <= MAX_REFINEMENT * (1 + 1e-9)
+    assert 2 <= times <= errors.MAX_REFINEMENT * (1 + 1e-9)
     assert error.step_s == pytest.approx(chosen.solver.step_s)
     # Euler's steps leave a twentieth of the losses without a source at any step; bands are beyond by chance or not.
     assert (error.needs_finer_steps or abs(error.energy) > ERROR_TOLERANCE["drive_power"]) is not enough
@@ -135,14 +128,14 @@ def test_a_chosen_step_is_legal_and_costs_at_most_eight_times_the_scenes(scene, 
 
 def test_the_chosen_step_of_the_papers_scene_is_known_to_be_fine_enough():
     """In 0.15 s the scatter of rattling rollers hides errors of 5 %; the piece of this run is twice as long."""
-    _, error = with_chosen_step(paper_scene(duration="0.3 s"), BEARING)
+    _, error = errors.with_chosen_step(paper_scene(duration="0.3 s"), BEARING)
     assert error.certain_excesses + error.undecided_estimates == ()
 
 
 def test_a_profile_is_checked_at_its_highest_speed():
     steady = fast_rig(40960, rpm=2000.0)
     ramp = SpeedProfile(time_s=(0.0, 1.0), speed_rad_s=(10.0, 2000 * RPM))
-    assert step_error(replace(steady, speed_profile=ramp), BEARING) == step_error(steady, BEARING)
+    assert errors.step_error(replace(steady, speed_profile=ramp), BEARING) == errors.step_error(steady, BEARING)
 
 
 def test_a_step_by_hand_that_is_too_long_is_kept_and_told(tmp_path):
@@ -162,21 +155,9 @@ ALL = 0.01  # of the load, where the bearing alone carries it
 SLOW_CAGE = 0.005  # of a cage that slows down: 0.002 between imex2's steps, 0.02 to twice the paper's
 MOMENTUM_N = 1.0  # of 125 kN; the last displacements are no means
 SPIN = 0.02  # of the rollers' spin in pure rolling: they slip a little
-GOOD = {
-    "scene": paper_scene(),
-    "rolling_elements": 38,
-    "status": RunStatus.OK,
-    "reason": "",
-    "samples": 1,
-    "wall_s": 1.0,
-    "compile_s": 0.0,
-    "cage_ratio": 0.4314,
-    "rolling_ratio": 0.4304,
-    "roller_load_share": 0.05,
-    "balanced_share": 0.06,
-    "deepest_m": 2e-5,
-    "energy_imbalance": -0.04,
-}
+GOOD = {"scene": paper_scene(), "rolling_elements": 38, "status": RunStatus.OK, "reason": "", "samples": 1}
+GOOD |= {"wall_s": 1.0, "compile_s": 0.0, "cage_ratio": 0.4314, "rolling_ratio": 0.4304}
+GOOD |= {"roller_load_share": 0.05, "balanced_share": 0.06, "deepest_m": 2e-5, "energy_imbalance": -0.04}
 TOO_COARSE, DRIVE = told("band_rms", 0.2), "drive_power"
 # Without another path all of the load must be carried; in a speed ramp an open energy balance is a caution. Beside the
 # weight of the ring and its housing a load of 20 N is next to nothing, and what of it is missing too.
@@ -276,21 +257,15 @@ def test_without_a_load_the_rollers_are_unloaded(tmp_path):
     assert simulate(pressed, step=Step.UNCHECKED).status is RunStatus.OK
 
 
-SLOW = {
-    "shaft_speed": "3000 rpm",
-    "load": {"radial": "5 kN", "path": "bearing"},
-    "duration": "0.3 s",
-    "contact": {"static_friction": 0.02, "dynamic_friction": 0.02},
-    "output_rate": "15360 Hz",
-}
+SLOW = {"shaft_speed": "3000 rpm", "load": {"radial": "5 kN", "path": "bearing"}, "duration": "0.3 s"}
+SLOW |= {"contact": {"static_friction": 0.02, "dynamic_friction": 0.02}, "output_rate": "15360 Hz"}
 QUIET = {"duration": "0.5 s", "output_rate": "15360 Hz"}
 
 
 def test_a_slow_cage_is_physics_when_it_is_converged():
     """A light load at high speed, little friction: the same at half the step, and told with what it means."""
-    coarse, fine = (
-        simulate(paper_scene(**SLOW, solver={"step_s": 1 / 61_440 / n}), step=Step.UNCHECKED) for n in (1, 2)
-    )
+    steps = ({"step_s": 1 / 61_440 / n} for n in (1, 2))
+    coarse, fine = (simulate(paper_scene(**SLOW, solver=one), step=Step.UNCHECKED) for one in steps)
     assert coarse.status is fine.status is RunStatus.SKIDDING
     assert coarse.cage_ratio == pytest.approx(fine.cage_ratio, rel=SLOW_CAGE)
     assert coarse.cage_ratio < 0.92 * 0.4304
@@ -322,9 +297,8 @@ def test_a_failed_run_has_no_file_and_an_advice_that_helps(changes, solver, time
 @pytest.mark.parametrize("path", ["housing", "bearing"])
 def test_the_rings_momentum_balances(path):
     """Mean forces on the ring, weight and spring included, make its change of momentum; explicit methods keep that."""
-    scene = paper_scene(
-        duration="0.1 s", load={"path": path, "gravity": True}, defect={"kind": "outer"}, solver={"name": "ode4"}
-    )
+    load = {"path": path, "gravity": True}
+    scene = paper_scene(duration="0.1 s", load=load, defect={"kind": "outer"}, solver={"name": "ode4"})
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     for _, steps in run_full(stats, 0, scene.samples):
         stats.add(steps.out)

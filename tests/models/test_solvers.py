@@ -7,20 +7,11 @@ import pytest
 
 from srbval import load_scene, paper_scene
 from srbval.arrays import FloatArray
+from srbval.models import step_limits
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS, Method
-from srbval.models.step_limits import (
-    LinearSystem,
-    balance_scene,
-    elastic_limit_s,
-    explicit_limit,
-    linearise,
-    longest_step,
-    step_map,
-    without_friction,
-)
 from srbval.processes.machine import one_thread
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, parameters
 
@@ -67,15 +58,15 @@ OSCILLATION_LIMITS = {"ode3": np.sqrt(3), "ode4": np.sqrt(8)}
 def test_longest_steps_of_explicit_methods(direction, limits):
     eigenvalue = OMEGA * direction
     for name, limit in limits.items():
-        found = explicit_limit(METHODS[name], np.array([eigenvalue, eigenvalue.conjugate()]))
+        found = step_limits.explicit_limit(METHODS[name], np.array([eigenvalue, eigenvalue.conjugate()]))
         assert found == pytest.approx(limit / OMEGA, rel=FOUND), name
 
 
 @pytest.mark.parametrize("name", ["imex1", "imex2"])
 def test_leapfrog_is_stable_to_two_over_the_frequency(name):
     one = np.ones((1, 1))
-    oscillator = LinearSystem(motion=one, stiffness=-(OMEGA**2) * one, damping=0 * one)
-    assert longest_step(METHODS[name], oscillator) == pytest.approx(2 / OMEGA, rel=FOUND)
+    oscillator = step_limits.LinearSystem(motion=one, stiffness=-(OMEGA**2) * one, damping=0 * one)
+    assert step_limits.longest_step(METHODS[name], oscillator) == pytest.approx(2 / OMEGA, rel=FOUND)
 
 
 # A half-explicit step is a perturbation of the true one: the steps of the kernels' own map agree to differences.
@@ -87,13 +78,13 @@ SINGLE_ROLLER = 0.02  # what its neighbours change through the ring; a run calls
 def test_the_limit_is_that_at_rest(speed):
     """A turning shaft drives points past rollers that they just touch; that is no stiffness."""
     model = parameters(paper_scene(shaft_speed=speed))
-    assert 4 < elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model)) * 61440 < 5
+    assert 4 < step_limits.elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model)) * 61440 < 5
 
 
 @pytest.fixture(scope="module")
 def rest():
     contact = {"roller_fit": "printed", "critical_velocity": "0.5 m/s"}
-    return balance_scene(paper_scene(contact=contact, defect={"kind": "outer"}), pitches=0.25)
+    return step_limits.balance_scene(paper_scene(contact=contact, defect={"kind": "outer"}), pitches=0.25)
 
 
 def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: float, remembers: bool) -> FloatArray:
@@ -125,8 +116,9 @@ def test_the_kernels_step_grows_as_the_linear_map(name, remembers, steps_per_s, 
     model, state = rest
     with one_thread():
         method, h = METHODS[name], 1 / steps_per_s
-        maps = step_map(method, linearise(model, state), h), kernel_map(method, model, state, h, remembers)
-        linear, own = (np.abs(np.linalg.eigvals(one)).max() for one in maps)
+        linear_map = step_limits.step_map(method, step_limits.linearise(model, state), h)
+        own_map = kernel_map(method, model, state, h, remembers)
+        linear, own = (np.abs(np.linalg.eigvals(one)).max() for one in (linear_map, own_map))
         assert own == pytest.approx(linear, rel=SAME_RADIUS)
 
 
@@ -140,8 +132,9 @@ def test_the_kernels_step_grows_as_the_linear_map(name, remembers, steps_per_s, 
     ids=["play 0", "interference", "rig"],
 )
 def test_one_roller_tells_the_whole_bearings_limit(scene, solvers):
-    model, state = balance_scene(scene)
-    whole = linearise(without_friction(model), state)
+    model, state = step_limits.balance_scene(scene)
+    whole = step_limits.linearise(step_limits.without_friction(model), state)
     for name in solvers:
-        limit, expected = elastic_limit_s(METHODS[name], model, state), longest_step(METHODS[name], whole)
+        limit = step_limits.elastic_limit_s(METHODS[name], model, state)
+        expected = step_limits.longest_step(METHODS[name], whole)
         assert limit == pytest.approx(expected, rel=SINGLE_ROLLER), name

@@ -29,13 +29,8 @@ def dense_scene(points: int, **changes: object) -> Scene:
     """The printed fit with K_c n_pc and C_c n_pc held."""
     paper = paper_scene(contact={"roller_fit": "printed"}, **changes)
     few = paper.contact.points_per_circle / points
-    contact = replace(
-        paper.contact,
-        points_per_circle=points,
-        stiffness_n_m=few * paper.contact.stiffness_n_m,
-        damping_ns_m=few * paper.contact.damping_ns_m,
-    )
-    return replace(paper, contact=contact)
+    own = {name: few * getattr(paper.contact, name) for name in ("stiffness_n_m", "damping_ns_m")}
+    return replace(paper, contact=replace(paper.contact, points_per_circle=points, **own))
 
 
 @pytest.fixture(scope="module", params=["outer", "inner"])

@@ -36,9 +36,8 @@ def tone(amplitude: float) -> np.ndarray:
 
 
 def locked(samples: np.ndarray, band: str = BAND) -> float:
-    return 10 * np.log10(
-        locked_powers(record_of("made", Fault.OUTER, samples), BEARING, ORDER, LEVEL_BANDS)[band].value
-    )
+    powers = locked_powers(record_of("made", Fault.OUTER, samples), BEARING, ORDER, LEVEL_BANDS)
+    return 10 * np.log10(powers[band].value)
 
 
 def cleaned(samples: np.ndarray, state: Fault = Fault.OUTER, order: float | None = ORDER) -> Recording:

@@ -28,14 +28,9 @@ def candidate(plan: Plan, model: str) -> Candidate:
 
 def made(largest: float | None, scenes: int = 19) -> MeasuredErrors:
     """A table about the paper's scene: the line model's errors on line frequencies, outer race and play."""
-    about = {
-        "reference": "full",
-        "seconds": 2.0,
-        "ranges": {"rpm": [353.0, 997.0], "radial_kn": [62.4, 124.8], "height_mm": [0.1, 0.2]},
-        "models": ["line", "full"],
-        "pace": {"line": 0.1, "full": 0.4},
-        "values": scene_values(load_scene("paper")),
-    }
+    ranges = {"rpm": [353.0, 997.0], "radial_kn": [62.4, 124.8], "height_mm": [0.1, 0.2]}
+    about = {"reference": "full", "seconds": 2.0, "models": ["line", "full"], "pace": {"line": 0.1, "full": 0.4}}
+    about |= {"ranges": ranges, "values": scene_values(load_scene("paper"))}
     row = {"base": "paper", "fit": "play", "kind": "outer", "model": "line", "question": "lines", "scenes": scenes}
     row |= {"silent": int(largest is None), "error_pct": largest, "median_pct": 0.1, "ci95_pct": [0.05, 0.2]}
     return read_errors({"bases": {"paper": about}, "bounds": [row]})["paper"]
@@ -202,9 +197,8 @@ def test_amplitudes_are_those_that_are_compared_with_the_rig():
     known = {*RMS_BANDS, *LEVEL_BANDS, *KURTOSIS_BANDS, "depth"}
     known |= {f"harmonic {n}" for n in PATTERN_HARMONICS} | {f"sidebands {n}" for n in SIDEBAND_SPACINGS}
     assert {name for meaning in MEANING.values() for name in meaning.read} == known
-    run, healthy = (
-        simulate(paper_scene(model="impulse", duration="1 s", defect={"kind": kind})) for kind in ("inner", "none")
-    )
+    scenes = (paper_scene(model="impulse", duration="1 s", defect={"kind": kind}) for kind in ("inner", "none"))
+    run, healthy = map(simulate, scenes)
     bare = answer_questions(run, load_bearing("skf-22240"))
     assert bare[Question.THIRD_OCTAVES] is None, "an increment is over something"
     found = answer_questions(run, load_bearing("skf-22240"), recording_from_run(healthy))

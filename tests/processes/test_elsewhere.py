@@ -71,12 +71,6 @@ def test_commands_need_nothing_of_posix(tmp_path):
     code = "import sys, shlex; from srbval.cli import run_command_line as run; "
     code += "print([run(shlex.split(c)) for c in sys.argv[1:]])"
     paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
-        [sys.executable, "-c", code, *COMMANDS],
-        env=os.environ | {"PYTHONPATH": paths},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-    )
+    own = {"env": os.environ | {"PYTHONPATH": paths}, "cwd": tmp_path, "encoding": "utf-8"}
+    done = subprocess.run([sys.executable, "-c", code, *COMMANDS], capture_output=True, text=True, **own)
     assert done.stdout.splitlines()[-1] == "[0, 0, 0, 0]", done.stderr

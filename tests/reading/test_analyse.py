@@ -5,21 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from srbval import Analysis, analyse, load_bearing, simulate, write_run
+from srbval import Analysis, analyse, load_bearing, recordings, simulate, write_run
 from srbval.bearing import DEFECTS, Fault
 from srbval.comparison.counterpart import SimulationCase, analyse_run, compute_line_order
 from srbval.diagnosis.fault_verdict import Finding, fault_verdict
 from srbval.reading.analyse import analysis_once
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, bands_of_record, declared_band
-from srbval.recordings import (
-    Origin,
-    Recording,
-    ShaftSpeed,
-    SpeedSignal,
-    SpeedSource,
-    load_recording,
-    recording_from_run,
-)
 from srbval.recordings.speed import tachometer_speed
 from srbval.scene import SpeedProfile, paper_scene
 from srbval.storage.content_store import content_sha256
@@ -53,18 +44,16 @@ def rings(times_s, sizes, seed=1):
 
 
 def recording(samples, **changes):
+    speed = recordings.ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.002, source=recordings.SpeedSource.TACHOMETER)
     values = {
         "name": "made up",
-        "origin": Origin.MEASURED,
+        "origin": recordings.Origin.MEASURED,
         "channels": {"vibration": samples},
-        "channel": "vibration",
         "fs_hz": FS_HZ,
-        "unit": "m/s2",
-        "speed": ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.002, source=SpeedSource.TACHOMETER),
-        "band_hz": (1400.0, 2800.0),
-        "file": "made_up.mat",
     }
-    return Recording(**(values | changes))
+    values |= {"channel": "vibration", "unit": "m/s2", "speed": speed, "band_hz": (1400.0, 2800.0)}
+    values["file"] = "made_up.mat"
+    return recordings.Recording(**(values | changes))
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +95,7 @@ def test_inner_race_line_is_found_with_its_sidebands(inner):
 def test_simulated_axes_go_through_the_same_chain_as_a_sensor_between_them(outer):
     samples = outer.recording.channels["vibration"]
     axes = {"y": samples / np.sqrt(2), "z": samples / np.sqrt(2)}
-    run = recording(samples, channels=axes, channel=None, axes=("y", "z"), origin=Origin.SIMULATED)
+    run = recording(samples, channels=axes, channel=None, axes=("y", "z"), origin=recordings.Origin.SIMULATED)
     result = analyse(run, bearing=BEARING)
     assert result.line("BPFO").found_hz == pytest.approx(outer.line("BPFO").found_hz, abs=SAME_CHAIN_HZ)
     np.testing.assert_allclose(result.processed.envelope, outer.processed.envelope, rtol=1e-6, atol=1e-9)
@@ -118,7 +107,7 @@ def test_harmonic_of_a_slower_comb_and_two_to_three_ratio_of_a_stronger_line_are
     assert "half" in line.explained_by
     bearing = load_bearing("skf-6205")
     shaft_hz = 29.95
-    speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=0.01, source=SpeedSource.STATED)
+    speed = recordings.ShaftSpeed(value_hz=shaft_hz, ci95_hz=0.01, source=recordings.SpeedSource.STATED)
     line_hz = bearing.orders.bpfo * shaft_hz * 1.003
     # Every other impulse weaker: half-order lines, the third of them inside the window of BPFI.
     result = analyse(recording(impulses(line_hz, modulation_hz=line_hz / 2, depth=0.2), speed=speed), bearing=bearing)
@@ -175,7 +164,7 @@ def test_one_loud_knock_does_not_hide_the_fault():
 
 
 def test_a_simulated_record_of_a_larger_bearing_is_read_as_much_lower():
-    run = dataclasses.replace(OUTER, origin=Origin.SIMULATED, band_hz=None)
+    run = dataclasses.replace(OUTER, origin=recordings.Origin.SIMULATED, band_hz=None)
 
     def band_of_size(size, stated=None):
         sizes = {key: size * value for key, value in vars(BEARING.geometry).items() if key.endswith("_m")}
@@ -201,7 +190,7 @@ def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_follow
     strikes = np.arange(1, turns[-1] * BEARING.orders.bpfo * SLIP - 2) / (BEARING.orders.bpfo * SLIP)
     samples = rings(np.interp(strikes, turns, time_s), np.ones(strikes.size))
     speed = SHAFT_HZ * np.linspace(1 - RAMP / 2, 1 + RAMP / 2, 2560)
-    course = SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS)
+    course = recordings.SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS)
     record = recording(samples, speed=tachometer_speed(speed), speed_signal=course)
     with_course = analyse(record, bearing=BEARING)
     assert with_course.processed.tracking.used
@@ -223,7 +212,7 @@ def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_fi
     scene = paper_scene(model="impulse", duration_s=4.0, defect={"kind": "outer"})
     run = simulate(dataclasses.replace(scene, speed_profile=ramp))
     write_run(run, tmp_path / "ramp.h5")
-    for record in (recording_from_run(run), load_recording(tmp_path / "ramp.h5")):
+    for record in (recordings.recording_from_run(run), recordings.load_recording(tmp_path / "ramp.h5")):
         analysis = analyse(record, bearing=BEARING)
         line = analysis.line("BPFO")
         assert analysis.processed.tracking.used
@@ -233,7 +222,7 @@ def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_fi
 
 @pytest.mark.parametrize("rpm_is_nominal", [False, True])
 def test_a_stored_analysis_is_the_analysis(rpm_is_nominal, monkeypatch):
-    stated = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.1, source=SpeedSource.NOMINAL)
+    stated = recordings.ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.1, source=recordings.SpeedSource.NOMINAL)
     record = recording(impulses(BEARING.orders.bpfo * SHAFT_HZ), **({"speed": stated} if rpm_is_nominal else {}))
     first, direct = analysis_once(record, BEARING, auto_band=True), analyse(record, bearing=BEARING, auto_band=True)
     monkeypatch.setattr("srbval.reading.analyse.search", None)  # a second search would fail
@@ -263,26 +252,17 @@ def test_healthy_model_shows_no_fault(rpm, fit):
 
 
 def model(rpm: float, fit: str, settle: str) -> Analysis:
-    scene = paper_scene(
-        duration_s=TURNS * 60 / rpm,
-        shaft_speed_rad_s=rpm * np.pi / 30,
-        defect={"kind": "none"},
-        settle=settle,
-        contact={"roller_fit": fit},
-    )
-    recording = recording_from_run(simulate(scene))
-    as_measured = dataclasses.replace(recording, origin=Origin.MEASURED, state=None, band_hz=SIMULATED_BAND_HZ)
-    return analyse(as_measured, bearing=BEARING)
+    sound = {"defect": {"kind": "none"}, "contact": {"roller_fit": fit}, "settle": settle}
+    scene = paper_scene(duration_s=TURNS * 60 / rpm, shaft_speed_rad_s=rpm * np.pi / 30, **sound)
+    recording = recordings.recording_from_run(simulate(scene))
+    own = {"origin": recordings.Origin.MEASURED, "state": None, "band_hz": SIMULATED_BAND_HZ}
+    return analyse(dataclasses.replace(recording, **own), bearing=BEARING)
 
 
 def test_the_model_s_roller_and_cage_are_read_from_its_vibration():
     """Both are known from the run: the damaged roller's own turning, seen from its slot, and the cage's speed."""
-    scene = paper_scene(
-        duration_s=3.0,
-        contact={"roller_fit": "printed"},
-        defect={"kind": "roller", "height": "-0.1 mm"},
-        detail_rate_hz=1024.0,
-    )
+    damaged = {"contact": {"roller_fit": "printed"}, "defect": {"kind": "roller", "height": "-0.1 mm"}}
+    scene = paper_scene(duration_s=3.0, detail_rate_hz=1024.0, **damaged)
     run = simulate(scene)
     side = analyse_run(SimulationCase(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
     line, shaft_hz = side.analysis.line("2xBSF"), scene.shaft_hz

@@ -7,16 +7,8 @@ import pytest
 import scipy.stats
 
 from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing
+from srbval.reading import lines as line_reading
 from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD, identity_probability, window_share
-from srbval.reading.lines import (
-    LEAST_IDENTITY,
-    Line,
-    NotDetected,
-    describe_lines,
-    detected_fault_lines,
-    read_lines,
-    sidak_corrected,
-)
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable
 from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
@@ -53,7 +45,7 @@ def random_record(seed: int) -> tuple[Periodogram, Bearing, ShaftSpeed]:
     return periodogram(squared_envelope(rng, hz[kept], heights[kept], seconds), shaft_hz), bearing, speed
 
 
-def assert_coherent(line: Line, window_hz: float) -> None:
+def assert_coherent(line: line_reading.Line, window_hz: float) -> None:
     assert line.detected == (line.not_detected is None)
     snr, chance = line.snr or 0.0, 1.0 if line.noise_false_alarm is None else line.noise_false_alarm
     if line.detected:
@@ -63,10 +55,11 @@ def assert_coherent(line: Line, window_hz: float) -> None:
         assert "-" in line.name or "+" in line.name or abs(line.found_hz - line.kinematic_hz) <= window_hz * (1 + EDGE)
     elif line.found_hz is not None and line.explained_by is None:
         holds = {
-            NotDetected.WEAK: snr <= LEAST_SNR and not is_improbable(chance, line.placebo_false_alarm),
-            NotDetected.MULTIPLES: snr <= LEAST_SNR and chance < FALSE_ALARM,
-            NotDetected.NOISE: snr > LEAST_SNR and chance >= FALSE_ALARM,
-            NotDetected.MEANINGLESS: snr > LEAST_SNR and (line.placebo_false_alarm or 0) >= PLACEBO_FALSE_ALARM,
+            line_reading.NotDetected.WEAK: snr <= LEAST_SNR and not is_improbable(chance, line.placebo_false_alarm),
+            line_reading.NotDetected.MULTIPLES: snr <= LEAST_SNR and chance < FALSE_ALARM,
+            line_reading.NotDetected.NOISE: snr > LEAST_SNR and chance >= FALSE_ALARM,
+            line_reading.NotDetected.MEANINGLESS: snr > LEAST_SNR
+            and (line.placebo_false_alarm or 0) >= PLACEBO_FALSE_ALARM,
         }
         assert holds.get(line.not_detected), line
     if line.found_hz is not None:
@@ -78,7 +71,7 @@ def test_no_row_contradicts_itself(trials):
     reasons = set()
     for seed in range(RECORDS // trials):
         record, bearing, speed = random_record(seed)
-        lines = sidak_corrected(read_lines(record, bearing, speed), trials)
+        lines = line_reading.sidak_corrected(line_reading.read_lines(record, bearing, speed), trials)
         shown = {line.name for line in lines if line.is_first and line.detected}
         half = {x.name: max(window_share(bearing, speed) * x.kinematic_hz, record.bin_hz) for x in lines}
         for line in lines:
@@ -86,26 +79,20 @@ def test_no_row_contradicts_itself(trials):
             own = line.name.replace("+", "-").split("-")[0]
             assert not line.detected or own in shown, "a harmonic or sideband without its line"
         reasons |= {line.not_detected for line in lines}
-        text = describe_lines(lines, speed)
+        text = line_reading.describe_lines(lines, speed)
         assert "weaker" not in text
-        assert all(line.name in text for line in detected_fault_lines(lines))
-    assert trials > 1 or reasons >= {*NotDetected, None} - {NotDetected.OUT_OF_REACH, NotDetected.NOISE}
+        assert all(line.name in text for line in line_reading.detected_fault_lines(lines))
+    seldom = {line_reading.NotDetected.OUT_OF_REACH, line_reading.NotDetected.NOISE}
+    assert trials > 1 or reasons >= {*line_reading.NotDetected, None} - seldom
 
 
 HALF, LINE_HZ = 0.01, 100.0
 
 
 def probability(deviation: float, speed_ci95: float, chance: float) -> float:
-    reading = LineReading(
-        found_hz=LINE_HZ * (1 + deviation),
-        ci95_hz=0.0,
-        snr=(20.0,),
-        noise_false_alarm=chance,
-        half_window_hz=HALF * LINE_HZ,
-        isolated=True,
-        depth=0.1,
-        resolution_hz=0.1,
-    )
+    known = {"ci95_hz": 0.0, "snr": (20.0,), "isolated": True, "depth": 0.1, "resolution_hz": 0.1}
+    known |= {"noise_false_alarm": chance, "half_window_hz": HALF * LINE_HZ}
+    reading = LineReading(found_hz=LINE_HZ * (1 + deviation), **known)
     return identity_probability(reading, LINE_HZ, speed_ci95, chance, LARGEST_SLIP)
 
 
@@ -128,7 +115,7 @@ def test_probability_is_the_share_of_lines_whatever_they_slip():
 
 def test_further_off_or_weaker_is_less_probable_and_an_unsure_speed_says_less():
     near, far = (probability(d, 1e-4, 1e-4) for d in (0.001, 0.006))
-    assert near > 0.99 > LEAST_IDENTITY > probability(0.0095, 1e-4, 1e-4)
+    assert near > 0.99 > line_reading.LEAST_IDENTITY > probability(0.0095, 1e-4, 1e-4)
     assert near > far > probability(0.006, 1e-4, 1e-2)
     assert probability(0.0095, 2e-2, 1e-4) > 0.99
     assert probability(-0.006, 1e-4, 1e-4) == pytest.approx(far)

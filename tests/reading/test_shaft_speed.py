@@ -44,19 +44,9 @@ def record(*, shaft_hz: float, slip: float = 0.0, seed: int = 0, fault: bool = T
         at = np.arange(0.01, SECONDS - 0.02, 1 / (BEARING.orders.bpfi * shaft_hz * (1 + slip)))
         at += rng.normal(0, 2e-5, len(at))
         add_impacts(signal, at, 1 + 0.6 * np.cos(2 * np.pi * shaft_hz * at))
-    return Recording(
-        name="made for the test",
-        origin=Origin.MEASURED,
-        channels={"x": signal},
-        fs_hz=FS_HZ,
-        unit="m/s2",
-        channel="x",
-        bearing="skf-6205",
-        state=Fault.INNER,
-        nominal_rpm=1500.0,
-        speed=nominal_speed(1500.0, 1.5),
-        band_hz=(2000.0, 5000.0),
-    )
+    facts = {"unit": "m/s2", "channel": "x", "bearing": "skf-6205", "state": Fault.INNER, "nominal_rpm": 1500.0}
+    facts |= {"origin": Origin.MEASURED, "speed": nominal_speed(1500.0, 1.5), "band_hz": (2000.0, 5000.0)}
+    return Recording(name="made for the test", channels={"x": signal}, fs_hz=FS_HZ, **facts)
 
 
 @pytest.mark.parametrize(("shaft_hz", "slip"), [(24.65, 0.0), (25.0, 0.006), (25.21, 0.006)])
@@ -285,10 +275,7 @@ def test_a_tone_without_noise_says_nothing_of_the_shaft(hz):
     """The envelope of a tone contains rounding alone; a course that brings out no fault line is not believed."""
     tone = np.sin(2 * np.pi * hz * np.arange(4 * int(FS_HZ)) / FS_HZ)
     plain = record(shaft_hz=1797 / 60, fault=False)
-    found = analyse(
-        dataclasses.replace(plain, channels={"x": tone}, speed=nominal_speed(1797.0, 0.1)),
-        bearing=BEARING,
-        auto_band=True,
-    )
+    plain = dataclasses.replace(plain, channels={"x": tone}, speed=nominal_speed(1797.0, 0.1))
+    found = analyse(plain, bearing=BEARING, auto_band=True)
     assert not found.processed.tracking.used
     assert not any("drifts" in one for one in found.recording.cautions)

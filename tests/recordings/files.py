@@ -17,18 +17,9 @@ def vibration(n: int = 4096, seed: int = 0) -> np.ndarray:
 def excerpt(path: Path, **changes: Any) -> Path:
     """Write a file in the layout of the rig's open excerpts."""
     acceleration = vibration()
-    values = {
-        "acc_m_s2": acceleration,
-        "acc_g": acceleration / 9.80665,
-        "time_acc": np.arange(4096) / FS_HZ,
-        "fs_acc": FS_HZ,
-        "rpm": 858.0 + 0.5 * vibration(128, 1),
-        "time_rpm": np.arange(128) / 640,
-        "fs_rpm": 640.0,
-        "mean_rpm": 858.0,
-        "condition": "OR",
-        "rpm_nominal": 877,
-    }
+    values = {"acc_m_s2": acceleration, "acc_g": acceleration / 9.80665, "time_acc": np.arange(4096) / FS_HZ}
+    values |= {"fs_acc": FS_HZ, "rpm": 858.0 + 0.5 * vibration(128, 1), "time_rpm": np.arange(128) / 640}
+    values |= {"fs_rpm": 640.0, "mean_rpm": 858.0, "condition": "OR", "rpm_nominal": 877}
     savemat(path, values | changes, oned_as="column")
     return path
 

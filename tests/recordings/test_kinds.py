@@ -40,19 +40,10 @@ X_Value\tDE\tComment"""
 
 def rows(form, *, comma=False):
     """A line for each sample i with its number, time, value, or the text OVLD (1.0 in every ninth line)."""
-    facts = (
-        {
-            "i": i,
-            "t": t,
-            "ms": 1e3 * t,
-            "ns": int(t * 1e9),
-            "days": 45418.5 + t / 86400,
-            "x": x,
-            "n": "OVLD" if i % 9 else 1.0,
-        }
-        for i, (t, x) in enumerate(zip(T, X, strict=True))
-    )
-    lines = [form.format(**values) for values in facts]
+    lines = []
+    for i, (t, x) in enumerate(zip(T, X, strict=True)):
+        more = {"ms": 1e3 * t, "ns": int(t * 1e9), "days": 45418.5 + t / 86400, "n": "OVLD" if i % 9 else 1.0}
+        lines.append(form.format(i=i, t=t, x=x, **more))
     return [line.replace(".", ",") for line in lines] if comma else lines
 
 

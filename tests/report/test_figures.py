@@ -17,15 +17,10 @@ from srbval.signal import Scalogram
 from .conftest import spectrum, view
 
 LARGEST_BYTES = 150_000  # some twenty panels and more must fit into a page of 6 MB
-SCALOGRAM_COLUMNS = [
-    f"magnitude_at_{f:.4g}_hz" for f in np.geomspace(20, 4000, 200)[np.linspace(0, 199, 40).round().astype(int)]
-]
-IMAGE = Scalogram(
-    time_s=np.linspace(0, 0.2, 2048),
-    frequency_hz=np.geomspace(20, 4000, 200),
-    amplitude=np.random.default_rng(3).random((200, 2048)),
-    edge_s=np.full(200, 0.01),
-)
+SCALOGRAM_HZ = np.geomspace(20, 4000, 200)
+SCALOGRAM_COLUMNS = [f"magnitude_at_{f:.4g}_hz" for f in SCALOGRAM_HZ[np.linspace(0, 199, 40).round().astype(int)]]
+AXES = {"time_s": np.linspace(0, 0.2, 2048), "frequency_hz": SCALOGRAM_HZ, "edge_s": np.full(200, 0.01)}
+IMAGE = Scalogram(**AXES, amplitude=np.random.default_rng(3).random((200, 2048)))
 DRAWERS = {
     "acceleration": lambda record, title: acceleration_panel(record, limit=6.0, title=title, period=("1/BPFO", 0.01)),
     "spectrum": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title),
@@ -100,14 +95,11 @@ def test_the_tallest_line_survives_thinning(tmp_path):
 
 
 def test_the_cage_ratio_s_picture_has_each_record_at_its_place_with_its_interval():
+    places = [("record", "B"), ("record", "H"), *((of, "") for of in ("mean", "paper", "rig", "kinematics"))]
     rows = [
         {"of": of, "state": state, "nominal_rpm": rpm, "ratio": 0.431 + rpm / 1e7, "low": 0.4305, "high": 0.4318}
         for rpm in (877.0, 353.0)
-        for of, state in (
-            ("record", "B"),
-            ("record", "H"),
-            *((of, "") for of in ("mean", "paper", "rig", "kinematics")),
-        )
+        for of, state in places
     ]
     with figure_style():
         figure, columns = cage_ratio_plot.__wrapped__(rows)

@@ -73,12 +73,8 @@ def test_a_missing_value_or_part_is_an_error_that_names_the_part(prose, error):
         prose.text("outro")
 
 
-STORED = {
-    "made_utc": "2026-11-26T10:00:00+00:00",
-    "machine": {"processor": "A*B", "usable_cores": 2},
-    "command": "srbval evidence naming",
-    "git_revision": "abc",
-}
+STORED = {"made_utc": "2026-11-26T10:00:00+00:00", "machine": {"processor": "A*B", "usable_cores": 2}}
+STORED |= {"command": "srbval evidence naming", "git_revision": "abc"}
 
 
 @pytest.mark.parametrize(
@@ -134,14 +130,8 @@ STUDIES = [pytest.param(name, marks=[pytest.mark.long_form] * (place > 0)) for p
 @pytest.mark.parametrize("study", STUDIES)
 def test_the_report_is_without_the_page_of_a_study_that_is_not_there_and_the_rest_stays(study, tmp_path):
     tree = without(study, tmp_path)
-    done = subprocess.run(
-        [sys.executable, "-c", ASSEMBLE],
-        cwd=tree,
-        env=os.environ | {"PYTHONPATH": str(tree)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    own = {"cwd": tree, "env": os.environ | {"PYTHONPATH": str(tree)}}
+    done = subprocess.run([sys.executable, "-c", ASSEMBLE], capture_output=True, text=True, check=False, **own)
     assert done.returncode == 0, done.stderr[-2000:]
     shown, left = (names.split(",") for names in done.stdout.split())
     assert left == [name for name in study_names() if name != study]
@@ -181,18 +171,11 @@ COLUMNS = {
 
 
 def test_a_frame_is_shown_with_its_companions_and_its_gaps(prose):
+    companions = {"ci95": [0.05, None], "tone": ["good", None], "badge": ["measured", np.nan], "note": ["of 3", None]}
     frame = pd.DataFrame(
-        {
-            "name": ["paper", "rig"],
-            "error": np.array([0.123, np.nan]),
-            "error_ci95": [0.05, None],
-            "error_tone": ["good", None],
-            "error_badge": ["measured", np.nan],
-            "error_note": ["of 3", None],
-            "runs": [3, None],
-            "not_shown": [[1], [2]],
-        }
+        {"name": ["paper", "rig"], "error": [0.123, np.nan], "runs": [3, None], "not_shown": [[1], [2]]}
     )
+    frame = frame.assign(**{f"error_{name}": values for name, values in companions.items()})
     table = prose.table("limits", frame, COLUMNS, more_notes=["one", ""])
     texts = [[cell.text(column) for cell, column in zip(row, table.columns, strict=True)] for row in table.rows]
     assert texts == [["paper", "+0.12 ± 0.05", "3"], ["rig", "–", "–"]]

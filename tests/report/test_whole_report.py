@@ -100,9 +100,7 @@ def test_lines_of_the_model_are_those_of_its_cage(with_rig):
     for row in found["table6"]:
         assert abs(row["model_deviation_pct"]) < FROM_KINEMATIC_PCT
         assert row["model_hz"] == pytest.approx(row["model_cage_hz"], rel=FROM_CAGE)
-        assert row["rig_source"] == "measured" or row["verdict"] == "insufficient data", (
-            "the paper states no uncertainty"
-        )
+        assert row["rig_source"] == "measured" or row["verdict"] == "insufficient data", "the paper states none"
     (ours,) = [s for s in found["closure"] if s["origin"] == "simulated"]
     assert (ours["closed"], abs(ours["slip_difference"]) < 0.01) == (True, True)
 
@@ -155,9 +153,8 @@ def words(text: str) -> str:
 def shown_tables(page: Path) -> dict[str, list[list[str]]]:
     """Texts of a page's table cells, row by row, by the id of the table's block."""
     found = {}
-    for name, body in re.findall(
-        r'<div class="table" id="(.*?)".*?<tbody>(.*?)</tbody>', page.read_text("utf-8"), re.S
-    ):
+    tables = r'<div class="table" id="(.*?)".*?<tbody>(.*?)</tbody>'
+    for name, body in re.findall(tables, page.read_text("utf-8"), re.DOTALL):
         rows = re.findall(r"<tr>(.*?)</tr>", body, re.DOTALL)
         found[name] = [[words(cell) for cell in re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row, re.DOTALL)] for row in rows]
     return found

@@ -35,12 +35,7 @@ def test_defaults_are_table_4():
     assert 60 * scene.shaft_hz == pytest.approx(710, rel=EXACT_RELATIVE)
 
 
-PATH = {
-    "frequency_hz": [1000.0, 1258.9254, 1584.8932],
-    "load": [2.0, 0.5, 1.0],
-    "cross": [6.0, 1.5, 3.0],
-    "source": "test",
-}
+PATH = {"frequency_hz": [1e3, 1258.9254, 1584.8932], "load": [2.0, 0.5, 1.0], "cross": [6.0, 1.5, 3.0], "source": "t"}
 REFUSED = [
     ({"shaft_sped": "710 rpm"}, "did you mean 'shaft_speed'"),
     ({"contact": {"stiffness": "-1 N/m"}}, "contact stiffness_n_m = -1 must be above 0"),
@@ -120,9 +115,8 @@ def test_a_roller_defect_is_as_wide_as_the_drill_unless_told():
 
 
 def test_several_defects_each_over_the_papers():
-    scene = paper_scene(
-        defect={"kind": "outer"}, further_defects=[{"kind": "inner", "height": "-0.5 mm", "extent": "2 mm"}]
-    )
+    inner = {"kind": "inner", "height": "-0.5 mm", "extent": "2 mm"}
+    scene = paper_scene(defect={"kind": "outer"}, further_defects=[inner])
     assert [d.kind.value for d in scene.defects] == ["outer", "inner"]
     assert scene.defects[1].height_m == pytest.approx(-5e-4)
 
@@ -321,8 +315,7 @@ def test_a_surface_is_stored_and_named_as_not_validated():
 
 
 def test_options_give_a_class_or_one_height_to_all():
-    made = [
-        scene_from_options(build_parser().parse_args(["simulate", "rig", *more.split()])).surface for more in OPTIONS
-    ]
+    parsed = (build_parser().parse_args(["simulate", "rig", *more.split()]) for more in OPTIONS)
+    made = [scene_from_options(one).surface for one in parsed]
     assert (made[0], made[1]) == (None, Surface(roughness_class=RoughnessClass("N2")))
     assert made[2].given_m == pytest.approx((28e-9,) * 3)

@@ -25,12 +25,8 @@ TRIED = np.concatenate(([0.0], np.geomspace(0.1, 3e4, 24)))  # ratios of walk to
 SLIP_WANTED, SLIP_FREE, USUAL = 0.951, 0.02, 2.1  # coverage, its free deviation, and the factor preferred elsewhere
 WANTED, FREE, FREE_WORST = 0.95, 0.01, 0.025  # coverage of weak lines, free deviation of a cell and of the worst one
 SOFT, UNEVEN, STARTS = 0.05, 5e-5, 12  # width of the step from covered to not; price of uneven factors; searches
-COMBS = (
-    ((1, 1 / 2, 1 / 3, 1 / 4, 1 / 5), 16.0),
-    ((1, 1 / 2, 1 / 3, 1 / 4, 1 / 5), 20.0),
-    ((1, 0.7), 16.0),
-    ((1,), 18.0),
-)
+FIVE = (1, 1 / 2, 1 / 3, 1 / 4, 1 / 5)
+COMBS = ((FIVE, 16.0), (FIVE, 20.0), ((1, 0.7), 16.0), ((1,), 18.0))
 CELLS = tuple(itertools.product((10.0, 30.0), COMBS, (0.0, 0.0005, 0.001, 0.002, 0.003, 0.005, 0.01)))
 RECORDS = 240  # of each cell: seconds, amplitudes with the first one's line-to-noise ratio in dB, jitter
 
@@ -67,9 +63,8 @@ def slip_factors() -> FloatArray:
         return float(20 * beyond.max() + 2 * beyond.mean() + 0.01 * np.mean((logs - math.log(USUAL)) ** 2))
 
     options = {"maxiter": STEPS, "adaptive": True}
-    return np.exp(
-        scipy.optimize.minimize(cost, np.log(slip_interval()["factor"]), method="Nelder-Mead", options=options).x
-    )
+    start = np.log(slip_interval()["factor"])
+    return np.exp(scipy.optimize.minimize(cost, start, method="Nelder-Mead", options=options).x)
 
 
 def drawn_weak(cell: tuple[float, tuple[tuple[float, ...], float], float], records: int = RECORDS) -> FloatArray:

@@ -8,18 +8,9 @@ import scipy.fft
 import scipy.interpolate
 import scipy.signal
 
+from srbval import signal
 from srbval.errors import ConfigurationError, DataError
 from srbval.path.locked import locked_mean
-from srbval.signal import (
-    NORMAL_95,
-    Periodogram,
-    ShaftAngle,
-    amplitude_spectrum,
-    analytic_signal,
-    normalise,
-    rotate_axes,
-    squared_envelope_one_pass,
-)
 from srbval.signal.envelope import FILTER_ORDER, check_band
 
 FS_HZ = 20_480.0
@@ -39,17 +30,17 @@ def bandpass(samples, fs_hz, band_hz):
 
 def test_the_angle_counts_from_the_first_axis_to_the_second():
     motion = np.sin(np.arange(50.0))
-    np.testing.assert_allclose(rotate_axes(motion, motion, math.pi / 4), math.sqrt(2) * motion, atol=ROUNDING)
-    np.testing.assert_allclose(rotate_axes(motion, -motion, math.pi / 4), 0.0, atol=ROUNDING)
-    np.testing.assert_allclose(rotate_axes(motion, 2 * motion, math.pi / 2), 2 * motion, atol=ROUNDING)
+    np.testing.assert_allclose(signal.rotate_axes(motion, motion, math.pi / 4), math.sqrt(2) * motion, atol=ROUNDING)
+    np.testing.assert_allclose(signal.rotate_axes(motion, -motion, math.pi / 4), 0.0, atol=ROUNDING)
+    np.testing.assert_allclose(signal.rotate_axes(motion, 2 * motion, math.pi / 2), 2 * motion, atol=ROUNDING)
     with pytest.raises(DataError, match="3 and 4"):
-        rotate_axes(np.zeros(3), np.zeros(4), 0.0)
+        signal.rotate_axes(np.zeros(3), np.zeros(4), 0.0)
 
 
 @pytest.mark.parametrize("samples", [np.full(100, 9.81), np.zeros(100), np.empty(0), np.array([1.0, np.nan])])
 def test_signal_without_vibration_is_refused(samples):
     with pytest.raises(DataError):
-        normalise(samples)
+        signal.normalise(samples)
 
 
 @pytest.mark.parametrize("band", [(0.0, 100.0), (200.0, 100.0), (-5.0, 10.0), (float("nan"), 10.0)])
@@ -61,7 +52,7 @@ def test_impossible_band_is_refused(band):
 
 
 def test_a_tone_on_a_bin_has_its_amplitude_there():
-    spectrum = amplitude_spectrum(5.0 + 3.0 * np.cos(2 * np.pi * 60 * np.arange(16_384) / 8192 + 0.3), 8192)
+    spectrum = signal.amplitude_spectrum(5.0 + 3.0 * np.cos(2 * np.pi * 60 * np.arange(16_384) / 8192 + 0.3), 8192)
     assert spectrum.amplitude[120] == pytest.approx(3.0, abs=ROUNDING)
     assert spectrum.amplitude[0] == pytest.approx(0.0, abs=ROUNDING)
     assert spectrum.frequency_hz[120] == 60.0
@@ -75,14 +66,14 @@ def error(found, expected):
 def test_interior_equals_the_papers_chain(band_hz):
     """Its ends faded where they are dropped anyway; without that it is the chain which is wrong, by up to 2e-3."""
     samples = np.random.default_rng(1).standard_normal(204_800)
-    square, _ = squared_envelope_one_pass(samples, FS_HZ, band_hz)
+    square, _ = signal.squared_envelope_one_pass(samples, FS_HZ, band_hz)
     filtered = bandpass(samples, FS_HZ, band_hz)
     fade = np.sin(np.pi / 2 * (np.arange(END) + 0.5) / END) ** 2
     faded = filtered * np.concatenate((fade, np.ones(samples.size - 2 * END), fade[::-1]))
     reference = np.abs(scipy.signal.hilbert(faded)) ** 2
     at_full_rate = scipy.fft.irfft(scipy.fft.rfft(square) * (samples.size / square.size), n=samples.size)
     assert error(at_full_rate, reference) < INTERIOR / 10
-    analytic = analytic_signal(samples, FS_HZ, band_hz)
+    analytic = signal.analytic_signal(samples, FS_HZ, band_hz)
     assert error(np.abs(analytic), np.sqrt(reference)) < INTERIOR / 2
     # The filter itself is the two-way one to rounding (but for the slopes left out below 1e-5).
     np.testing.assert_allclose(analytic.real[INSIDE], filtered[INSIDE], atol=INTERIOR / 2)
@@ -114,17 +105,17 @@ CHIRP = np.cos(2 * np.pi * LINE_ORDER * turns_at(TIME_S))
 
 @pytest.mark.parametrize(("rate_hz", "noise_hz"), [(100.0, 0.0), (4000.0, 0.0), (640.0, 0.05)])
 def test_a_line_that_follows_the_shaft_becomes_one_line_at_the_mean_speed(rate_hz, noise_hz):
-    smeared = amplitude_spectrum(CHIRP, TRACKED_HZ)
+    smeared = signal.amplitude_spectrum(CHIRP, TRACKED_HZ)
     assert smeared.amplitude.max() < SMEARED, "without tracking the line is spread over hundreds of bins"
-    course = ShaftAngle.from_speed(tachometer(rate_hz, noise_hz), rate_hz)
-    even = amplitude_spectrum(course.resample(CHIRP, TRACKED_HZ, 0.0, MEAN_HZ), TRACKED_HZ)
+    course = signal.ShaftAngle.from_speed(tachometer(rate_hz, noise_hz), rate_hz)
+    even = signal.amplitude_spectrum(course.resample(CHIRP, TRACKED_HZ, 0.0, MEAN_HZ), TRACKED_HZ)
     assert even.amplitude.max() > LEAST_OF_A_TONE
     assert even.frequency_hz[np.argmax(even.amplitude)] == pytest.approx(LINE_ORDER * MEAN_HZ, abs=even.resolution_hz)
 
 
 def test_a_part_of_the_record_keeps_its_place_on_the_shaft():
     """The ends a filter spoils are dropped first: what is left begins later and still turns at the given mean."""
-    course = ShaftAngle.from_speed(tachometer(4000.0), 4000.0)
+    course = signal.ShaftAngle.from_speed(tachometer(4000.0), 4000.0)
     skip = 8000
     even = course.resample(CHIRP[skip:-skip], TRACKED_HZ, skip / TRACKED_HZ, MEAN_HZ)
     phase = 2 * np.pi * LINE_ORDER * (turns_at(TIME_S[skip]) + np.arange(even.size) * MEAN_HZ / TRACKED_HZ)
@@ -134,7 +125,7 @@ def test_a_part_of_the_record_keeps_its_place_on_the_shaft():
 @pytest.mark.parametrize("speed", [np.zeros(100), np.linspace(-1, 10, 1000), np.full(100, 0.5)])
 def test_a_shaft_that_stops_or_hardly_turns_is_refused(speed):
     with pytest.raises(DataError, match="order tracking"):
-        ShaftAngle.from_speed(speed, 100.0)
+        signal.ShaftAngle.from_speed(speed, 100.0)
 
 
 PASSAGES, PER_PASSAGE, BLOCKS = 200, 20, 10
@@ -163,7 +154,7 @@ def test_the_interval_holds_as_often_as_it_says(strength):
     found = [locked_mean((strength * RAISED + 1.0) * noise(random), PERIODS, BLOCKS) for _ in range(TRIALS)]
     inside = [abs(one.value - 0.3 * strength) <= one.ci95 for one in found]
     assert np.mean(inside) > 0.9  # 95 % and more, by three deviations of as many trials
-    assert np.mean([one.ci95 for one in found]) < 2.5 * NORMAL_95 * np.std([one.value for one in found])
+    assert np.mean([one.ci95 for one in found]) < 2.5 * signal.NORMAL_95 * np.std([one.value for one in found])
 
 
 def test_too_few_passages_are_refused():
@@ -182,7 +173,7 @@ DEPTH = 0.01
 
 
 def record_of(samples, limit_hz=900.0, shaft_ci_hz=0.0):
-    return Periodogram.of(samples, LOCKED_HZ, limit_hz=limit_hz, shaft_hz=SHAFT_HZ, shaft_ci_hz=shaft_ci_hz)
+    return signal.Periodogram.of(samples, LOCKED_HZ, limit_hz=limit_hz, shaft_hz=SHAFT_HZ, shaft_ci_hz=shaft_ci_hz)
 
 
 def test_reduced_record_keeps_a_tone_and_its_place():

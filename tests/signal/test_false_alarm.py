@@ -7,18 +7,8 @@ import pytest
 
 from srbval.arrays import FloatArray
 from srbval.signal import Periodogram
+from srbval.signal import false_alarm as alarm
 from srbval.signal.comb import CombSpectrum, read_comb
-from srbval.signal.false_alarm import (
-    GRID_PER_HALF_WINDOW,
-    MIN_PLACEBOS,
-    false_alarm,
-    fundamentals,
-    joint_false_alarm,
-    neg_log_p,
-    neg_log_rank,
-    rank_among_placebos,
-    upcrossings,
-)
 from srbval.signal.false_alarm import rank as rank_of
 
 BINS = 65
@@ -34,10 +24,10 @@ def test_neg_log_p_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours()
     mean = np.median(rng.exponential(size=(DRAWS, BINS)), axis=1) / np.log(2)
     ratio = rng.exponential(size=DRAWS) / mean
     for level in (2.0, 6.0):
-        chance = np.exp(-neg_log_p(np.array([level]), np.array([BINS]))[0])
+        chance = np.exp(-alarm.neg_log_p(np.array([level]), np.array([BINS]))[0])
         assert 1 / TAIL_FACTOR < np.mean(ratio > level) / chance < TAIL_FACTOR
     # The mistake of taking the mean noise for known: at 12 times the noise twice too sure.
-    assert np.exp(-neg_log_p(np.array([12.0]), np.array([BINS]))[0]) > 2 * np.exp(-12.0)
+    assert np.exp(-alarm.neg_log_p(np.array([12.0]), np.array([BINS]))[0]) > 2 * np.exp(-12.0)
 
 
 def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
@@ -52,18 +42,19 @@ def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
         noise = (rng.standard_normal((RISES, 320)) + 1j * rng.standard_normal((RISES, 320))) / np.sqrt(640)
         comb += np.abs(noise @ transform.T) ** 2
     rises = np.count_nonzero((comb[:, :-1] <= level) & (comb[:, 1:] > level))
-    assert rises / RISES == pytest.approx(upcrossings(level, level, harmonics, half_hz, seconds), rel=RISE_SCATTER)
+    expected = alarm.upcrossings(level, level, harmonics, half_hz, seconds)
+    assert rises / RISES == pytest.approx(expected, rel=RISE_SCATTER)
 
 
 def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_underflow():
-    assert false_alarm(0.0, 0.0, FIVE, 1.0, 10.0) == 1.0
-    assert 0.0 <= false_alarm(1e4, 1e4, FIVE, 1.0, 10.0) < 1e-300
+    assert alarm.false_alarm(0.0, 0.0, FIVE, 1.0, 10.0) == 1.0
+    assert 0.0 <= alarm.false_alarm(1e4, 1e4, FIVE, 1.0, 10.0) < 1e-300
 
 
 FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
 HARMONICS, RELATIVE = 5, 0.01
 TRUE_HZ = 88.7
-LEAST = 1 / (MIN_PLACEBOS + 1)
+LEAST = 1 / (alarm.MIN_PLACEBOS + 1)
 # 240 combs of 60 records: ranks below a twentieth within three binomial standard errors, and a distance from the
 # uniform distribution that 60 independent ones stay below in 19 of 20 cases (1.36 / sqrt(60)).
 RECORDS, COMBS_EACH, HIGHEST_SHARE, HIGHEST_DISTANCE = 60, 4, 0.13, 0.175
@@ -81,12 +72,12 @@ def record_of(rng, *, other=0.0, line=0.0):
 
 
 def pool(centre_hz):
-    elsewhere = fundamentals(45.0, LIMIT_HZ / HARMONICS / (1 + RELATIVE), RELATIVE)
+    elsewhere = alarm.fundamentals(45.0, LIMIT_HZ / HARMONICS / (1 + RELATIVE), RELATIVE)
     return elsewhere[np.abs(elsewhere / centre_hz - 1) > 2 * RELATIVE]
 
 
 def rank(record, centre_hz):
-    return rank_among_placebos(record, centre_hz, RELATIVE * centre_hz, HARMONICS, pool(centre_hz)).false_alarm
+    return alarm.rank_among_placebos(record, centre_hz, RELATIVE * centre_hz, HARMONICS, pool(centre_hz)).false_alarm
 
 
 def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small():
@@ -108,27 +99,28 @@ def test_a_comb_is_no_rarer_than_one_in_the_windows_that_share_no_line():
     """The strongest comb of a record stands in one of so few windows, whichever that is."""
     record = record_of(np.random.default_rng(4), other=0.3, line=0.4)
     assert rank(record, TRUE_HZ * 1.003) == LEAST
-    windows = pool(TRUE_HZ).size / (2 * GRID_PER_HALF_WINDOW)
-    found = rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, pool(TRUE_HZ))
+    windows = pool(TRUE_HZ).size / (2 * alarm.GRID_PER_HALF_WINDOW)
+    found = alarm.rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, pool(TRUE_HZ))
     assert found.whole_false_alarm == pytest.approx(1 / (windows + 1))
-    assert joint_false_alarm(0.0, found.false_alarm, found.whole_false_alarm) > 0.1 / (windows + 1)
-    elsewhere = rank_among_placebos(record, 0.8 * TRUE_HZ, RELATIVE * 0.8 * TRUE_HZ, HARMONICS, pool(0.8 * TRUE_HZ))
+    assert alarm.joint_false_alarm(0.0, found.false_alarm, found.whole_false_alarm) > 0.1 / (windows + 1)
+    hz = 0.8 * TRUE_HZ
+    elsewhere = alarm.rank_among_placebos(record, hz, RELATIVE * hz, HARMONICS, pool(hz))
     assert elsewhere.whole_false_alarm >= 1.5 / (windows + 1)  # the comb at TRUE_HZ is stronger
-    assert joint_false_alarm(0.5, 0.0, 0.0) == 0.5
+    assert alarm.joint_false_alarm(0.5, 0.0, 0.0) == 0.5
 
 
 def test_the_tail_is_the_rank_inside_and_goes_on_exponentially_beyond():
     """Placebos drawn from an exponential distribution: what is as rare as 1e-5 has a tail of about that."""
     placebos = np.random.default_rng(8).exponential(3.0, 4000)
     inside, beyond = float(np.quantile(placebos, 0.5)), 3 * np.log(1e5)
-    assert neg_log_rank(inside, placebos) == pytest.approx(-np.log(rank_of(inside, placebos)))
+    assert alarm.neg_log_rank(inside, placebos) == pytest.approx(-np.log(rank_of(inside, placebos)))
     assert rank_of(beyond, placebos) == 1 / 4001
-    assert 0.3e-5 < np.exp(-neg_log_rank(beyond, placebos)) < 3e-5
-    assert math.isnan(neg_log_rank(math.nan, np.ones(100)))
-    assert math.isnan(neg_log_rank(3.0, np.ones(3)))
+    assert 0.3e-5 < np.exp(-alarm.neg_log_rank(beyond, placebos)) < 3e-5
+    assert math.isnan(alarm.neg_log_rank(math.nan, np.ones(100)))
+    assert math.isnan(alarm.neg_log_rank(3.0, np.ones(3)))
     for strongest in (6.0, math.inf):  # placebos that share their strongest line have no tail
         alike = np.repeat([1.0, strongest], [60, 40])
-        assert neg_log_rank(30.0, alike) == pytest.approx(math.log(101 if strongest == 6 else 101 / 41))
+        assert alarm.neg_log_rank(30.0, alike) == pytest.approx(math.log(101 if strongest == 6 else 101 / 41))
 
 
 COMB_S, LINE_HZ, COMB_SHAFT_HZ, COMB_LIMIT_HZ = 6.0, 61.7, 17.3, 600.0
@@ -161,10 +153,7 @@ def test_a_comb_is_found_with_its_depth_and_gone_without_its_lines():
 
 def test_on_noise_no_comb_is_far_above_a_typical_one():
     """Excesses over a typical window have a mean near zero and rarely reach 5, where a comb is evidence."""
-    excess = [
-        found.score[found.highest(f, RELATIVE * f)] - found.typical(RELATIVE)
-        for found in (combs(noise(seed)) for seed in range(12))
-        for f in np.geomspace(25, 110, 25)
-    ]
+    records, places_hz = (combs(noise(seed)) for seed in range(12)), np.geomspace(25, 110, 25)
+    excess = [r.score[r.highest(f, RELATIVE * f)] - r.typical(RELATIVE) for r in records for f in places_hz]
     assert abs(np.mean(excess)) < 0.5
     assert np.mean(np.array(excess) > 5) < 0.01

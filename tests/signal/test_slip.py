@@ -33,10 +33,8 @@ def test_weak_line_or_few_blocks_cannot_be_told():
 @pytest.mark.parametrize("blocks", [4, 6])
 def test_a_short_record_s_few_blocks_still_tell_slip(blocks):
     """Between shortest blocks and the record's end; noise alone would cover hardly any of these."""
-    found = [
-        followed(wandering(np.random.default_rng((6, index)), 0.1), period_s=SECONDS / (blocks + 0.5))
-        for index in range(150)
-    ]
+    records = (wandering(np.random.default_rng((6, index)), 0.1) for index in range(150))
+    found = [followed(one, period_s=SECONDS / (blocks + 0.5)) for one in records]
     assert COVERED[0] < np.mean([abs(shift) <= half for shift, half in found]) < COVERED[1]
 
 

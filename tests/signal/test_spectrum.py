@@ -7,19 +7,9 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from srbval import signal
 from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError, DataError
-from srbval.signal import (
-    Periodogram,
-    drop_ends,
-    end_s,
-    kurtogram,
-    morlet_scalogram,
-    peak_snr,
-    power_density,
-    prewhitened,
-    squared_envelope_one_pass,
-)
 from srbval.signal.envelope import MIN_END_S
 from srbval.signal.spectrum import BANDWIDTH, LEAST_SAMPLES
 
@@ -28,9 +18,10 @@ BAND_HZ = (200.0, 5600.0)
 
 
 def line_to_noise(samples: FloatArray) -> float:
-    square, rate = squared_envelope_one_pass(samples, FS_HZ, BAND_HZ)
-    record = Periodogram.of(drop_ends(square, rate, end_s(BAND_HZ)), rate, limit_hz=600.0, shaft_hz=SHAFT_HZ)
-    return peak_snr(record, LINE_HZ, 1.0) or 0.0
+    square, rate = signal.squared_envelope_one_pass(samples, FS_HZ, BAND_HZ)
+    inside = signal.drop_ends(square, rate, signal.end_s(BAND_HZ))
+    record = signal.Periodogram.of(inside, rate, limit_hz=600.0, shaft_hz=SHAFT_HZ)
+    return signal.peak_snr(record, LINE_HZ, 1.0) or 0.0
 
 
 def gear_mesh(rng: np.random.Generator) -> FloatArray:
@@ -54,8 +45,8 @@ def impacts(rng: np.random.Generator, jitter: float = 0.01) -> FloatArray:
 def test_a_modulated_gear_mesh_is_gone_and_impacts_stay():
     rng = np.random.default_rng(1)
     mesh, struck = gear_mesh(rng), impacts(rng)
-    assert line_to_noise(mesh) > 1000 > 20 > line_to_noise(prewhitened(mesh))
-    assert line_to_noise(prewhitened(struck)) > 50
+    assert line_to_noise(mesh) > 1000 > 20 > line_to_noise(signal.prewhitened(mesh))
+    assert line_to_noise(signal.prewhitened(struck)) > 50
 
 
 KURTOGRAM_HZ, COUNT, LEAST_HZ = 20_480.0, 40_960, 460.0
@@ -68,7 +59,7 @@ def noise(seed=0):
 
 
 def test_gaussian_noise_shows_nothing_beyond_its_scatter():
-    pictures = [kurtogram(noise(seed), KURTOGRAM_HZ, least_width_hz=LEAST_HZ) for seed in range(20)]
+    pictures = [signal.kurtogram(noise(seed), KURTOGRAM_HZ, least_width_hz=LEAST_HZ) for seed in range(20)]
     # Of N independent samples in a band cut sharply the kurtosis scatters by sqrt(8 / 3 / N); N = width x duration.
     independent = np.diff(pictures[0].band_hz)[:, 0] * (COUNT / KURTOGRAM_HZ - 2 * MIN_END_S)
     ratios = np.array([one.kurtosis for one in pictures]) * np.sqrt(3 / 8 * independent)
@@ -83,23 +74,23 @@ def test_the_most_impulsive_band_is_that_of_the_ringing(ring_hz):
     ring = 4 * np.exp(-ring_s * 1200) * np.sin(2 * np.pi * ring_hz * ring_s)
     for first in range(500, COUNT - 200, 700):
         samples[first : first + ring.size] += ring
-    low, high = kurtogram(samples, KURTOGRAM_HZ, least_width_hz=LEAST_HZ).best_hz
+    low, high = signal.kurtogram(samples, KURTOGRAM_HZ, least_width_hz=LEAST_HZ).best_hz
     assert low < ring_hz < high
     assert high - low < 2600
 
 
 def test_bands_that_do_not_fit_the_record_are_left_out():
     """Too narrow, the topmost one cut off below Nyquist too; too short for the least samples; beyond another record."""
-    picture = kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=LEAST_HZ)
+    picture = signal.kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=LEAST_HZ)
     assert np.diff(picture.band_hz).min() >= LEAST_HZ
-    short = kurtogram(noise()[:6144], KURTOGRAM_HZ, least_width_hz=1.0)
+    short = signal.kurtogram(noise()[:6144], KURTOGRAM_HZ, least_width_hz=1.0)
     assert short.kurtosis.size > 0
     assert np.diff(short.band_hz).min() * (6144 / KURTOGRAM_HZ - 2 * MIN_END_S) > LEAST_SAMPLES - 1
-    within = kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=LEAST_HZ, highest_hz=6000.0)
+    within = signal.kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=LEAST_HZ, highest_hz=6000.0)
     assert 0 < within.kurtosis.size < picture.kurtosis.size
     assert within.band_hz.max() <= 6000.0
     for samples, width_hz in ((noise(), 6000.0), (noise()[:512], LEAST_HZ), (noise()[:2100], 1.0)):
-        none = kurtogram(samples, KURTOGRAM_HZ, least_width_hz=width_hz)
+        none = signal.kurtogram(samples, KURTOGRAM_HZ, least_width_hz=width_hz)
         assert none.kurtosis.size == none.band_hz.size == 0
         with pytest.raises(DataError, match="longer record"):
             _ = none.best_hz
@@ -133,7 +124,7 @@ def impulses(*places):
     ids=["odd", "train", "noise"],
 )
 def test_every_row_is_that_of_the_direct_sum(samples, columns):
-    picture = morlet_scalogram(samples, PICTURE_HZ, range_hz=RANGE_HZ, rows=40, columns=columns)
+    picture = signal.morlet_scalogram(samples, PICTURE_HZ, range_hz=RANGE_HZ, rows=40, columns=columns)
     errors = []
     for frequency_hz, row in zip(picture.frequency_hz, picture.amplitude, strict=True):
         expected = direct_sum(samples, frequency_hz, columns)
@@ -145,7 +136,7 @@ def test_every_row_is_that_of_the_direct_sum(samples, columns):
 @pytest.mark.parametrize("range_hz", [(0.1, 100.0), (100.0, 9000.0)])
 def test_a_range_beyond_the_record_is_refused(range_hz):
     with pytest.raises(ConfigurationError, match="allows"):
-        morlet_scalogram(np.zeros(SAMPLES), PICTURE_HZ, range_hz=range_hz)
+        signal.morlet_scalogram(np.zeros(SAMPLES), PICTURE_HZ, range_hz=range_hz)
 
 
 @pytest.mark.parametrize("samples", [1000, 1001])
@@ -153,4 +144,4 @@ def test_a_range_beyond_the_record_is_refused(range_hz):
 def test_power_density_is_that_of_welch(samples, segment_s):
     noise = np.random.default_rng(samples).normal(3.0, size=samples)
     expected = scipy.signal.welch(noise, 1000.0, nperseg=min(round(segment_s * 1000), samples))
-    np.testing.assert_allclose(power_density(noise, 1000.0, segment_s), expected, rtol=1e-12)
+    np.testing.assert_allclose(signal.power_density(noise, 1000.0, segment_s), expected, rtol=1e-12)

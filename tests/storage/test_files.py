@@ -76,9 +76,8 @@ except DataError as error:
 @pytest.mark.parametrize("most_bytes", [600, 1_500_000])
 def test_a_full_disk_is_an_error_and_no_crash(most_bytes, tmp_path):
     """HDF5 used to crash when the file was closed, after tracebacks of its own."""
-    done = subprocess.run(
-        [sys.executable, "-c", FULL, str(tmp_path / "run.h5"), str(most_bytes)], capture_output=True, text=True
-    )
+    command = [sys.executable, "-c", FULL, str(tmp_path / "run.h5"), str(most_bytes)]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert "cannot be written (File too large)" in done.stdout
     assert list(tmp_path.iterdir()) == []

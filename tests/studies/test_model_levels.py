@@ -38,9 +38,8 @@ def test_errors_are_those_of_what_the_reference_answers():
     common = {"base": "paper", "fit": "play", "point": 0, "rpm": 700.0, "radial_kn": 100.0, "height_mm": 0.1}
     right = {"outer": {"lines": [100.0], "power": [50.0]}}
     own = {"outer": {"lines": [101.0], "slip": [1.0]}}
-    found = study.errors(
-        pd.DataFrame([{**common, "model": m, "answers": a} for m, a in ((study.REFERENCE, right), ("line", own))])
-    )
+    rows = [{**common, "model": m, "answers": a} for m, a in ((study.REFERENCE, right), ("line", own))]
+    found = study.errors(pd.DataFrame(rows))
     assert dict(zip(found.question, found.error_pct, strict=True)) == {"lines": pytest.approx(1.0), "power": math.inf}
 
 

@@ -63,13 +63,8 @@ def test_graded_records_are_found_by_their_content_and_counted_by_grade(tmp_path
 
 
 def test_calls_are_counted_by_set_and_class():
-    calls = (
-        ("a", Fault.OUTER, Fault.OUTER),
-        ("a", Fault.INNER, Fault.OUTER),
-        ("b", Fault.ROLLER, None),
-        ("b", Fault.HEALTHY, Fault.INNER),
-        ("b", Fault.HEALTHY, None),
-    )
+    calls = [("a", Fault.OUTER, Fault.OUTER), ("a", Fault.INNER, Fault.OUTER), ("b", Fault.ROLLER, None)]
+    calls += [("b", Fault.HEALTHY, called) for called in (Fault.INNER, None)]
     rows = counted([{"dataset": name, "state": state, "called": {"m": called}} for name, state, called in calls])
     found = {row["of"]: row for row in rows}
     assert set(found) == {"all", "a", "b", *(state.label for state in (*DEFECTS, Fault.HEALTHY))}

@@ -49,9 +49,8 @@ def test_rows_are_measured_once_and_then_read():
 
 def test_bisection_finds_the_last_value_that_passes():
     values, groups = [100.0, 200.0, 300.0, 400.0, 500.0], grid(limit=[50.0, 320.0, 900.0])
-    limits, cells = bisect(
-        groups, pd.Series(values, name="rpm"), scene_of, measure, lambda cell: cell["rpm"] <= cell["limit"]
-    )
+    speeds = pd.Series(values, name="rpm")
+    limits, cells = bisect(groups, speeds, scene_of, measure, lambda cell: cell["rpm"] <= cell["limit"])
     found = records(limits)
     assert [row["rpm"] for row in found] == [None, 300.0, 500.0]
     assert [row["bounded"] for row in found] == [True, True, False]

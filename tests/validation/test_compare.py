@@ -27,13 +27,9 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2):
     first = Line(name="BPFI", harmonic=1, depth=1.0, detected=True, **about)
     lines = [first, replace(first, harmonic=2, found_hz=2 * found_hz, depth=depth_second, detected=detected)]
     lines += [replace(first, name=name, depth=depth) for name, depth in (("BPFI-fr", 0.2), ("BPFI+fr", 0.4))]
-    return SimpleNamespace(
-        lines=lines,
-        line_of=lambda _: lines[0],
-        speed=SimpleNamespace(value_hz=SHAFT_HZ, ci95_hz=0.001),
-        recording=SimpleNamespace(file="made", name="made"),
-        bearing=SimpleNamespace(rolling_elements=19),
-    )
+    facts = {"bearing": SimpleNamespace(rolling_elements=19), "recording": SimpleNamespace(file="made", name="made")}
+    facts["speed"] = SimpleNamespace(value_hz=SHAFT_HZ, ci95_hz=0.001)
+    return SimpleNamespace(lines=lines, line_of=lambda _: lines[0], **facts)
 
 
 def known(*effects):
@@ -62,11 +58,8 @@ def outside(simulated, measured, **case):
 
 def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
     values = read_quantities(analysis(), Fault.INNER, None)
-    assert {name: value.value for name, value in values.items()} == {
-        "cage ratio": pytest.approx(1 - 10.82 / 19),
-        "2xBPFI": pytest.approx(20 * math.log10(0.5)),
-        "BPFI sidebands": pytest.approx(20 * math.log10(0.3)),
-    }
+    expected = {"cage ratio": 1 - 10.82 / 19, "2xBPFI": 20 * math.log10(0.5), "BPFI sidebands": 20 * math.log10(0.3)}
+    assert {name: value.value for name, value in values.items()} == pytest.approx(expected)
     # Two amplitudes of 200 times the noise: each scatters by one over the root of 400.
     assert values["2xBPFI"].ci95 == pytest.approx(1.96 * 8.686 * math.sqrt(2 / 400), rel=PRINTED_RELATIVE)
 

@@ -126,12 +126,8 @@ FS_HZ, SECONDS, RPM = 20_480.0, 4.0, 860.0
 BEARING = load_bearing("skf-22240")
 SEEDS = 200  # of a right simulation with noise: at most 5 % may be called different
 SPREAD_PCT = 0.05  # standard deviation of a simulation that has an error and states it
-SIMULATED = {
-    "simulated.rpm": RPM,
-    "simulated.unit": "m/s2",
-    "simulated.fs_hz": FS_HZ,
-    "simulated.band_hz": [1400, 2800],
-}
+OF_SIMULATED = {"rpm": RPM, "unit": "m/s2", "fs_hz": FS_HZ, "band_hz": [1400, 2800]}
+SIMULATED = {f"simulated.{key}": value for key, value in OF_SIMULATED.items()}
 
 
 def signal(state: Fault, seed: int, shift_pct: float, seconds: float, rpm: float = RPM) -> np.ndarray:
@@ -325,14 +321,11 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
         assert cage["model"] == pytest.approx(CAGE)
         assert cage["verdict"] == "differs", "0.3 % are far beyond what is not known"
         assert cage["uncertainty"] > 0.09  # the known term's
-    assert frame.xs(SIDEBAND_LEVEL.kind, level="kind")[["model_present", "rig_present"]].to_numpy().tolist() == [
-        [True, True]
-    ]
+    levels = frame.xs(SIDEBAND_LEVEL.kind, level="kind")
+    assert levels[["model_present", "rig_present"]].to_numpy().tolist() == [[True, True]]
     after = shipped_case(rig_files(tmp_path / "more", nominal=727.0, rpm=709.0))
-    counted = [
-        {b["kind"]: b["records"] for b in biases(select_comparisons(one.comparisons), used_for="withheld")}
-        for one in (found, after)
-    ]
+    frames = (select_comparisons(one.comparisons) for one in (found, after))
+    counted = [{b["kind"]: b["records"] for b in biases(one, used_for="withheld")} for one in frames]
     for row in (CAGE_RATIO, HARMONIC[2]):  # higher harmonics need not show on both sides
         assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
     assert not select_comparisons(after.comparisons)["record"].str.contains("H_727").any()

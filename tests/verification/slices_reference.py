@@ -119,9 +119,8 @@ class SlicedBearing:
         depth = np.maximum(profile - off, 0.0)
         powers = np.power(2e3 * depth, 10 / 9, out=np.zeros_like(depth), where=depth > 0)
         per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * powers
-        return Contacts(
-            force_n=per_m * length / PLACES, s_m=s_m, x_m=x_m, normal_s=(s_m - barrel_s) / off, normal_x=x_m / off
-        )
+        normal = {"normal_s": (s_m - barrel_s) / off, "normal_x": x_m / off}
+        return Contacts(force_n=per_m * length / PLACES, s_m=s_m, x_m=x_m, **normal)
 
     def slides(self, ring: FloatArray) -> FloatArray:
         """Where every roller rests between the races [m]; one that nothing presses, where it is about to touch."""

@@ -45,13 +45,8 @@ def skf_power_w(rpm: float, radial_n: float) -> float:
     ],
 )
 def test_drive_power_is_near_skfs(rpm, radial_kn):
-    turns_s = TURNS * 60 / rpm
-    own = {
-        "shaft_speed": f"{rpm} rpm",
-        "duration_s": turns_s,
-        "settle_s": turns_s,
-        "load": {"radial": f"{radial_kn} kN"},
-    }
+    turns = dict.fromkeys(("duration_s", "settle_s"), TURNS * 60 / rpm)
+    own = {"shaft_speed": f"{rpm} rpm", "load": {"radial": f"{radial_kn} kN"}} | turns
     run = simulate(load_scene("rig-oil", own), step=Step.UNCHECKED)
     assert works(run.status), run.reason
     assert run.drive_power_w == pytest.approx(skf_power_w(rpm, 1e3 * radial_kn), rel=WITHIN)

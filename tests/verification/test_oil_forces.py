@@ -16,16 +16,7 @@ from srbval.models.full import columns as col
 from srbval.models.oil import thermal_factor
 from srbval.models.slices import sliced_contacts
 from srbval.scene import Scene, load_scene
-from tests.verification.harness import (
-    FloatArray,
-    Parameters,
-    Rates,
-    geometry,
-    layout_of,
-    parameters,
-    rates,
-    rolling_state,
-)
+from tests.verification import harness
 from tests.verification.matrices import mass_matrix
 from tests.verification.world import World
 
@@ -44,11 +35,11 @@ FORM = 0.02  # the kernel's roots of load and rate are the formula's powers to 1
 class Case(NamedTuple):
     """A state of rollers that slip and a cage that lags: with the oil's forces, without, and what they are made of."""
 
-    model: Parameters
-    state: FloatArray
-    wet: Rates
-    dry: Rates
-    force: FloatArray  # generalised, of the oil, at the places of the speeds in the state
+    model: harness.Parameters
+    state: harness.FloatArray
+    wet: harness.Rates
+    dry: harness.Rates
+    force: harness.FloatArray  # generalised, of the oil, at the places of the speeds in the state
     scene: Scene
 
 
@@ -56,33 +47,34 @@ class Case(NamedTuple):
 def case(name: str) -> Case:
     """The scene `rig-oil` with one force of the oil, or all, at 859 rpm."""
     scene = load_scene("rig-oil", {"oil": ONLY[name], "line_contact": {"slices": 5}})
-    model = parameters(scene)
-    state, rng = rolling_state(model), np.random.default_rng(38)
-    layout = layout_of(state)
+    model = harness.parameters(scene)
+    state, rng = harness.rolling_state(model), np.random.default_rng(38)
+    layout = harness.layout_of(state)
     state[layout.ring] = 0.0, -RING_M, 0.0
     state[layout.slide] = -0.5 * RING_M * np.sin(model.slot_angle)
     state[layout.spin] *= 1 + 0.02 * rng.standard_normal(len(model.slot_angle))
     state[layout.shaft_cage_rate] *= 0.97
-    wet = rates(model, 0.0, state)
-    dry = rates(model._replace(oil=model.oil._replace(rolling=np.zeros((2, 2)), drag=0.0, pocket=0.0)), 0.0, state)
+    wet = harness.rates(model, 0.0, state)
+    without = model.oil._replace(rolling=np.zeros((2, 2)), drag=0.0, pocket=0.0)
+    dry = harness.rates(model._replace(oil=without), 0.0, state)
     force = np.zeros_like(state)
     force[layout.half :] = mass_matrix(World(scene), state) @ (wet.rate - dry.rate)[layout.half :]
     return Case(model, state, wet, dry, force, scene)
 
 
-def expected(one: Case) -> tuple[FloatArray, float, float, float]:
+def expected(one: Case) -> tuple[harness.FloatArray, float, float, float]:
     """Couples on the rollers about their axes, torques on the cages about the shaft and on the shaft, and the power.
 
     Row 1 is the state's first half. Bodies: rollers turn at their spin about axes that stand at the tilt to the shaft,
     the outer ring is at rest, the shaft turns.
     """
-    model, oil, layout = one.model, one.scene.oil, layout_of(one.state)
-    n, cosine, shaft = len(model.slot_angle), math.cos(geometry().tilt_rad), one.scene.mean_shaft_rad_s
+    model, oil, layout = one.model, one.scene.oil, harness.layout_of(one.state)
+    n, cosine, shaft = len(model.slot_angle), math.cos(harness.geometry().tilt_rad), one.scene.mean_shaft_rad_s
     spin, cage = one.state[layout.spin], float(one.state[layout.shaft_cage_rate][0])
-    shapes = sliced_contacts(one.scene, geometry())
+    shapes = sliced_contacts(one.scene, harness.geometry())
     rolling = 0.5 * (shapes[0].radius_m * cage + shapes[1].radius_m * (shaft - cage))
     heat, load = thermal_factor(oil, rolling), one.dry.load_n.sum(axis=2)
-    area = 2 * model.law.roller_radius * geometry().roller_width_m
+    area = 2 * model.law.roller_radius * harness.geometry().roller_width_m
     reach = model.centre_distance + one.state[layout.slide]
     speed = reach * cage * cosine
     drag = 0.5 * oil.fill * oil.density_kg_m3 * oil.drag_coefficient * area * speed**2
@@ -99,7 +91,7 @@ def expected(one: Case) -> tuple[FloatArray, float, float, float]:
 @pytest.mark.parametrize("name", ["rolling", "drag"])
 def test_forces_are_those_of_free_bodies(name):
     one = case(name)
-    parts, (couples, cages, on_shaft, power) = layout_of(one.state), expected(one)
+    parts, (couples, cages, on_shaft, power) = harness.layout_of(one.state), expected(one)
     idle = one.dry.load_n.sum(axis=(0, 2)) == 0
     assert name == "drag" or 0 < np.count_nonzero(idle) == np.count_nonzero(couples == 0) < len(idle)
     np.testing.assert_allclose(one.force[parts.spin], couples, rtol=FORM, atol=FORM * 1e-3)
@@ -115,7 +107,7 @@ def test_forces_are_those_of_free_bodies(name):
 def test_pockets_rub_between_rollers_and_their_cage():
     """Equal and opposite on roller and cage, against the relative turning, no more than friction times the push."""
     one = case("pockets")
-    parts, cosine = layout_of(one.state), math.cos(geometry().tilt_rad)
+    parts, cosine = harness.layout_of(one.state), math.cos(harness.geometry().tilt_rad)
     couples = one.force[parts.spin]
     turning = one.state[parts.spin] - float(one.state[parts.shaft_cage_rate][0]) * cosine
     assert np.all(couples * turning <= 0)

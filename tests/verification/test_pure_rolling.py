@@ -19,17 +19,9 @@ STEP_S, SETTLING_STEPS, STEPS = 1 / 245760, 6000, 3000
 # Contacts are some 0.4 um deep, of an arm of 20 mm: their mean place is off by less than that share.
 ROLLING = 5e-6
 # Slow, so that the rollers' weight in the orbit does not lift them off the inner race; fine points, lightly damped.
-GENTLE = {
-    "contact": {
-        "radial_play": "-0.8 um",
-        "points_per_circle": 20000,
-        "stiffness": "1e7 N/m",
-        "damping": "100 Ns/m",
-        "critical_velocity": "0.5 mm/s",
-    },
-    "load": {"radial": "0 N"},
-    "shaft_speed": "71 rpm",
-}
+CONTACT = {"radial_play": "-0.8 um", "points_per_circle": 20000, "critical_velocity": "0.5 mm/s"}
+CONTACT |= {"stiffness": "1e7 N/m", "damping": "100 Ns/m"}
+GENTLE = {"contact": CONTACT, "load": {"radial": "0 N"}, "shaft_speed": "71 rpm"}
 
 
 def contact_places(p: float, slide: float) -> list[tuple[float, float, float]]:

@@ -63,10 +63,8 @@ def is_off(own: Attempt, right: Attempt) -> bool:
     """
     means = [block_means(one.run.scene.output_rate_hz, one.run.out) for one in (own, right) if one.run]
     slides = right.status in SLIDES[:2] and own.status in SLIDES
-    return any(
-        abs(e.error) > (SLIDING if slides and e.kind == "cage" else ERROR_TOLERANCE[e.kind]) + CHANCE * e.scatter
-        for e in estimate_errors(*means)
-    )
+    limits = ERROR_TOLERANCE | ({"cage": SLIDING} if slides else {})
+    return any(abs(e.error) > limits[e.kind] + CHANCE * e.scatter for e in estimate_errors(*means))
 
 
 @pytest.mark.slow

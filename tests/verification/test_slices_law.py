@@ -112,9 +112,8 @@ def test_friction_of_a_slice(slip, more, static):
     contact = {"static_friction": static, "dynamic_friction": 0.5, "critical_velocity": "1 mm/s"}
     law = subject({"model": "slices", "contact": contact})[0].law
     kinks = [side * size for side in (-1, 1) for size in (0.0, 1e-3, 1.5e-3) if abs(side * size - slip) < more]
-    whole, _ = quad(
-        coefficient, slip - more, slip + more, args=(static, 0.5, 1e-3), points=sorted(set(kinks)) or None, epsrel=1e-10
-    )
+    places = sorted(set(kinks)) or None
+    whole, _ = quad(coefficient, slip - more, slip + more, args=(static, 0.5, 1e-3), points=places, epsrel=1e-10)
     found = friction_of_slice(law, slip, more)
     assert found > 0  # against the slip
     assert found * slip == pytest.approx(whole / (2 * more), rel=MEAN, abs=MEAN)
@@ -214,13 +213,8 @@ def test_loads_over_an_opening_are_those_that_act(aside_m):
     assert acting == pytest.approx(moved, abs=ASIDE * acting.max())
 
 
-RIG: dict[str, Any] = {
-    "model": "slices",
-    "bodies": {"cages": 2},
-    "load": {"path": "bearing", "gravity": True},
-    "shaft_speed": "858.94 rpm",
-    "line_contact": {"traction": "lubricated"},
-}
+RIG: dict[str, Any] = {"model": "slices", "bodies": {"cages": 2}, "load": {"path": "bearing", "gravity": True}}
+RIG |= {"shaft_speed": "858.94 rpm", "line_contact": {"traction": "lubricated"}}
 HOLE = SHAPES["hole"] | {"axial": "0 mm"}
 CASES: dict[str, dict[str, Any]] = {
     "healthy": {},

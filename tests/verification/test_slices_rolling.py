@@ -65,12 +65,8 @@ RIG: dict[str, Any] = STATIC | {"contact": {}, "shaft_speed": "858.94 rpm"}
 DRY = {"static_friction": 0.05, "dynamic_friction": 0.05, "critical_velocity": "1 mm/s"}
 LINEAR = {"static_friction": 5.0, "dynamic_friction": 5.0, "critical_velocity": "10 m/s"}
 OIL = {"traction": "lubricated", "traction_slope": 3.0, "traction_limit": 0.05}
-RUNS: dict[str, dict[str, Any]] = {
-    "dry": {"contact": DRY},
-    "proportional to slip": {"contact": LINEAR},
-    "lubricated": {"line_contact": OIL},
-    "lubricated, almost proportional": {"line_contact": OIL | {"traction_limit": 1.0}},
-}
+RUNS = {"dry": {"contact": DRY}, "proportional to slip": {"contact": LINEAR}, "lubricated": {"line_contact": OIL}}
+RUNS["lubricated, almost proportional"] = {"line_contact": OIL | {"traction_limit": 1.0}}
 SETTLING_OUTPUTS, OUTPUTS, STEPS = 1, 2, 1024  # of the paper's step: 0.017 s and 0.033 s
 CAGE_TURNS = np.arange(4) / 4 * 2 * np.pi / 19  # within a pitch of the rollers
 PASSING = 1e-7  # by which the ratio differs from one interval to the next, twice that between 3 ms and 0.1 s

@@ -114,12 +114,8 @@ class World:
         """Slot axes as columns of rotation matrices, [N, 3, 3]: x along the slot, z along the roller."""
         cage = Rotation.from_euler("XYZ", y[layout_of(y).cage])
         ahead = np.where(self.side < 0, y[layout_of(y).relative_angle].sum(), 0.0)
-        return np.array(
-            [
-                (cage * Rotation.from_euler("z", angle) * Rotation.from_euler("y", -side * self.g.tilt_rad)).as_matrix()
-                for angle, side in zip(self.slot_angle + ahead, self.side, strict=True)
-            ]
-        )
+        turns = Rotation.from_euler("ZY", np.stack([self.slot_angle + ahead, -self.side * self.g.tilt_rad], axis=1))
+        return (cage * turns).as_matrix()
 
     def cage_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocity of the cage that each roller is in [N, 3]: row 2's own turns about the same axis."""
@@ -181,9 +177,8 @@ class World:
         for race, p in enumerate(both):
             push = -p.press[:, None] * p.normal
             f = push + p.drag[:, None] * p.slide
-            for sums, part in zip(
-                on_rollers[race], (f + p.flank, np.cross(p.arm, f) + np.cross(p.foot, p.flank)), strict=True
-            ):
+            parts = (f + p.flank, np.cross(p.arm, f) + np.cross(p.foot, p.flank))
+            for sums, part in zip(on_rollers[race], parts, strict=True):
                 np.add.at(sums, p.roller, part)
             np.add.at(load[race], (p.roller, p.circle), push)
         (outer, _), (inner, turning) = on_rollers
