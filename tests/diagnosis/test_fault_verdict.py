@@ -289,7 +289,7 @@ def test_probabilities_table_and_headline_are_one_whatever_the_record(kind):
 
 
 def test_two_faults_are_both_named_if_each_alone_is():
-    """In at least 80 % of these records; at most one planted fault of a hundred is called two faults."""
+    """Both are named in at least 80 % of these records; one planted fault of a hundred may be called two faults."""
     found = Counter[str]()
     for number in range(PAIRS):
         pair, rng = sorted(TWO[number % 3]), np.random.default_rng((number, 53))

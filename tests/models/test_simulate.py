@@ -85,7 +85,7 @@ def test_two_knocks_prove_no_error_of_the_step_but_the_level_between_them_does(b
     ],
 )
 def test_beyond_open_or_neither(error, scatter, beyond, open_):
-    """By one standard error a finer step is taken, by 2.4 it is a verdict."""
+    """An error beyond one standard error asks for a finer step; beyond 2.4 of them it is a verdict."""
     for sign in (1, -1):
         estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
         assert (estimate.exceeds_tolerance, estimate.undecided) == (beyond, open_)

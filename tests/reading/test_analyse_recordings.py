@@ -133,7 +133,7 @@ def printed_reason(before: FaultVerdict, after: FaultVerdict) -> str:
 
 
 def stability(folder: Path, file: str, channel: str | None = None) -> list[dict[str, Any]]:
-    """How the verdict on a record changes with its inputs: part, largest change of a probability, printed reason."""
+    """Changes of the verdict on a record with its inputs: part, largest change of a probability, printed reason."""
     _, analysis = analysed(folder, file, channel)
     whole, rows = fault_verdict(analysis), []
     for changed, recording, options in changed_inputs(analysis.recording, analysis.processed.band_hz):
