@@ -31,14 +31,12 @@ STUDIES_FOLDER = Path(__file__).parent
 class StudyResult:
     """Outcome of a study: `content` (a mapping or a dataclass) to be stored, and `text` to be printed.
 
-    Without a `name` the result is partial or preliminary and is stored only to a file given by the user. If `sound` is
-    False, the tested statement is false, and the command ends with exit code 1.
+    Without a `name` the result is partial or preliminary and is stored only to a file given by the user.
     """
 
     content: Any
     text: str
     name: str | None = None
-    sound: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ rollers' diameter leaves the scene's radial play; with the scene `paper` other r
 import math
 from argparse import Namespace
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,27 +15,27 @@ import pandas as pd
 
 from srbval.bearing import Fault, load_bearing
 from srbval.models.hierarchy import MODELS, level_of
-from srbval.plan.measured import measured_errors, scene_values
-from srbval.plan.plan import make_plan, refusal
+from srbval.plan.measured import scene_values
+from srbval.plan.plan import refusal
 from srbval.plan.questions import MEANING, Question, asked_of, error_pct
 from srbval.plan.questions import answer_questions as answers
 from srbval.progress import Progress
 from srbval.recordings import recording_from_run
-from srbval.scene import Scene, load_scene, merge
+from srbval.scene import Scene, load_scene
 from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import Case, draws, sweep
 
 POINTS = 19  # the largest of 19 errors bounds the next error with a probability of 95 %
 RANGES = {"rpm": (353.0, 997.0), "radial_kn": (62.4, 124.8)}  # the rig's speeds but the slowest ones; Table 5
-REFERENCE = "reference"  # name of its rows
+REFERENCE, FINEST = "reference", {"line_contact": {"slices": 21}}  # name of its rows, their setting of `slices`
 OF_SCENES = ("base", "fit", "kind")  # columns: what exchangeable scenes have in common
 SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """Bundled scene on which `models` are compared with the model `reference`; `finest`: settings of the reference."""
+    """Bundled scene on which `models` are compared with the model `reference`."""
 
     reference: str
     models: tuple[str, ...]
@@ -43,15 +43,13 @@ class Base:
     fits: tuple[str, ...] = ("play",)
     kinds: tuple[Fault, ...] = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
     height_mm: tuple[float, float] = (-0.5, -0.5)
-    finest: Mapping[str, Any] = field(default_factory=lambda: {"line_contact": {"slices": 21}})
 
 
 BASES = {
-    "paper": Base(reference="full", models=MODELS[:-1], fits=("play", "printed"), height_mm=(0.1, 0.2), finest={}),
+    "paper": Base(reference="full", models=MODELS[:-1], fits=("play", "printed"), height_mm=(0.1, 0.2)),
     "rig": Base(reference="slices", models=MODELS),
     "rig-oil": Base(reference="slices", models=MODELS, seconds=1.0, kinds=(Fault.HEALTHY,)),
 }
-SCENES_PER_POINT = sum(len(base.fits) * len(base.kinds) for base in BASES.values())
 
 
 def cases(points: int, seed: int) -> pd.DataFrame:
@@ -79,7 +77,12 @@ def scene_of(case: Case, kind: Fault) -> Scene:
         "defect": {"kind": kind.scene_word, "height_m": case["height_mm"] / 1e3},
         "solver": {"step_s": step_s / 2 if right else step_s},
     }
-    return load_scene(case["base"], merge(changes, base.finest) if right else changes)
+    return load_scene(case["base"], changes | FINEST if right else changes)
+
+
+def scenes_of(case: Case) -> tuple[Scene, ...]:
+    """Scenes of one case, one for each kind of defect."""
+    return tuple(scene_of(case, kind) for kind in BASES[case["base"]].kinds)
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
@@ -152,37 +155,10 @@ def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any
     return rows
 
 
-def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
-    """Compare errors with the bounds that `srbval plan` states; `held` is true for errors within their bound."""
-    rows = []
-    for (*scene, question), of in found.groupby([*SCENE, "question"], sort=False):
-        case = dict(zip(SCENE, scene, strict=True))
-        own = scene_of({**case, "model": BASES[case["base"]].reference}, Fault(case["kind"]))
-        table = measured_errors()[case["base"]]
-        plan = make_plan(own, question=Question(question), tolerance_pct=1e-9, measured=table)
-        bound = {one.model: one.error_pct for one in plan.candidates}
-        rows.append(of.assign(bound_pct=of.model.map(bound)).dropna(subset="bound_pct"))
-        rows[-1]["vacuous"] = rows[-1].bound_pct >= MEANING[Question(question)].vacuous_pct
-    return pd.concat(rows).assign(held=lambda checked: checked.error_pct <= checked.bound_pct)
-
-
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Measure the errors of every model; with `fresh_scenes`, only check the bounds of `srbval plan` on new scenes."""
-    fresh = options.fresh_scenes and max(round(options.fresh_scenes / SCENES_PER_POINT), 1)
-    points, seed = (fresh, 1 + options.seed) if fresh else (POINTS, 0)
-
-    def scenes_of(case: Case) -> tuple[Scene, ...]:
-        return tuple(scene_of(case, kind) for kind in BASES[case["base"]].kinds)
-
-    table = sweep(cases(points, seed), scenes_of, measure, task="models", jobs=options.jobs, progress=progress)
-    found = errors(table)
-    if fresh:
-        checked = check_bounds(found)
-        counts = checked.groupby("base", sort=False).agg({"held": ["sum", "count", "mean"], "vacuous": "sum"})
-        share = checked.held.mean()
-        text = f"{counts}\nall: {share:.3f} on {fresh * SCENES_PER_POINT} scenes, seed {options.seed}"
-        return StudyResult(content={"checks": checked.to_dict("records")}, text=text, sound=bool(share >= 0.9))
-    bases = {name: about(name, table) for name in BASES}
+    """Measure the errors of every model on random scenes near each bundled scene."""
+    table = sweep(cases(POINTS, 0), scenes_of, measure, task="models", jobs=options.jobs, progress=progress)
+    found, bases = errors(table), {name: about(name, table) for name in BASES}
     ladder, bounds = summary(found, bases), spread(found, *OF_SCENES, "model", "question")
     text = pd.DataFrame(ladder).drop(columns="ci95_pct").to_string(index=False, float_format="{:.4g}".format)
     return StudyResult(content={"bases": bases, "ladder": ladder, "bounds": bounds}, text=text, name="model_levels")
