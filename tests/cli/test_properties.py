@@ -28,6 +28,7 @@ from srbval.models.hierarchy import LEVELS
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.solvers import METHODS
 from srbval.plan.questions import Question
+from srbval.scene import paper_scene
 from srbval.storage.installation import cache_use
 from srbval.studies.harness import study_names
 from tests.campaign.campaigns import run_small, small
@@ -182,6 +183,8 @@ def said(tmp_path_factory):
             raise NumericsError("this would take long")
 
         patch.setattr("srbval.cli.installation_commands.cache_use", lambda: cache)
+        if os.environ.get("SRBVAL_TESTS") != "all":  # `doctor --warm` would take minutes
+            patch.setattr("srbval.models.simulate.scenes_of_all_kernels", lambda: [paper_scene(model="planar")])
         for path in Path(arguments.__file__).parent.glob("*_command*.py"):
             patch.setattr(f"srbval.cli.{path.stem}.print_result", functools.partial(answer_twice, text))
         for function in LONG:
