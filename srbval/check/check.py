@@ -32,12 +32,15 @@ from srbval.diagnosis.fault_verdict import diagnose
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor, band_rms
 from srbval.models.simulate import Step, simulate
+from srbval.models.step_limits import predict
 from srbval.path import amplitudes
 from srbval.path.identify import Pair, identify
+from srbval.plan.measures import measure
+from srbval.plan.questions import answer_questions, error_pct
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import load_recording
+from srbval.recordings import load_recording, recording_from_run
 from srbval.scene import BANDS_HZ, Scene, load_scene
 from srbval.storage import stored_result
 from srbval.storage.installation import git_revision, package_folder, shipped_folder
@@ -58,6 +61,8 @@ UNSTABLE_S, PLAY_S, SMOOTH_S = 0.0025, 0.012, 0.05  # simulated time of a probe,
 STATES = (Fault.HEALTHY, *DEFECTS)
 PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1"), 1 / 245760  # solvers besides the default
 IMPULSE_S = 1.0  # duration of the run with which a path is identified
+# Changes of a scene for runs that answer all questions: eight turns of the shaft without a play, at 997 rpm.
+ASKED_SCENE = {"duration_s": 0.7, "shaft_speed_rad_s": 997 * math.pi / 30, "contact": {"roller_fit": "printed"}}
 SEPARATOR = ": "
 
 
@@ -195,6 +200,32 @@ def _probe_comparison() -> ProbeOutputs:
     return found
 
 
+def _probe_plan() -> ProbeOutputs:
+    """Compute values for the regression check: answers to questions, their errors, longest steps of solvers."""
+    bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
+
+    def asked_run(model: str, state: Fault) -> Run:
+        return simulate(load_scene("paper", ASKED_SCENE | {"model": model, "defect": {"kind": state.scene_word}}))
+
+    healthy = recording_from_run(asked_run("planar", Fault.HEALTHY))
+    for state in RACE_DEFECTS:
+        right = asked_run("line", state)
+        own, of_right = (answer_questions(run, bearing, healthy) for run in (asked_run("planar", state), right))
+        for question, answer in of_right.items():
+            named = {str(number): value for number, value in enumerate(answer or ())}
+            named["error_pct"] = error_pct(question, own[question], answer)
+            found |= {f"{state} {question}{SEPARATOR}{name}": _or_nan(value) for name, value in named.items()}
+        found |= {f"{state}{SEPARATOR}{name}": _or_nan(value) for name, value in vars(measure(right)).items()}
+    for base in ("paper", "rig"):
+        for solver, limits in predict(load_scene(base), ("ode4", "imex2")).items():
+            found |= {f"{base} {solver}{SEPARATOR}step limit {i}_s": _or_nan(limit) for i, limit in enumerate(limits)}
+    return found
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
 def _numbers_in(table: Any) -> Iterator[float]:
     """Yield every number of a nested table, in order."""
     if isinstance(table, int | float):
@@ -214,6 +245,7 @@ PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
     "reading": _probe_reading,
     "diagnosis": _probe_diagnosis,
     "path": _probe_path,
+    "plan": _probe_plan,
     "comparison": _probe_comparison,
 }
 """Function that probes each part of the program, by the name of the part."""

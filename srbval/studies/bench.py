@@ -18,7 +18,6 @@ from typing import Any
 import pandas as pd
 
 from srbval.campaign.cases import cost_of
-from srbval.comparison.comparison import Row
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.models.jit import expected_compile_s
@@ -40,6 +39,7 @@ from srbval.sweep.pool import Attempt, attempt, side_by_side
 from srbval.sweep.scenes import PAPER, base_of, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, records, sweep
 
+Row = dict[str, Any]  # one row of a table, by the names of its columns
 Models = list[tuple[str, str]]  # model and solver; the model "" is the scene's own
 # Steps per second of the runs of a benchmark, simulated seconds of a timed run and of a run from which errors follow.
 Extent = tuple[tuple[int, ...], float, float]

@@ -42,11 +42,25 @@ def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(monkeypatch):
     assert {"paper printed outer: cage_ratio", "paper printed outer: drive_power_w"} & failed("full")
 
 
+@pytest.mark.slow
+def test_a_changed_error_of_a_level_and_a_removed_question_are_noticed(monkeypatch):
+    def asked(*given: Any) -> dict[Any, Any]:
+        return {question: answer for question, answer in answers(*given).items() if question != "depth"}
+
+    answers = check.answer_questions
+    monkeypatch.setattr(sys.modules["srbval.plan.questions"], "pct_of", lambda db: 100 * (10 ** (db / 10) - 1))
+    monkeypatch.setattr(check, "answer_questions", asked)
+    changed = failed("plan")
+    assert {"outer levels: error_pct", "inner sideband-levels: error_pct", "outer depth: 0"} <= changed
+    assert not {"outer levels: 0", "inner power: 0", "paper imex2: step limit 0_s"} & changed
+
+
 @pytest.mark.long_form
 def test_a_processor_without_vector_instructions_has_the_same_fingerprint(monkeypatch):
     """Rounding differs between processors: no quantity of the fingerprint may amplify it."""
     monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
-    program = "import json; from srbval.check.check import fingerprint as f; print(json.dumps(f('full', 'slices')))"
+    program = "import json; from srbval.check.check import fingerprint as f; "
+    program += "print(json.dumps(f('full', 'slices', 'plan')))"
     done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
     for part, values in json.loads(done.stdout).items():
         assert not [one for one in compare_part(values, reference_fingerprint()[part]) if not one.ok]

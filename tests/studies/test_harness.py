@@ -1,6 +1,7 @@
 """Every study states its question and options; results are stored as the options ask."""
 
 import argparse
+import re
 
 import pytest
 
@@ -9,7 +10,7 @@ from srbval.cli.arguments import build_parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
 from srbval.storage.stored_result import ResultKind
-from srbval.studies.harness import Study, StudyResult, load_study, make_result, run_study, study_names
+from srbval.studies.harness import STUDIES_FOLDER, Study, StudyResult, load_study, make_result, run_study, study_names
 
 
 @pytest.mark.parametrize("name", study_names())
@@ -18,7 +19,11 @@ def test_every_study_states_its_question_and_has_options_that_parse(name):
     assert study.question.endswith("?") or "?" in study.question
     assert study.minutes > 0
     assert set(study.parts) <= set(PROBES)
-    assert study.parts or study.kind is not ResultKind.EVIDENCE, "no change of behaviour would make it stale"
+    texts = [path.read_text() for path in (STUDIES_FOLDER / name).glob("*.py") if path.stem != "page"]
+    texts += [(STUDIES_FOLDER / "bench.py").read_text()] if "studies.bench" in "".join(texts) else []
+    used = set(re.findall(r"^from srbval\.(\w+)", "\n".join(texts), re.MULTILINE)) & set(PROBES)
+    assert used <= set(study.parts), "a change of behaviour would not make it stale"
+    assert study.parts or study.kind is not ResultKind.EVIDENCE
     assert callable(study.run)
     assert build_parser().parse_args(["study", "run", name]).action == name
     assert set(study.defaults().values()) <= {None}, "no option has to be stated, and none changes the stored result"
