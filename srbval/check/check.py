@@ -61,9 +61,8 @@ UNSTABLE_S, PLAY_S, SMOOTH_S = 0.0025, 0.012, 0.05  # simulated time of a probe,
 STATES = (Fault.HEALTHY, *DEFECTS)
 PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1"), 1 / 245760  # solvers besides the default
 IMPULSE_S = 1.0  # duration of the run with which a path is identified
-# Changes of a scene for runs that answer all questions: eight turns of the shaft without a play, at 997 rpm.
+# changes of a scene for runs that answer all questions: without a play, more than eight turns of the shaft
 ASKED_SCENE = {"duration_s": 0.7, "shaft_speed_rad_s": 997 * math.pi / 30, "contact": {"roller_fit": "printed"}}
-SEPARATOR = ": "
 
 
 def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, ProbeOutputs]:
@@ -111,7 +110,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
 def _probe_model(model: str, base: str, *, step: Step = Step.UNCHECKED, **options: Any) -> ProbeOutputs:
     """Simulate all scenes that `_probe_scenes` yields for these arguments; return the numbers that are compared."""
     return {
-        f"{name}{SEPARATOR}{quantity}": value
+        f"{name}: {quantity}": value
         for name, scene in _probe_scenes(model, base, **options)
         for quantity, value in _numbers_of_run(simulate(scene, step=step)).items()
     }
@@ -147,12 +146,12 @@ def _probe_reading() -> ProbeOutputs:
     for analysis in _analyse_shipped():
         record = analysis.recording.name
         for line in (one for one in analysis.lines if one.harmonic == 1):
-            name = f"{record} {line.name}{SEPARATOR}"
+            name = f"{record} {line.name}: "
             found |= {f"{name}detected": str(line.detected), f"{name}kinematic_hz": line.kinematic_hz}
             if line.detected:
                 numbers = {"hz": line.found_hz, "ci95_hz": line.ci95_hz, "snr": line.snr, "p": line.false_alarm}
                 found |= {f"{name}{key}": math.nan if one is None else one for key, one in numbers.items()}
-        found[f"{record}{SEPARATOR}shaft_hz"] = analysis.speed.value_hz
+        found[f"{record}: shaft_hz"] = analysis.speed.value_hz
     return found
 
 
@@ -161,8 +160,8 @@ def _probe_diagnosis() -> ProbeOutputs:
     found: ProbeOutputs = {}
     for analysis in _analyse_shipped():
         made = diagnose(analysis)
-        found[f"{analysis.recording.name}{SEPARATOR}called"] = made.state
-        found |= {f"{analysis.recording.name}{SEPARATOR}{name}_p": share for name, share in made.probabilities.items()}
+        found[f"{analysis.recording.name}: called"] = made.state
+        found |= {f"{analysis.recording.name}: {name}_p": share for name, share in made.probabilities.items()}
     return found
 
 
@@ -176,12 +175,12 @@ def _probe_path() -> ProbeOutputs:
         order = bearing.orders.bpfo if state is Fault.OUTER else bearing.orders.bpfi
         read = amplitudes.levels(record, None) | amplitudes.locked_levels(record, bearing, order)
         read |= amplitudes.pattern(record, bearing, state, order)
-        found |= {f"{record.name}{SEPARATOR}{name}_db": one.value for name, one in read.items()}
+        found |= {f"{record.name}: {name}_db": one.value for name, one in read.items()}
     record = next(one.recording for one in _analyse_shipped() if one.recording.name.startswith("OR_877"))
     changes = {"model": "impulse", "duration_s": IMPULSE_S, "defect": {"kind": "outer"}}
     made = identify(Pair(record=record, run=simulate(load_scene("rig", changes))), bearing=bearing)
     gains = zip(made.path.frequency_hz, made.path.load, strict=True)
-    return found | {f"path {hz:.0f} Hz{SEPARATOR}gain": float(f"{gain:.9g}") for hz, gain in gains}
+    return found | {f"path {hz:.0f} Hz: gain": float(f"{gain:.9g}") for hz, gain in gains}
 
 
 def _probe_comparison() -> ProbeOutputs:
@@ -189,20 +188,20 @@ def _probe_comparison() -> ProbeOutputs:
     recordings, found = [one.recording for one in _analyse_shipped()], ProbeOutputs()
     readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
-        found |= {f"{one.record}{SEPARATOR}ratio": one.ratio, f"{one.record}{SEPARATOR}u": one.reading_u}
+        found |= {f"{one.record}: ratio": one.ratio, f"{one.record}: u": one.reading_u}
     means = cage_means(readings)
     found |= {f"mean at {rpm:g} rpm": float(mean) for rpm, mean in zip(means.rpm, means.means, strict=True)}
     found |= {f"spread at {rpm:g} rpm": float(of.std()) for rpm, of in zip(means.rpm, means.draws.T, strict=True)}
     for file in ("comparison/budget.toml", "scene/rig_inputs.toml"):
         numbers = list(_numbers_in(read_toml(package_folder() / file)))
-        found[f"{file}{SEPARATOR}numbers"] = len(numbers)
-        found[f"{file}{SEPARATOR}sum"] = float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1))))
+        found[f"{file}: numbers"] = len(numbers)
+        found[f"{file}: sum"] = float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1))))
     return found
 
 
 def _probe_plan() -> ProbeOutputs:
     """Compute values for the regression check: answers to questions, their errors, longest steps of solvers."""
-    bearing, found = load_bearing(DEFAULT_BEARING), ProbeOutputs()
+    bearing, found = load_bearing(DEFAULT_BEARING), dict[str, float | None]()
 
     def asked_run(model: str, state: Fault) -> Run:
         return simulate(load_scene("paper", ASKED_SCENE | {"model": model, "defect": {"kind": state.scene_word}}))
@@ -212,18 +211,13 @@ def _probe_plan() -> ProbeOutputs:
         right = asked_run("line", state)
         own, of_right = (answer_questions(run, bearing, healthy) for run in (asked_run("planar", state), right))
         for question, answer in of_right.items():
-            named = {str(number): value for number, value in enumerate(answer or ())}
-            named["error_pct"] = error_pct(question, own[question], answer)
-            found |= {f"{state} {question}{SEPARATOR}{name}": _or_nan(value) for name, value in named.items()}
-        found |= {f"{state}{SEPARATOR}{name}": _or_nan(value) for name, value in vars(measure(right)).items()}
+            found |= {f"{state} {question}: {number}": value for number, value in enumerate(answer or ())}
+            found[f"{state} {question}: error_pct"] = error_pct(question, own[question], answer)
+        found |= {f"{state}: {name}": value for name, value in vars(measure(right)).items()}
     for base in ("paper", "rig"):
         for solver, limits in predict(load_scene(base), ("ode4", "imex2")).items():
-            found |= {f"{base} {solver}{SEPARATOR}step limit {i}_s": _or_nan(limit) for i, limit in enumerate(limits)}
-    return found
-
-
-def _or_nan(value: float | None) -> float:
-    return math.nan if value is None else value
+            found |= {f"{base} {solver}: step limit {i}_s": limit for i, limit in enumerate(limits)}
+    return {name: math.nan if value is None else value for name, value in found.items()}
 
 
 def _numbers_in(table: Any) -> Iterator[float]:
@@ -275,7 +269,7 @@ def run_check(*, progress: Progress = silent) -> CheckResult:
     """
     known, now = reference_fingerprint(), fingerprint(progress=progress)
     checks = [
-        replace(one, name=f"{part}{SEPARATOR}{one.name}")
+        replace(one, name=f"{part}: {one.name}")
         for part, values in now.items()
         for one in compare_part(values, known.get(part, {}))
     ]
