@@ -39,7 +39,7 @@ from srbval.sweep.pool import Attempt, attempt, side_by_side
 from srbval.sweep.scenes import PAPER, base_of, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, records, sweep
 
-Row = dict[str, Any]  # one row of a table, by the names of its columns
+BenchRow = dict[str, Any]  # one row of a table, by the names of its columns
 Models = list[tuple[str, str]]  # model and solver; the model "" is the scene's own
 # Steps per second of the runs of a benchmark, simulated seconds of a timed run and of a run from which errors follow.
 Extent = tuple[tuple[int, ...], float, float]
@@ -54,7 +54,7 @@ BENCH_SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
 STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
 RUN_PASSAGES, MIN_RUN_S = 4.0, 0.25  # roller passages in a run of the stability map, and its least duration
 PREDICTED = ("predicted_limit_dt_s", "predicted_elastic_limit_dt_s")
-NONE: Row = dict.fromkeys(PREDICTED)
+NONE: BenchRow = dict.fromkeys(PREDICTED)
 DEFAULT = default_solver()
 MEASURED, COSTS = ("cage_ratio", "noise_floor", "band_rms_m_s2"), ("wall_per_simulated_s", "cpu_per_simulated_s")
 RATIOS = ("cpu_ratio", "cpu_ratio_range")
@@ -111,7 +111,7 @@ def bench(
     pairs = zip(right[: len(fine) : 2], right[1 : len(fine) : 2], strict=True)
     usual = {row["scene"]: row | {"own_cage_error": errors(twice, row)["cage_error"]} for twice, row in pairs}
     references = {(row["scene"], row["model"], row["solver"]): row for row in right[len(fine) :]}
-    runs, rows = sweep(pd.DataFrame(cases), whole, measures, task="runs to compare", step=step, **how), list[Row]()
+    runs, rows = sweep(pd.DataFrame(cases), whole, measures, task="runs to compare", step=step, **how), list[BenchRow]()
     for number, (case, run) in enumerate(zip(cases, records(runs), strict=True)):
         progress("time the solvers", number / len(cases))
         (timed,) = records(sweep(pd.DataFrame([case]), in_turns, measure_cost, task="", jobs=1))
@@ -153,7 +153,7 @@ def stability(
     references = {(row["scene"], row["solver"], row["rpm"]): row for row in fine}
     predicted = {} if model else predictions(finest, **how)
 
-    def judged(cell: Case) -> Row:
+    def judged(cell: Case) -> BenchRow:
         at = cell["scene"], cell["solver"], cell["rpm"]
         found = judge_step_error(cell, references[at]) if model else {**cell, "ok": works(cell["status"])}
         return found | {"stable": found["ok"]} | predicted.get(at, NONE)
@@ -172,7 +172,7 @@ def stability(
     return StudyResult(content=content, text=text)
 
 
-def predictions(rows: Sequence[Row], **how: Any) -> dict[tuple[Any, ...], Row]:
+def predictions(rows: Sequence[BenchRow], **how: Any) -> dict[tuple[Any, ...], BenchRow]:
     """Predict the largest stable steps [s], with friction and without, by scene, solver and speed of the `rows`."""
     scenes = {(row["scene"], row["rpm"]): passing_scene(row) for row in rows}
     solvers = list(dict.fromkeys(row["solver"] for row in rows))
@@ -196,14 +196,14 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
         return drawn
 
 
-def measures(_: Case, own: Attempt) -> Row:
+def measures(_: Case, own: Attempt) -> BenchRow:
     """Step [s], cage ratio, noise floor and band RMS of a run; None for an incomplete run or an unknown quantity."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found = {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
     return {"dt_s": own.scene.solver.step_s} | found
 
 
-def measure_cost(_: Case, *pairs: Attempt) -> Row:
+def measure_cost(_: Case, *pairs: Attempt) -> BenchRow:
     """Least times per simulated second of a solver, None if a run ended early, and its CPU time over the default's.
 
     `pairs` are runs of the default solver and of the solver, alternately; the first two do not count.
@@ -216,7 +216,7 @@ def measure_cost(_: Case, *pairs: Attempt) -> Row:
     return least | {"cpu_ratio": statistics.median(ratios), "cpu_ratio_range": [min(ratios), max(ratios)]}
 
 
-def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
+def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> BenchRow:
     """Errors of cage speed, BPFO [%] and band RMS [dB] of `own` relative to the finer run `right`; None if unknown."""
     cage, band = (own[n] / right[n] if own[n] and right[n] else math.nan for n in ("cage_ratio", "band_rms_m_s2"))
     found = {"cage_error": abs(cage - 1), "band_rms_error": abs(band - 1)}
@@ -224,7 +224,7 @@ def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
     return {name: None if math.isnan(error) else error for name, error in found.items()}
 
 
-def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any], *, checked: bool = False) -> Row:
+def judge_step_error(row: Mapping[str, Any], right: Mapping[str, Any], *, checked: bool = False) -> BenchRow:
     """Add to a run the step errors relative to the reference run `right`, and `ok`.
 
     Unless the step was `checked` by the run itself, the status accounts for the errors.
@@ -248,13 +248,13 @@ def pareto_front(runs: pd.DataFrame, error: str) -> pd.DataFrame:
     return good[good[error] < least]
 
 
-def with_fronts(rows: Sequence[Row], error: str) -> list[Row]:
+def with_fronts(rows: Sequence[BenchRow], error: str) -> list[BenchRow]:
     """Add `pareto` to the runs: true for those of `pareto_front`."""
     front = set(pareto_front(pd.DataFrame(rows), error).index)
     return [row | {"pareto": place in front} for place, row in enumerate(rows)]
 
 
-def _run_probe(row: Row, seconds: float, progress: Progress) -> tuple[Run, float]:
+def _run_probe(row: BenchRow, seconds: float, progress: Progress) -> tuple[Run, float]:
     """Make a short run of a model; returns it and its start-up time [s]; `ConfigurationError` if it is refused."""
     began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
@@ -292,7 +292,7 @@ def _own_model(scene: str) -> str:
 
 def _cases(
     scenes: Sequence[str], models: Models, steps_per_s: Sequence[int], rpm: Sequence[float | None] = (None,)
-) -> list[Row]:
+) -> list[BenchRow]:
     """List the runs for every combination of scene, model with solver, speed (None: the scene's own) and step."""
     return [
         {"scene": scene, "model": model or _own_model(scene), "solver": solver, "rpm": speed, "steps_per_s": steps}
@@ -312,13 +312,13 @@ def passing_scene(case: Case) -> Scene:
     return lasting_passages(_scene(case, MIN_RUN_S), RUN_PASSAGES, least_s=MIN_RUN_S, settle=RUN_PASSAGES / 2)
 
 
-def _bench_table(rows: Sequence[Row], model: str | None) -> str:
+def _bench_table(rows: Sequence[BenchRow], model: str | None) -> str:
     """Table of the benchmark's runs as text, with differences from the bundled model if another `model` is given."""
     columns = {title: key for title, key in BENCH_COLUMNS.items() if model or not key.startswith("bundled_")}
     return text_rows([dict.fromkeys(BENCH_COLUMNS.values()) | row for row in rows], columns)
 
 
-def _bench_text(rows: Sequence[Row], model: str | None) -> str:
+def _bench_text(rows: Sequence[BenchRow], model: str | None) -> str:
     """Text of the benchmark: table of runs, cost of the model in units of the default solver's, reasons of failures."""
     own = [row for row in rows if model and row["model"] == model]
     ratio = "{series} takes {cpu_ratio:.3g} times ({cpu_ratio_range[0]:.3g} to {cpu_ratio_range[1]:.3g}) the CPU of "
