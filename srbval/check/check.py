@@ -61,7 +61,7 @@ UNSTABLE_S, PLAY_S, SMOOTH_S = 0.0025, 0.012, 0.05  # simulated time of a probe,
 STATES = (Fault.HEALTHY, *DEFECTS)
 PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1"), 1 / 245760  # solvers besides the default
 IMPULSE_S = 1.0  # duration of the run with which a path is identified
-# changes of a scene for runs that answer all questions: without a play, more than eight turns of the shaft
+# Changes of a scene so that its run answers all questions: no play, more than the eight turns that a reading needs.
 ASKED_SCENE = {"duration_s": 0.7, "shaft_speed_rad_s": 997 * math.pi / 30, "contact": {"roller_fit": "printed"}}
 
 
@@ -200,7 +200,7 @@ def _probe_comparison() -> ProbeOutputs:
 
 
 def _probe_plan() -> ProbeOutputs:
-    """Compute values for the regression check: answers to questions, their errors, longest steps of solvers."""
+    """Compute values for the regression check: answers, their errors, longest steps (0: with friction, 1: without)."""
     bearing, found = load_bearing(DEFAULT_BEARING), dict[str, float | None]()
 
     def asked_run(model: str, state: Fault) -> Run:
