@@ -168,30 +168,30 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
     """Refine the phases `path_rad`; returns log evidence of a line, mean step per block, its 95 % half width [rad]."""
     blocks = sums.shape[1]
     contrasts = contrasts_of(blocks)
-    ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * contrasts.share
     for _ in range(4):
         amplitude = _amplitudes(sums, number, path_rad)
         phase, variance = _refined(sums, number, path_rad, amplitude)
         residual = contrasts.weights @ phase
-        excess, weight, log_likelihood = _excess_noise(residual, variance, contrasts.share)
-        by_noise = weight @ (1 / spread) * residual  # each residual's share of noise
+        excess, weight, log_likelihood = _excess_noise(residual, variance, contrasts)
+        by_noise = weight @ contrasts.by_noise * residual  # each residual's share of noise
         path_rad = phase - contrasts.weights.T @ by_noise
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
     log_spread = float(weight @ np.log1p(WALK_RATIOS))
-    # Without a walk the frequency of highest power needs no correction, and is better for weak lines.
-    carried = weight @ (ratios * contrasts.with_slope / spread)  # share of each residual that a walk adds to the slope
+    # A walk adds a share of each residual to the slope. Without a walk the frequency of highest power needs no
+    # correction, and is better for weak lines.
+    carried = (weight * WALK_RATIOS) @ contrasts.by_noise * contrasts.with_slope
     slope = float(contrasts.slope @ phase - carried @ residual) * walk_share(log_spread)
     strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
     error = math.sqrt(excess * variance * contrasts.slope_variance)
     return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
 
 
-def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
+def _excess_noise(residual: FloatArray, variance: float, contrasts: Contrasts) -> tuple[float, FloatArray, float]:
     """Noise at a line over noise nearby; posterior weights of `WALK_RATIOS` (ratios of slip to noise); log evidence."""
     tried = []
     for excess in EXCESSES:
-        weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
+        weight, log_likelihood = weigh_walk_ratios(residual**2 / (excess * variance), contrasts)
         tried.append((excess, weight, log_likelihood - residual.size * math.log(excess) / 2))
     best = max(tried, key=lambda one: one[2])
     return best if best[2] - tried[0][2] > EXCESS_MARGIN else tried[0]
@@ -213,11 +213,20 @@ class Contrasts:
     slope: FloatArray
     slope_variance: float
 
+    @functools.cached_property
+    def by_noise(self) -> FloatArray:
+        """Share of noise in each contrast's variance, 1 + r `share`, for each r of `WALK_RATIOS`, [ratios, n - 2]."""
+        return np.asarray(1 / (1 + WALK_RATIOS[:, None] * self.share))
 
-def weigh_walk_ratios(residual: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
-    """Weights of ratios r of slip to noise, log evidence; a `residual` has variance 1 (noise) + r `share` (slip)."""
-    spread = 1 + WALK_RATIOS[:, None] * share
-    likelihood = -0.5 * (np.log(spread).sum(axis=1) + (residual**2 / spread).sum(axis=1))
+    @functools.cached_property
+    def log_by_noise(self) -> FloatArray:
+        """Sum over the contrasts of the logarithm of `by_noise`, [ratios]."""
+        return np.asarray(np.log(self.by_noise).sum(axis=1))
+
+
+def weigh_walk_ratios(squares: FloatArray, contrasts: Contrasts) -> tuple[FloatArray, float]:
+    """Weights of `WALK_RATIOS` and log evidence, from the `squares` [n - 2] of contrasts in units of their noise."""
+    likelihood = 0.5 * (contrasts.log_by_noise - contrasts.by_noise @ squares)
     weight = WALK_RATIO_PRIOR * np.exp(likelihood - likelihood.max())
     total = float(weight.sum())
     return weight / total, math.log(total / float(WALK_RATIO_PRIOR.sum())) + float(likelihood.max())
@@ -255,14 +264,11 @@ def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> F
     path: FloatArray = np.zeros(sums.shape[1])
     for _ in range(4):
         likelihood = 2 * ((np.conj(amplitude)[:, None] * sums).T @ rotation).real  # less the cost of the path's steps
-        total, previous = likelihood[0], np.zeros(likelihood.shape, dtype=np.int64)
         for block in range(1, sums.shape[1]):
-            reached = total - cost
-            previous[block] = np.argmax(reached, axis=1)
-            total = reached[np.arange(PHASES), previous[block]] + likelihood[block]
-        best = [int(np.argmax(total))]
-        for block in range(sums.shape[1] - 1, 0, -1):
-            best.append(previous[block, best[-1]])
+            likelihood[block] += np.max(likelihood[block - 1] - cost, axis=1)  # of the best path to each phase
+        best = [int(np.argmax(likelihood[-1]))]
+        for reached in likelihood[-2::-1]:
+            best.append(int(np.argmax(reached - cost[best[-1]])))
         before, path = path, np.asarray(grid[best[::-1]], dtype=np.float64)
         if np.array_equal(path, before):  # no further pass would change it
             break

@@ -8,6 +8,7 @@ floor, the start and the knots of the present table are kept; they were chosen b
 
 import itertools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -41,8 +42,9 @@ def drawn_slip(ratio: float, rng: np.random.Generator, draws: int = DRAWS) -> tu
     covariance[1:, 1:] += ratio * np.diag(share)
     covariance[0, 1:] = covariance[1:, 0] = ratio * cross
     sample = rng.standard_normal((draws, MODES + 1)) @ np.linalg.cholesky(covariance).T
-    weight = np.array([weigh_walk_ratios(row, share)[0] for row in sample[:, 1:]])
-    carried = weight @ (WALK_RATIOS[:, None] * cross / (1 + WALK_RATIOS[:, None] * share))
+    own = replace(contrasts, share=share)
+    weight = np.array([weigh_walk_ratios(row**2, own)[0] for row in sample[:, 1:]])
+    carried = (weight * WALK_RATIOS) @ own.by_noise * cross
     return weight @ np.log1p(WALK_RATIOS), np.abs(sample[:, 0] - np.sum(carried * sample[:, 1:], axis=1))
 
 
