@@ -90,7 +90,8 @@ def stored_numbers() -> dict[str, Any]:
         }
     naming = numbers["naming"]
     numbers["named"] = {row["name"]: row for row in naming["methods"] if row["by"] == "all"}
-    return numbers | {"graded": {row["grade"]: row for row in naming["graded"]["table"] if row["part"] == "all"}}
+    runs = ("graded", "graded_later")  # the first of this benchmark and the latest
+    return numbers | {run: {x["grade"]: x for x in naming[run]["table"] if x["part"] == "all"} for run in runs}
 
 
 myst_substitutions = stored_numbers()

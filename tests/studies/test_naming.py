@@ -16,7 +16,17 @@ from srbval.recordings.registry import listing
 from srbval.storage.files import file_sha256
 from srbval.studies.naming import study
 from srbval.studies.naming.records import KnownRecord, known_records
-from srbval.studies.naming.study import ALONE, MACHINE, call_machines, counted, graded, see
+from srbval.studies.naming.study import (
+    ALONE,
+    FIRST_RUN,
+    LATER_RUN,
+    MACHINE,
+    call_machines,
+    counted,
+    graded,
+    graded_runs,
+    see,
+)
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
@@ -60,6 +70,14 @@ def test_graded_records_are_found_by_their_content_and_counted_by_grade(tmp_path
     assert [row["ranked_first"] for row in found["records"]] == ["inner", OPEN], "no part is first by its prior"
     with pytest.raises(DataError, match="none of the 3 records"):
         graded([str(tmp_path / "none")], None, lambda *_: None)
+
+
+def test_a_later_run_does_not_replace_the_first_run_of_the_graded_benchmark():
+    first = graded_runs({}, {"table": "a"})
+    assert first == {FIRST_RUN: {"run": 1, "table": "a"}, LATER_RUN: None}
+    later = graded_runs(first, {"table": "b"})
+    assert later == first | {LATER_RUN: {"run": 2, "table": "b"}}
+    assert graded_runs(later, {"table": "c"}) == first | {LATER_RUN: {"run": 3, "table": "c"}}
 
 
 def test_calls_are_counted_by_set_and_class():
