@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
@@ -49,7 +49,6 @@ from srbval.storage.stored_result import (
     CheckedQuantity,
     Fingerprint,
     FingerprintValue,
-    StoredResult,
     compare_part,
     read_result,
     reference_fingerprint,
@@ -273,15 +272,10 @@ def run_check(*, progress: Progress = silent) -> CheckResult:
         for part, values in now.items()
         for one in compare_part(values, known.get(part, {}))
     ]
-    reasons = ((one.path.name, one.why_stale(now)) for one in shipped_results())
+    shipped = map(read_result, sorted(shipped_folder(stored_result.REPORTS).glob("*.json")))
+    reasons = ((one.path.name, one.why_stale(now)) for one in shipped if one is not None)
     stale = tuple({"file": file, "why": why} for file, why in reasons if why is not None)
     return CheckResult(checks=tuple(checks), stale=stale, now=now)
-
-
-def shipped_results() -> Sequence[StoredResult]:
-    """Load the stored results shipped with srbval, in the order of their file names."""
-    files = sorted(set(shipped_folder(stored_result.REPORTS).glob("*.json")) - {reference_path()})
-    return [one for path in files if (one := read_result(path)) is not None]
 
 
 def reference_path() -> Path:

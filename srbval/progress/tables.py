@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 
 def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """Table of aligned columns as text; numbers are aligned right, with six significant digits."""
-    texts = [[_text(value) for value in row] for row in rows]
-    widths = [
-        max(len(title), *(len(row[i]) for row in texts)) if texts else len(title) for i, title in enumerate(columns)
-    ]
+    texts = [list(columns), *([_text(value) for value in row] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     right = [bool(rows) and all(isinstance(row[i], int | float | None) for row in rows) for i in range(len(columns))]
     lines = (
         "  ".join(t.rjust(w) if r else t.ljust(w) for t, w, r in zip(line, widths, right, strict=True)).rstrip()
-        for line in (list(columns), *texts)
+        for line in texts
     )
     return "\n".join(lines)
 
