@@ -10,7 +10,6 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -166,8 +165,7 @@ def campaign_of(name: str) -> Campaign:
 
 def presets() -> dict[str, Path]:
     """Files of the campaigns shipped with srbval, by name."""
-    folder = Path(str(resources.files("srbval.campaign") / "presets"))
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {path.stem: path for path in sorted(Path(__file__).with_name("presets").glob("*.toml"))}
 
 
 def flatten_point(table: Mapping[str, Any]) -> Point:
@@ -202,9 +200,8 @@ def _range(key: str, ends: object) -> Callable[[float], float | str]:
 class CampaignCase:
     """One case of a campaign.
 
-    `key` names the result file; `point` contains the changes of the base scene by dotted key, such as ``defect.kind``.
-    `expected_s` is the wall time [s] that follows from stored timings of the model, None if there are none; `planned_s`
-    is the same time, or a rough guess if there are no timings. `refused` is the reason if the scene is not valid.
+    `key` names the result file. `expected_s` is the wall time [s] that follows from stored timings of the model, None
+    without any; `planned_s` is this time, or else a rough guess. `refused` is the reason if the scene is not valid.
     """
 
     index: int

@@ -100,9 +100,8 @@ def run_in_processes(jobs: int, tasks: Iterable[CaseTask]) -> Generator[CaseResu
 def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
     """Run cases on a Dask cluster, one at a time in each thread of a worker, and yield their results.
 
-    `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object, or a function
-    that returns a context manager of a cluster. If the cluster has no worker for `wait_s` [s], `DataError` is raised
-    with the `cluster_name`. Dask moves the cases of a lost worker to other workers.
+    `cluster` is a running cluster, as in `choose_engine`, or a function that returns a context manager of a cluster.
+    Raises `DataError` with the `cluster_name` without a worker for `wait_s` [s]. Dask repeats a lost worker's cases.
     """
     from distributed import KilledWorker
 

@@ -20,7 +20,6 @@ from srbval.models.run_file import RunWriter
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import checked_summary, new_hdf5
 from srbval.storage.json_files import parse_json, to_json
-from srbval.storage.sources import content_version
 from srbval.storage.tables import build
 
 Quantities = Mapping[str, tuple[float, str]]  # value and unit
@@ -68,7 +67,7 @@ def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
     return {name: (value, unit) for name, (value, unit) in found.items() if value is not None and math.isfinite(value)}
 
 
-COMPUTED_BY = "srbval.campaign.worker"
+COMPUTED_BY = "srbval.campaign.worker"  # module whose `content_version` is the version of a case's results
 REFUSED = "refused"  # the run could not be started
 CRASHED = "crashed"  # the process died, or the program has a bug
 TIMED_OUT = "timed-out"  # the case exceeded its time limit, so its process was ended
@@ -79,7 +78,7 @@ SIGNAL_OUTPUTS = frozenset((Output.ACCELERATION, Output.SIGNALS))
 class CaseTask:
     """Everything that a worker needs to run a case.
 
-    `version` is the `code_version` that the worker must have. `limit_s` limits the wall time [s], None for no limit.
+    `version` is the `content_version` that the worker must have. `limit_s` limits the wall time [s], None for no limit.
     """
 
     key: str
@@ -108,11 +107,6 @@ class CaseResult:
     def final(self) -> bool:
         """True if another attempt would end in the same way; otherwise the campaign's next run repeats the case."""
         return self.status not in (CRASHED, TIMED_OUT)
-
-
-def code_version() -> str:
-    """Hash of all source code that runs a case and computes its results."""
-    return content_version(COMPUTED_BY)
 
 
 def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs: Collection[Output] = ()) -> None:

@@ -23,7 +23,7 @@ from srbval.bearing import Fault
 from srbval.bridges import require_xarray
 from srbval.campaign.cases import Campaign, CampaignCase, campaign_of, plan_cases, scene_of_point
 from srbval.campaign.engines import LOCAL, Engine, choose_engine
-from srbval.campaign.results import REFUSED, CaseResult, CaseTask, code_version, read_case_result, read_intact_result
+from srbval.campaign.results import COMPUTED_BY, REFUSED, CaseResult, CaseTask, read_case_result, read_intact_result
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import USABLE, WORKING, RunStatus, works
 from srbval.models.simulate import compile_for
@@ -32,6 +32,7 @@ from srbval.recordings.manifest import CAMPAIGN_JSON, RESULTS_FOLDER
 from srbval.storage.files import atomic_write, remove_unfinished
 from srbval.storage.hdf5_files import FOOTER_BYTES, append_checksum, checked_summary
 from srbval.storage.json_files import parse_json, to_json
+from srbval.storage.sources import content_version
 from srbval.storage.tables import build, number_and_unit
 
 if TYPE_CHECKING:
@@ -325,8 +326,8 @@ def run_campaign(
     campaign = load_campaign(campaign) if isinstance(campaign, str | Path) else campaign
     campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign
     engine = engine if isinstance(engine, Engine) else choose_engine(engine)
-    cases = tuple(plan_cases(campaign))
-    table = CampaignTable(campaign=campaign, version=code_version(), cases=cases, folder=folder)
+    version = content_version(COMPUTED_BY)
+    table = CampaignTable(campaign=campaign, version=version, cases=tuple(plan_cases(campaign)), folder=folder)
     with folder_lock(folder):
         write_campaign_table(table)
         results = {key: result for key, result in read_results(table).items() if result.final}

@@ -13,6 +13,7 @@ from srbval.campaign.results import CaseResult, CaseTask
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.simulate import Step, compile_for
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, serve_calls
+from srbval.storage.sources import content_version
 from srbval.sweep.pool import attempt
 
 IDLE_S = 60.0  # idle time after which the process ends, because a Dask worker outlives campaigns
@@ -62,9 +63,9 @@ def run_isolated(task: CaseTask) -> CaseResult:
     here, folder = f"the Dask worker at {platform.node()}", task.path.parents[1]
     if not folder.is_dir():
         raise DataError(f"{here} cannot access {folder}; choose a folder that all machines share.")
-    if results.code_version() != task.version:
+    if (version := content_version(results.COMPUTED_BY)) != task.version:
         raise ConfigurationError(
-            f"{here} runs version {results.code_version()} of the model, the campaign version {task.version}: their "
+            f"{here} runs version {version} of the model, the campaign version {task.version}: their "
             "results would not be comparable. Install the same srbval there."
         )
     compile_for(task.scene)

@@ -95,9 +95,8 @@ class WorkerProcess:
         own_group: bool = False,
         may_fork: bool = False,
     ) -> None:
-        self._module, self._may_fork = module, may_fork
-        self._command, self._environment = [sys.executable, "-P", "-m", module], dict(environment or {})
-        self._leads = own_group
+        self._module, self._may_fork, self._leads = module, may_fork, own_group
+        self._environment = dict(environment or {})
         self._lock, self._stopped = threading.Lock(), False
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -109,7 +108,7 @@ class WorkerProcess:
             if self._process is None:
                 with without_ctrl_c():
                     self._process = subprocess.Popen(
-                        self._command,
+                        [sys.executable, "-P", "-m", self._module],
                         stdin=subprocess.PIPE,
                         stdout=subprocess.PIPE,
                         env=os.environ | self._environment | child_environment(),
