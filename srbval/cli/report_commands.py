@@ -8,15 +8,13 @@ from typing import Any
 
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_result
-from srbval.errors import ConfigurationError, DataError
-from srbval.progress import Progress, ProgressDisplay, stage
+from srbval.errors import ConfigurationError, DataError, NumericsError
+from srbval.progress import ProgressDisplay, stage
 from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
 
 MAIN_FOLDER, VALIDATION_FOLDER = "srbval-report", "srbval-validation"
-FilesAndData = tuple[dict[str, Path], dict[str, Any]]  # written files by format, data for the JSON document
 MAX_NAME_LENGTH = 100  # characters of a file's name in the folder name; file systems limit its length
-OUT_OF_TOLERANCE, INCOMPLETE, RUN_FAILED = 1, 3, 4  # exit codes
 PAIR_COLUMNS = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "error", "uncertainty", "verdict")
 
 
@@ -35,7 +33,21 @@ def run_report_command(options: argparse.Namespace) -> int:
         )
     started = time.perf_counter()
     with ProgressDisplay() as progress:
-        files, found = (_report_recordings if options.files else _report_model)(options, folder, progress)
+        with stage(progress, "Load the program"):
+            from srbval.cli.record_commands import request_from_options
+            from srbval.report.reports import make_report, report_sources
+            from srbval.report.sections.answer import finding_sentence
+            from srbval.studies.harness import pages
+        how: dict[str, Any] = {"jobs": options.jobs, "formats": tuple(options.formats), "command": own_command()}
+        if options.files:
+            request = request_from_options(options)
+            report, files = report_sources(options.files, folder, request, progress=progress, **how)
+            found = to_json(report.data)
+        else:
+            findings, files = make_report(folder, seconds=options.seconds, pages=pages(), progress=progress, **how)
+            headline = to_json(findings.data["headline"])
+            headline = {"text": finding_sentence(headline["verdicts"])} | headline
+            found = {"headline": headline, "table6": findings.data["table6"]}
     summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
     told = [] if options.files else [found["headline"]["text"]]
     failed = found.get("failed", ())
@@ -44,34 +56,6 @@ def run_report_command(options: argparse.Namespace) -> int:
     for one in failed:
         print(f"srbval: not in the report: {one['file']}: {one['reason']}", file=sys.stderr)
     return print_result(options, document, "\n".join([*told, *summary.values()]), code=code)
-
-
-def _report_model(options: argparse.Namespace, folder: Path, progress: Progress) -> FilesAndData:
-    with stage(progress, "Load the program"):
-        from srbval.report.reports import make_report
-        from srbval.report.sections.answer import finding_sentence
-        from srbval.studies.harness import pages
-    found, files = make_report(
-        folder,
-        seconds=options.seconds,
-        jobs=options.jobs,
-        formats=tuple(options.formats),
-        pages=pages(),
-        command=own_command(),
-        progress=progress,
-    )
-    headline = to_json(found.data["headline"])
-    headline = {"text": finding_sentence(headline["verdicts"])} | headline
-    return files, {"headline": headline, "table6": found.data["table6"]}
-
-
-def _report_recordings(options: argparse.Namespace, folder: Path, progress: Progress) -> FilesAndData:
-    with stage(progress, "Load the program"):
-        from srbval.cli.record_commands import request_from_options
-        from srbval.report.reports import report_sources
-    written: dict[str, Any] = {"formats": tuple(options.formats), "command": own_command(), "progress": progress}
-    report, files = report_sources(options.files, folder, request_from_options(options), jobs=options.jobs, **written)
-    return files, to_json(report.data)
 
 
 def run_validate_command(options: argparse.Namespace) -> int:
@@ -96,7 +80,7 @@ def run_validate_command(options: argparse.Namespace) -> int:
         result, files = report_case(case, folder, formats=formats, command=own_command(), progress=progress)
     written = {kind: str(path) for kind, path in files.items()}
     problems = [(number, text) for number, text in result.pairs[["pair", "problem"]].itertuples(index=False) if text]
-    code = INCOMPLETE if result.failed else RUN_FAILED if problems else 0 if result.holds else OUT_OF_TOLERANCE
+    code = DataError.exit_code if result.failed else NumericsError.exit_code if problems else 0 if result.holds else 1
 
     def show() -> None:
         print(result.headline)
