@@ -10,9 +10,10 @@ from typing import Any
 from srbval.campaign.cases import Campaign, campaign_of, plan_cases
 from srbval.campaign.engines import LOCAL, choose_engine
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
-from srbval.cli.output import print_result, print_table
+from srbval.cli.output import print_result
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import ProgressDisplay
+from srbval.progress.tables import text_table
 from srbval.recordings.raw import printable
 from srbval.scene import merge
 
@@ -61,7 +62,7 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
     def show() -> None:
         points = [c.refused or ", ".join(f"{key} = {value}" for key, value in c.point.items()) for c in cases]
         rows = [(c.index, c.model or "refused", c.expected_s, said) for c, said in zip(cases, points, strict=True)]
-        print_table(("case", "model", "expected [s]", "values"), rows)
+        print(text_table(("case", "model", "expected [s]", "values"), rows))
         models = ", ".join(f"{name} {count}" for name, count in found["models"].items())
         expected_s = found["expected_s"]
         time = "unknown" if expected_s is None else f"{expected_s:.0f} s on one core of the reference machine"

@@ -7,9 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.cli.output import print_result, print_table
+from srbval.cli.output import print_result
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
+from srbval.progress.tables import text_table
 from srbval.recordings import RecordingSettings, registry
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.manifest import FileStatus, RegisteredRecording, manifest_path, without_copies
@@ -84,7 +85,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
         (r.file, r.dataset, r.bearing, *r.operating_point, r.rpm and round(r.rpm, 1), r.fs_hz, r.seconds, r.status)
         for r in result.recordings
     ]
-    print_table(DATA_HEADER, rows)
+    print(text_table(DATA_HEADER, rows))
     _print_reasons(result.recordings)
     if result.left_out:
         print("\nnot registered, because they are not recordings:")

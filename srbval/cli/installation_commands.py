@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from srbval import __version__
-from srbval.cli.output import print_result, print_table, write_text
+from srbval.cli.output import print_result, write_text
 from srbval.processes.machine import usable_cores
 from srbval.progress import ProgressDisplay
+from srbval.progress.tables import text_table
 from srbval.storage.content_store import LIMIT_BYTES
 from srbval.storage.installation import (
     KERNELS,
@@ -40,10 +41,9 @@ def run_doctor_command(options: argparse.Namespace) -> int:
         write_text(path, json.dumps(schema, indent=1) + "\n")
 
     def show() -> None:
-        print_table(("item", "value"), list(found["facts"].items()))
-        print()
+        print(text_table(("item", "value"), list(found["facts"].items())))
         rows = [(use.kind, use.files, f"{use.size_bytes / MEGABYTE:.1f}", use.folder) for use in found["cache"]]
-        print_table(("cache", "files", "MB", "folder"), rows)
+        print("\n" + text_table(("cache", "files", "MB", "folder"), rows))
         if found["cache"]:
             limit = f"{SCENE_RESULTS}: above {LIMIT_BYTES / MEGABYTE:,.0f} MB the least recently used files are removed"
             print(f"All content can be computed again. {limit}. To delete: srbval doctor --clear-cache KIND")

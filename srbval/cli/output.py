@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError, NumericsError, SrbvalError
-from srbval.progress.tables import text_table
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import import_library
 from srbval.storage.json_files import json_text, to_json
@@ -105,11 +104,6 @@ def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
         more = "This also stores the options; the next record needs only: srbval analyse FILE --machine machine.toml"
     questions = (f"  {question}" for question in error.questions)
     return "\n".join([f"{error.subject} lacks information:", *questions, "", f"For example: {example}", more])
-
-
-def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Print rows in aligned columns; numbers are aligned to the right."""
-    print(text_table(columns, rows))
 
 
 def print_wrapped(*texts: str) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
-from srbval.cli.output import own_command, print_result, print_table, print_wrapped, write_text
+from srbval.cli.output import own_command, print_result, print_wrapped, write_text
 from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.long_records import LongAnalysis
 from srbval.diagnosis.records import RecordReading, RecordRequest, feature_table, read_record
@@ -24,7 +24,7 @@ from srbval.monitoring.feature_rows import record_features
 from srbval.monitoring.machine import diagnose_pooled, machine_of
 from srbval.monitoring.trend import RMS, ChannelTrend, Trend, trend_of, zone_boundaries, zone_of
 from srbval.progress import ProgressDisplay
-from srbval.progress.tables import format_uncertain, text_rows
+from srbval.progress.tables import format_uncertain, text_rows, text_table
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.file_times import record_times
@@ -216,12 +216,9 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
         harmonics = f"{sum(family)} of {len(family)}"
         found.append((x.name, part.label if part else CAGE_PART, where, f"{x.snr:,.0f}", depth, harmonics))
     if found:
-        print_table(DETECTED_LINE_COLUMNS, found)
-    missed: dict[str, list[str]] = {}
-    for x in firsts:
-        if x.not_detected:
-            missed.setdefault(x.not_detected, []).append(x.name)
-    said = "; ".join(f"{', '.join(names)} ({why})" for why, names in missed.items())
+        print(text_table(DETECTED_LINE_COLUMNS, found))
+    reasons = dict.fromkeys(line.not_detected for line in firsts if line.not_detected)
+    said = "; ".join(f"{', '.join(x.name for x in firsts if x.not_detected == why)} ({why})" for why in reasons)
     print_wrapped(f"{'not found' if found else 'no line found'}: {said}" if said else "all lines that were searched")
     if declared := verdict.describe_declared(recording.state):
         print(declared)
@@ -243,7 +240,6 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
         f"{shown.tracking.why}",
         *(f"caution: {caution}" for caution in recording.cautions),
     )
-    print()
     rows = []
     for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
         p = x.false_alarm if x.detected else None  # meaningless for a peak that is not the line
@@ -253,8 +249,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
         identity = None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}"
         detected = "yes" if x.detected else str(x.not_detected)
         rows.append((name, f"{x.kinematic_hz:.3f}", found, deviation, *odds, identity, detected))
-    print_table(LINE_COLUMNS, rows)
-    print(f"\n{text_rows(feature_table(features_of(result)))}\n")
+    print(f"\n{text_table(LINE_COLUMNS, rows)}\n\n{text_rows(feature_table(features_of(result)))}\n")
     print_wrapped(*verdict.reasons)
     if declared := verdict.describe_declared(recording.state):
         print(declared)
@@ -293,8 +288,8 @@ def _print_trend(trend: Trend) -> None:
         head = (f"{one.channel or ''} time".strip(), f"RMS {one.unit}", "mm/s", *(f"{name} dB" for name in names))
         last = len(one.points) - 1
         kept = {*range(0, last + 1, math.ceil((last + 1) / MAX_TREND_ROWS)), last, one.first_alarm}
-        print()
-        print_table(head, [_point_row(one, point, names) for n, point in enumerate(one.points) if n in kept])
+        rows = [_point_row(one, point, names) for n, point in enumerate(one.points) if n in kept]
+        print("\n" + text_table(head, rows))
     for why in dict.fromkeys(one.velocity_missing for one in trend.channels if one.velocity_missing):
         print(f"no zone of ISO 20816-3: {why}")
 

@@ -9,14 +9,14 @@ from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.arguments import AUTO_STEP
-from srbval.cli.output import print_result, print_table
+from srbval.cli.output import print_result
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of, models_of
 from srbval.models.run import RunSummary, works
 from srbval.models.simulate import Step, stored_summary
 from srbval.models.solvers import METHODS
 from srbval.progress import ProgressDisplay
-from srbval.progress.tables import text_rows
+from srbval.progress.tables import text_rows, text_table
 from srbval.scene import LoadPath, Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
 from srbval.storage.files import check_suffix
@@ -101,7 +101,7 @@ def run_simulate_command(options: argparse.Namespace) -> int:
             for key, one in (value if isinstance(value, dict) else {"": value}).items():
                 if one is not None and not key.endswith("scatter_pct"):
                     rows.append(_format_quantity(f"{name} {key}".strip(), one))
-        print_table(("quantity", "value", "unit"), rows)
+        print(text_table(("quantity", "value", "unit"), rows))
         print(f"\n{_describe_load_share(result)}not validated: {'; '.join(result.not_validated)}")
         known = not math.isnan(result.cage_ratio)  # an outside model may have no cage
         lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if known else ""
@@ -180,8 +180,7 @@ def run_plan_command(options: argparse.Namespace) -> int:
             | {"ok": "yes" if c.ok else "no", "mark": "<-" if c.model == plan.chosen else ""}
             for c in plan.candidates
         ]
-        print(text_rows(rows, columns))
-        print()
+        print(f"{text_rows(rows, columns)}\n")
         for c in plan.candidates:
             if not c.ok:
                 print(f"{c.model}: {c.why}")
@@ -207,7 +206,7 @@ def run_kinematics_command(options: argparse.Namespace) -> int:
     def show() -> None:
         print(f"{bearing.title} at {options.rpm:g} rpm, outer ring at rest, no slip\n")
         rows = [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in FAULT_LINES]
-        print_table(("line", "Hz", "order"), [("shaft", frequencies.shaft_hz, 1.0), *rows])
+        print(text_table(("line", "Hz", "order"), [("shaft", frequencies.shaft_hz, 1.0), *rows]))
 
     document = vars(frequencies) | {"orders": bearing.orders, "bearing": bearing.name}
     document |= {"rolling_elements": bearing.rolling_elements, "rpm": options.rpm, "source": bearing.source}
@@ -219,7 +218,7 @@ def run_bearing_command(options: argparse.Namespace) -> int:
     found = find_bearings(options.search or "")
 
     def show() -> None:
-        print_table(BEARINGS, [_bearing_row(bearing) for bearing in found])
+        print(text_table(BEARINGS, [_bearing_row(bearing) for bearing in found]))
         print(f"\n{len(found)} bearings; --json contains their sources. Others: --elements, --orders or a TOML file")
 
     names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")

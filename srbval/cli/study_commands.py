@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from srbval.check.check import CheckResult, fingerprint, reference_path, run_check, write_reference
-from srbval.cli.output import own_command, print_result, print_table
+from srbval.cli.output import own_command, print_result
 from srbval.progress import Progress, ProgressDisplay, prefix_tasks, stage
-from srbval.progress.tables import text_rows
+from srbval.progress.tables import text_rows, text_table
 from srbval.report.figures.style import panel
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json, write_json
@@ -49,7 +49,7 @@ def _show_check(result: CheckResult) -> None:
     wrong = [one for one in result.checks if not one.ok]
     sizes, off = (Counter(one.name.partition(":")[0] for one in some) for some in (result.checks, wrong))
     rows = [(part, size, off[part]) for part, size in sizes.items()]
-    print_table(("part of the program", "quantities", "out of tolerance"), rows)
+    print(text_table(("part of the program", "quantities", "out of tolerance"), rows))
     for one in wrong[:MAX_PRINTED_QUANTITIES]:
         if one.words:
             print(f"{one.name}: {one.words[1]}, the reference is {one.words[0]}")
@@ -92,10 +92,9 @@ def _show_results(states: Sequence[State]) -> None:
 
 def run_study_command(options: argparse.Namespace) -> int:
     """List the studies or run one, such as ``bench`` or ``stability``."""
-    if options.command in STUDY_BY_COMMAND:
-        return _run_study(STUDY_BY_COMMAND[options.command], f"srbval {options.command}", options)
-    if options.action != "list":
-        return _run_study(options.action, f"srbval study run {options.action}", options)
+    word = options.command if options.command in STUDY_BY_COMMAND else options.action
+    if word != "list":
+        return _run_study(STUDY_BY_COMMAND.get(word, word), word, options)
     states = {state["name"]: state for state in result_states(reference_fingerprint())}
     rows = []
     for one, state in ((load_study(name), states[name]) for name in study_names()):
@@ -106,7 +105,7 @@ def run_study_command(options: argparse.Namespace) -> int:
 
 
 def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
-    plot = Path(getattr(options, "plot", None) or f"srbval-{command.rpartition(' ')[2]}.svg")
+    plot = Path(getattr(options, "plot", None) or f"srbval-{command}.svg")
     check_suffix(plot, "SVG", (".svg",))
     for key in MULTIPLE:
         if given := getattr(options, key, None):

@@ -23,6 +23,8 @@ from pathlib import Path
 from typing import Any
 
 import srbval
+from srbval.cli import run_command_line
+from srbval.scene import scene_table
 from srbval.storage.installation import shipped_folder
 from srbval.storage.stored_result import newest_result
 
@@ -75,8 +77,6 @@ CONSTANTS = (
 
 def stored_numbers() -> dict[str, Any]:
     """Return numbers to insert into documentation pages: from stored results, bundled scenes and module constants."""
-    from srbval.scene import scene_table
-
     numbers = {name: scene_table(name) for name in ("paper", "rig")}
     for name in STORED:
         result = newest_result(name)
@@ -84,9 +84,10 @@ def stored_numbers() -> dict[str, Any]:
         numbers[name] = result.content
     for module in CONSTANTS.split():
         values = vars(importlib.import_module(f"srbval.{module}"))
-        names = filter(str.isupper, values)
         numbers[module.split(".")[1]] = {
-            n: values[n] for n in names if isinstance(values[n], dict | float | int | tuple)
+            name: value
+            for name, value in values.items()
+            if name.isupper() and isinstance(value, dict | float | int | tuple)
         }
     naming = numbers["naming"]
     numbers["named"] = {row["name"]: row for row in naming["methods"] if row["by"] == "all"}
@@ -138,8 +139,6 @@ def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
     `kind` is the code's language (python or sh), `alt` the alternative text of the picture.
     """
     import matplotlib
-
-    from srbval.cli import run_command_line
 
     matplotlib.use("agg")
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
