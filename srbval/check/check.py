@@ -54,6 +54,7 @@ from srbval.storage.stored_result import (
     reference_fingerprint,
 )
 from srbval.storage.tables import read_toml
+from srbval.sweep.scenes import FITS, PAPER, bench_scene, lasting_passages
 
 ProbeOutputs = dict[str, FingerprintValue]
 UNSTABLE_S, PLAY_S, SMOOTH_S = 0.0025, 0.012, 0.05  # simulated time of a probe, by how fast a small change grows
@@ -191,16 +192,15 @@ def _probe_comparison() -> ProbeOutputs:
     means = cage_means(readings)
     found |= {f"mean at {rpm:g} rpm": float(mean) for rpm, mean in zip(means.rpm, means.means, strict=True)}
     found |= {f"spread at {rpm:g} rpm": float(of.std()) for rpm, of in zip(means.rpm, means.draws.T, strict=True)}
-    for file in ("comparison/budget.toml", "scene/rig_inputs.toml"):
-        numbers = list(_numbers_in(read_toml(package_folder() / file)))
-        found[f"{file}: numbers"] = len(numbers)
-        found[f"{file}: sum"] = float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1))))
-    return found
+    return found | _checksum("comparison/budget.toml") | _checksum("scene/rig_inputs.toml")
 
 
 def _probe_plan() -> ProbeOutputs:
-    """Compute values for the regression check: answers, their errors, longest steps (0: with friction, 1: without)."""
-    bearing, found = load_bearing(DEFAULT_BEARING), dict[str, float | None]()
+    """Compute values for the regression check: answers of models and their errors; scenes for comparing solvers.
+
+    For these scenes the longest stable steps are predicted (0: with friction, 1: without).
+    """
+    bearing, found = load_bearing(DEFAULT_BEARING), dict[str, FingerprintValue | None]()
 
     def asked_run(model: str, state: Fault) -> Run:
         return simulate(load_scene("paper", ASKED_SCENE | {"model": model, "defect": {"kind": state.scene_word}}))
@@ -213,10 +213,23 @@ def _probe_plan() -> ProbeOutputs:
             found |= {f"{state} {question}: {number}": value for number, value in enumerate(answer or ())}
             found[f"{state} {question}: error_pct"] = error_pct(question, own[question], answer)
         found |= {f"{state}: {name}": value for name, value in vars(measure(right)).items()}
-    for base in ("paper", "rig"):
-        for solver, limits in predict(load_scene(base), ("ode4", "imex2")).items():
-            found |= {f"{base} {solver}: step limit {i}_s": limit for i, limit in enumerate(limits)}
+    for name in (f"{fit}-{Fault.OUTER}" for fit in FITS):
+        scene = bench_scene(name, solver=PAPER.solver, step_s=PAPER.step_s)
+        scene = lasting_passages(scene, 10.0, least_s=0.01, settle=1.0)
+        found |= {f"{name}: {key}": getattr(scene, key) for key in ("duration_s", "settle_s", "output_rate_hz")}
+        for solver, limits in predict(scene, ("ode4", "imex2")).items():
+            found |= {f"{name} {solver}: step limit {i}_s": limit for i, limit in enumerate(limits)}
+    found |= _checksum("sweep/paper_integration.toml")
     return {name: math.nan if value is None else value for name, value in found.items()}
+
+
+def _checksum(file: str) -> ProbeOutputs:
+    """Number of the numbers in a TOML file of the package, and a sum that depends on their values and order."""
+    numbers = list(_numbers_in(read_toml(package_folder() / file)))
+    return {
+        f"{file}: numbers": len(numbers),
+        f"{file}: sum": float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1)))),
+    }
 
 
 def _numbers_in(table: Any) -> Iterator[float]:

@@ -43,16 +43,18 @@ def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_changed_error_of_a_level_and_a_removed_question_are_noticed(monkeypatch):
+def test_a_changed_error_of_a_level_a_removed_question_and_another_scene_of_solvers_are_noticed(monkeypatch):
     def asked(*given: Any) -> dict[Any, Any]:
         return {question: answer for question, answer in answers(*given).items() if question != "depth"}
 
     answers = check.answer_questions
     monkeypatch.setattr(sys.modules["srbval.plan.questions"], "pct_of", lambda db: 100 * (10 ** (db / 10) - 1))
     monkeypatch.setattr(check, "answer_questions", asked)
+    monkeypatch.setitem(check.FITS, "interference", {})
     changed = failed("plan")
     assert {"outer levels: error_pct", "inner sideband-levels: error_pct", "outer depth: 0"} <= changed
-    assert not {"outer levels: 0", "inner power: 0", "paper imex2: step limit 0_s"} & changed
+    assert "interference-outer imex2: step limit 0_s" in changed
+    assert not {"outer levels: 0", "inner power: 0", "rig-outer imex2: step limit 0_s"} & changed
 
 
 @pytest.mark.long_form
