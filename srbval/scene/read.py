@@ -236,10 +236,9 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))
-    found: list[list[float]] = sequence.random_base2(power).tolist()
-    return found
+    return [shares.tolist() for shares in sequence.random_base2(power)]
 
 
-def draw_rig_changes(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
+def draw_rig_changes(inputs: Sequence[RigInput], power: int) -> list[dict[str, Any]]:
     """Draw ``2**power`` value sets of all inputs from a Sobol sequence, each as scene changes (see `changes_at`)."""
-    return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]
+    return [changes_at(inputs, row) for row in sobol(len(inputs), power)]
