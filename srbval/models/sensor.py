@@ -40,8 +40,7 @@ def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
     The signal is extended at both ends by its point reflection (odd extension), and the filter starts each time in
     its steady state. This reduces the transients at both ends.
     """
-    start, end = 2 * samples[0] - samples[EDGE:0:-1], 2 * samples[-1] - samples[-2 : -EDGE - 2 : -1]
-    passed = np.concatenate((start, samples, end))
+    passed = np.pad(samples, EDGE, "reflect", reflect_type="odd")
     for _ in range(2):
         steady = passed[0] / (1 - _one_pole_filters(fs_hz, band_hz)[0])
         passed = band_pass(passed, fs_hz, band_hz, steady)[0][::-1]
