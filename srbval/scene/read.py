@@ -36,7 +36,6 @@ JOINT_DAMPING: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
 # Ball and cylindrical roller bearings also have the rig's drilled hole, scaled with the bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; with the paper's 0.41 there is no resonance
-WITHOUT_DIMENSIONS = {"model": "kinematic"}
 
 
 def paper_scene(**changes: Any) -> Scene:
@@ -113,7 +112,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     same = not isinstance(name, str) or name == base["bearing"]
     bearing = load_bearing(str(base["bearing"] if same else name))
     if (size := size_of(bearing)) is None:
-        return merge(base, WITHOUT_DIMENSIONS)
+        return merge(base, {"model": "kinematic"})
     if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return machine if path == LoadPath.BEARING else base
     table = base if path == LoadPath.HOUSING else merge(machine, JOINT_DAMPING)
