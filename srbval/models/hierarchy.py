@@ -5,11 +5,11 @@ of which are not recorded. It yields pairs, each for some consecutive intervals:
 `outputs.Outputs`. The function adds its computing time to `stats`, see `RunStatistics.timed`.
 """
 
-import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from pkgutil import resolve_name
+from typing import Any
 
 from srbval.bearing import Bearing, SphericalRollerGeometry
 from srbval.errors import ConfigurationError, UnknownNameError
@@ -69,16 +69,16 @@ class FidelityLevel:
         return None if self.own_solver else 1 / (scene.output_rate_hz * self.steps_per_output(scene))
 
     @property
-    def run(self) -> Callable[..., Any]:
+    def run(self) -> Any:
         """Function that runs a scene with this model; `srbval.models.hierarchy` describes its interface."""
-        return import_function(self.place)
+        return resolve_name(self.place)
 
     @property
-    def make_parameters(self) -> Callable[..., Any]:
+    def make_parameters(self) -> Any:
         """Function that makes the model's parameters from scene and geometry; `ConfigurationError` if there is none."""
         if self.parameters is None:
             raise ConfigurationError(f"the task needs the full model's equations, not {self.name}: use --model full.")
-        return import_function(self.parameters)
+        return resolve_name(self.parameters)
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -94,14 +94,6 @@ STEP_CHECK = "srbval.models.step_error:check_step"
 CONTINUOUS = ("line", "slices")  # models in which waves shorter than the spacing of contact points have an effect
 SLICED = ("slices",)  # models with oil, and with rollers that tilt and slide along their axes
 KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # tables of a bearing's file, the most detailed last
-
-
-def import_function(place: str) -> Callable[..., Any]:
-    """Import the function that `place` names as ``module:function``."""
-    module, name = place.split(":")
-    return cast(Callable[..., Any], getattr(importlib.import_module(module), name))
-
-
 COLUMN_SETS = {
     "vibration": (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAGE_SPEED),
     "plane": tuple(range(col.MAX_PENETRATION + 1)),

@@ -35,7 +35,7 @@ def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
         balance, force = ring.balance_m(), np.zeros((samples, 2))
         motion, rollers = ring.motion, ring.kernel.rollers
         for number, defect in enumerate(scene.defects):
-            of_defect, random = np.zeros((samples, 2)), np.random.default_rng([scene.seed, number])
+            random = np.random.default_rng([scene.seed, number])
             time_s, race = passage_times(defect, motion, rollers, samples / scene.output_rate_hz, random)
             if defect.kind is Fault.ROLLER:
                 angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rollers
@@ -45,8 +45,7 @@ def run_impulse(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
             outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
             for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
                 hit = race == ring.kernel.defects[table, ring_kernel.BUMP_KIND] % 2
-                _add_pulses(ring, table, time_s[hit], outwards[hit], balance, of_defect)
-            force += of_defect
+                _add_pulses(ring, table, time_s[hit], outwards[hit], balance, force)
         stiffness, damping = ring.stiffness_n_m(balance), ring.damping_ns_m(balance)
         velocity = _move_mass(scene, ring.kernel.mass, stiffness, damping, force)
         acceleration = np.diff(velocity, axis=0) * scene.output_rate_hz
@@ -64,16 +63,15 @@ def _add_pulses(
     """
     if len(time_s) == 0:  # the shaft is so slow that no roller passes
         return
-    rate, kernel = ring.scene.output_rate_hz, ring.kernel
+    rate, kernel = ring.motion.scene.output_rate_hz, ring.kernel
     bumps, position_step = kernel.bumps[table], kernel.defects[table, ring_kernel.POSITION_STEP]
-    at = np.clip((-outwards @ balance_m - kernel.bump_start) / kernel.bump_step, 0, len(bumps) - 1.001)
+    at = np.clip((-outwards @ balance_m - kernel.plain_start) / kernel.bump_step, 0, len(bumps) - 1.001)
     below = at.astype(np.int64)
     share = (at - below)[:, None]
     pulse = (1 - share) * bumps[below] + share * bumps[below + 1]
     speed = ring.sweep_m_s(table, time_s)
     positions = pulse.shape[1] - 1
-    half = int(np.ceil(position_step * positions / max(speed.min(), 1e-6) * rate)) + 1
-    half = min(half, force.shape[0])
+    half = min(int(np.ceil(position_step * positions / max(speed.min(), 1e-6) * rate)) + 1, force.shape[0])
     if len(time_s) > 1 and len(time_s) * (2 * half + 1) > MOST_AT_ONCE:  # one slow passage makes all pulses long
         for part in (slice(None, len(time_s) // 2), slice(len(time_s) // 2, None)):
             _add_pulses(ring, table, time_s[part], outwards[part], balance_m, force)

@@ -40,14 +40,9 @@ class PrescribedMotion:
         if profile is None:
             return self.scene.shaft_speed_rad_s * time_s
         times, speeds = np.array(profile.time_s) + settle, np.array(profile.speed_rad_s)
-        turned = np.concatenate([[0.0], np.cumsum(np.diff(times) * (speeds[1:] + speeds[:-1]) / 2)])
-        turned += speeds[0] * times[0]
-        i = np.clip(np.searchsorted(times, time_s, side="right") - 1, 0, len(times) - 2)
-        slope = (speeds[i + 1] - speeds[i]) / (times[i + 1] - times[i])
-        since = np.clip(time_s, times[0], times[-1]) - times[i]
-        inside = turned[i] + (speeds[i] + slope * since / 2) * since
-        outside = np.minimum(time_s - times[0], 0.0) * speeds[0] + np.maximum(time_s - times[-1], 0.0) * speeds[-1]
-        return inside + outside
+        turned = np.append(0.0, np.cumsum(np.diff(times) * (speeds[1:] + speeds[:-1]) / 2)) + speeds[0] * times[0]
+        i = np.maximum(np.searchsorted(times, time_s, side="right") - 1, 0)
+        return turned[i] + (speeds[i] + np.interp(time_s, times, speeds)) / 2 * (time_s - times[i])
 
     def cage_rad(self, time_s: FloatArray) -> FloatArray:
         """Cage angle at the times `time_s` [rad]."""

@@ -45,13 +45,12 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     if any(d.kind is Fault.ROLLER for d in scene.defects):
         raise ConfigurationError("a defect on a roller: the line model cannot simulate it; use --model full.")
     model = make_parameters(_with_denser_points(scene), geometry)
+    plain = model.races.plain
+    model.races.starts[:, :plain] = np.arange(len(CIRCLES) + 1)
     for race, circle in enumerate((outer_circle, inner_circle)):
-        for window in range(model.races.plain):
-            model.races.starts[race, window] = np.arange(len(CIRCLES) + 1)
-            for i, p in enumerate(CIRCLES):
-                own = circle(geometry, p)
-                point = own.radius_m, 0.0, own.height_m, 1.0, own.normal_radial, 0.0, own.normal_axial
-                model.races.points[race, window, :, i] = point
+        for i, own in enumerate(circle(geometry, p) for p in CIRCLES):
+            point = own.radius_m, 0.0, own.height_m, 1.0, own.normal_radial, 0.0, own.normal_axial
+            model.races.points[race, :plain, :, i] = point
     radius = roller_diameter_m(scene, geometry) / 2
     both = [patches(geometry, scene.contact, radius, inner=inner) for inner in (False, True)]
     return model._replace(patch=np.array([[_patch_constants(patch) for patch in race] for race in both]))

@@ -59,9 +59,6 @@ def split_run(settle: int, whole: int, per_detail: int, rate_hz: float, steps: i
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:
         length = -(-length // per_detail) * per_detail
-    first = 0
-    while first < whole:
-        end = settle if first < settle else whole
-        count = min(length, end - first)
-        yield first, count
-        first += count
+    for start, end in ((0, settle), (settle, whole)):
+        for first in range(start, end, length):
+            yield first, min(length, end - first)

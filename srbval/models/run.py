@@ -232,19 +232,16 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
         if bearing is not None and bearing.geometry is None:
             assumed = "grooves, housing and unstated values of the scene are assumed"
             found.append(f"everything except line frequencies: the bearing has no [geometry], so {assumed}")
-    if any(defect.kind is Fault.ROLLER for defect in scene.defects):
-        found.append("a defect on a roller")
-    if bearing is not None and (overload := bearing.overload(scene.load.radial_n, scene.load.axial_n)):
-        found.append(overload)
-    if scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)):
-        found.append("axial load")
-    if scene.speed_profile is not None or scene.load_profile is not None:
-        found.append("speed or load that varies over time")
-    if scene.load.gravity:
-        found.append("gravity")
-    if scene.surface is not None:
-        found.append("waves of races and rollers")
-    return tuple(found)
+    overload = "" if bearing is None else bearing.overload(scene.load.radial_n, scene.load.axial_n)
+    further = {
+        "a defect on a roller": any(defect.kind is Fault.ROLLER for defect in scene.defects),
+        overload: overload,
+        "axial load": scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)),
+        "speed or load that varies over time": scene.speed_profile or scene.load_profile,
+        "gravity": scene.load.gravity,
+        "waves of races and rollers": scene.surface,
+    }
+    return (*found, *(what for what, applies in further.items() if applies))
 
 
 def bearing_of_run(scene: Scene) -> Bearing | None:

@@ -7,7 +7,7 @@ from functools import cache, lru_cache
 import numpy as np
 
 from srbval.arrays import ComplexArray, FloatArray
-from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
+from srbval.scene import BANDS_HZ, SENSOR_AXIS, SensorPath, parts_along_sensor
 
 BAND_FILTER_ORDER = 4  # of the Butterworth band-pass's prototype, which has half as many poles
 EDGE = 27  # number of samples by which a signal is continued at each end before it is filtered forward and backward
@@ -16,7 +16,7 @@ FILTER_S = 0.05  # length of the impulse responses of a path
 
 def along_sensor(acceleration: FloatArray) -> FloatArray:
     """Component of accelerations, [n, 3], along the sensor's axis, [n]."""
-    return acceleration[:, :2] @ np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])
+    return acceleration[:, :2] @ SENSOR_AXIS
 
 
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
@@ -40,8 +40,7 @@ def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
     The signal is extended at both ends by its point reflection (odd extension), and the filter starts each time in
     its steady state. This reduces the transients at both ends.
     """
-    start, end = 2 * samples[0] - samples[EDGE:0:-1], 2 * samples[-1] - samples[-2 : -EDGE - 2 : -1]
-    passed = np.concatenate((start, samples, end))
+    passed = np.pad(samples, EDGE, "reflect", reflect_type="odd")
     for _ in range(2):
         steady = passed[0] / (1 - _one_pole_filters(fs_hz, band_hz)[0])
         passed = band_pass(passed, fs_hz, band_hz, steady)[0][::-1]

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
-from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, import_function, level_of
+from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, level_of
 from srbval.models.jit import WITHOUT_KERNELS, expected_compile_s, machine, missing_kernels, precompile
 from srbval.models.outputs import Outputs
 from srbval.models.run import Run, RunSummary
@@ -101,7 +102,7 @@ def scenes_of_all_kernels() -> list[Scene]:
 
 def _with_outside_solver(scene: Scene) -> Scene:
     """Return the scene; if its model is from outside, replace the default solver by one that the model offers."""
-    return import_function(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
+    return resolve_name(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
 
 
 def _prepare_run(scene: Scene, step: Step, progress: Progress, *, to_file: bool = False) -> RunStatistics:
@@ -115,7 +116,7 @@ def _prepare_run(scene: Scene, step: Step, progress: Progress, *, to_file: bool 
     check_room(stats, to_file=to_file)
     stats.compile_s = compile_for(scene, progress=progress)
     if step is not Step.UNCHECKED and level.parameters is not None:
-        import_function(STEP_CHECK)(stats, choose=step is Step.AUTO)
+        resolve_name(STEP_CHECK)(stats, choose=step is Step.AUTO)
     return stats
 
 

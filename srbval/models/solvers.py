@@ -10,13 +10,11 @@ their steps are stable up to 2, 2, 2.51 and 2.79 over the largest rate of decay;
 The other methods take friction and contact damping implicitly, and contact stiffness explicitly. Their matrix J in
 place of the Jacobian contains only the damping matrix of `damping_kernel`. Friction and damping do not limit the step.
 
-- imex2 is of second order, with one evaluation of the forces per step (Strang splitting; Hairer, Lubich & Wanner,
-  Geometric Numerical Integration, 2006, sect. II.5). The forces are linearised about velocities predicted for the
-  middle of the step: the velocity at its start plus half of the last step's change, which is zero in the first step of
-  a run. Without this prediction, sliding would begin too late. The velocities follow by the two-stage Rosenbrock method
-  of Verwer, Spee, Blom & Hundsdorfer (A second-order Rosenbrock method applied to photochemical dispersion problems,
-  SIAM J. Sci. Comput. 20 (1999) 1456), which is L-stable for gamma = 1 +- 1/sqrt 2. Steps are stable up to 2 over the
-  largest natural angular frequency of the contacts.
+- imex2 is of second order (Strang splitting; Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, sect.
+  II.5). The last step's change, with which it predicts velocities, is zero in the first step of a run; without the
+  prediction, sliding would begin too late. Its Rosenbrock method (Verwer, Spee, Blom & Hundsdorfer, A second-order
+  Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456) is L-stable for
+  gamma = 1 +- 1/sqrt 2. Steps are stable up to 2 over the largest natural angular frequency of the contacts.
 - imex1 is of first order: the linearised implicit Euler method for the velocities, then the symplectic Euler method for
   the positions (ibid., sect. I.1.2), with the same limit of the step as imex2. It is the cheapest and the most damped:
   slow sliding is accurate to first order only.
@@ -80,18 +78,11 @@ class Method:
         return self.coefficients.family != RUNGE_KUTTA
 
 
-def _lower_triangle(size: int, rows: list[list[float]]) -> FloatArray:
-    """Make a strictly lower triangular matrix, [size, size], from its rows after the first, which is zero."""
-    matrix = np.zeros((size, size))
-    for i, row in enumerate(rows, start=1):
-        matrix[i, : len(row)] = row
-    return matrix
-
-
 def explicit(name: str, order: int, a: list[list[float]], b: list[float]) -> Method:
     """Make an explicit Runge-Kutta method from its Butcher tableau: `a`, rows after the first, and `b`, the weights."""
-    matrix, weights = _lower_triangle(len(b), a), np.array(b)
-    numbers = (matrix, weights, matrix.sum(axis=1), 0.0, 0.0, 0.0)
+    matrix = np.zeros((len(b), len(b)))
+    matrix[np.tril_indices(len(b), -1)] = [weight for row in a for weight in row]
+    numbers = (matrix, np.array(b), matrix.sum(axis=1), 0.0, 0.0, 0.0)
     return Method(name=name, order=order, coefficients=Coefficients(RUNGE_KUTTA, *numbers))
 
 

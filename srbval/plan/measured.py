@@ -74,7 +74,6 @@ class MeasuredErrors:
     def bound(self, scene: Scene, model: str, question: Question) -> Bound | None:
         """Error bound of a model on scenes with the defect and roller fit of `scene`; None if it is not known.
 
-        The roller fit is the rule for the roller diameter: computed from the radial play, or as printed in the paper.
         A bound must have been measured on at least `MIN_SCENES_FOR_BOUND` scenes.
         """
         key = scene.contact.roller_fit.value, scene.defect.kind.scene_word, model, question

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, load_bearing
-from srbval.errors import ConfigurationError, UnknownNameError
-from srbval.models.hierarchy import FidelityLevel, geometry_of, level_of
+from srbval.errors import ConfigurationError
+from srbval.models.hierarchy import FidelityLevel, check_known, geometry_of, level_of
 from srbval.models.planar.ring import make_ring
 from srbval.plan.measured import REMEDY, Bound, MeasuredErrors, nearest_table
 from srbval.plan.questions import MEANING, Question, asked_of
@@ -73,8 +73,7 @@ def make_plan(
     that no model can run.
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    if question not in list(Question):
-        raise UnknownNameError.of(f"question {question!r} is not known", question, [one.value for one in Question])
+    check_known("question", question, tuple(one.value for one in Question))
     question = Question(question)
     if not (math.isfinite(tolerance_pct) and tolerance_pct > 0):
         raise ConfigurationError(f"tolerance {tolerance_pct:g} % must be a positive number: try --tolerance 0.5.")

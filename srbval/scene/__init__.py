@@ -14,5 +14,5 @@ from srbval.scene.read import (
     sobol,
 )
 from srbval.scene.scene import Scene
-from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
+from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SENSOR_AXIS, SensorPath, parts_along_sensor
 from srbval.scene.surface import Surface

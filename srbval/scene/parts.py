@@ -202,8 +202,7 @@ class _Profile(Limited):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        columns: list[Sequence[float]] = list(vars(self).values())
-        if len(self.time_s) < 2 or any(len(column) != len(self.time_s) for column in columns):
+        if len(self.time_s) < 2 or any(len(column) != len(self.time_s) for column in vars(self).values()):
             raise ConfigurationError(f"{self._what} profile: give two or more times, and one value for each time.")
         pair = next((pair for pair in itertools.pairwise(self.time_s) if not pair[1] - pair[0] >= CLOSEST_S), None)
         if pair is not None:

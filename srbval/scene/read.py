@@ -36,7 +36,6 @@ JOINT_DAMPING: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
 # Ball and cylindrical roller bearings also have the rig's drilled hole, scaled with the bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; with the paper's 0.41 there is no resonance
-WITHOUT_DIMENSIONS = {"model": "kinematic"}
 
 
 def paper_scene(**changes: Any) -> Scene:
@@ -113,7 +112,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     same = not isinstance(name, str) or name == base["bearing"]
     bearing = load_bearing(str(base["bearing"] if same else name))
     if (size := size_of(bearing)) is None:
-        return merge(base, WITHOUT_DIMENSIONS)
+        return merge(base, {"model": "kinematic"})
     if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return machine if path == LoadPath.BEARING else base
     table = base if path == LoadPath.HOUSING else merge(machine, JOINT_DAMPING)
@@ -236,10 +235,9 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
     from scipy.stats import qmc
 
     sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))
-    found: list[list[float]] = sequence.random_base2(power).tolist()
-    return found
+    return [shares.tolist() for shares in sequence.random_base2(power)]
 
 
-def draw_rig_changes(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
+def draw_rig_changes(inputs: Sequence[RigInput], power: int) -> list[dict[str, Any]]:
     """Draw ``2**power`` value sets of all inputs from a Sobol sequence, each as scene changes (see `changes_at`)."""
-    return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]
+    return [changes_at(inputs, row) for row in sobol(len(inputs), power)]

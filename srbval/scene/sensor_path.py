@@ -13,6 +13,7 @@ from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
 SENSOR_ANGLE_RAD = math.pi / 4  # from x to y; Giraudo et al. 2025, Sensors 25, 2419, sect. 5
+SENSOR_AXIS = np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])  # unit vector
 BANDS_HZ = {"500-1500": (500.0, 1500.0), "1400-2800": (1400.0, 2800.0)}  # for simulated and measured signals
 HALF_THIRD_OCTAVE = 10**0.05  # from a band's middle to either edge
 MAX_BAND_GAP = 1e-3  # largest relative error of the step from the middle of one band to the next
@@ -85,5 +86,4 @@ def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> F
     """
     angle = load_direction_rad
     axes = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])
-    sensor = np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])
-    return acceleration[:, :2] @ axes.T * (axes @ sensor)
+    return acceleration[:, :2] @ axes.T * (axes @ SENSOR_AXIS)

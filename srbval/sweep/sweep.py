@@ -1,8 +1,6 @@
 """Sweeps: simulate the scenes (inputs) of every table row, and add measures of the runs as further columns.
 
-The table is a `grid` over axes, `draws` from ranges, or any other data frame. `sweep` simulates its rows in parallel
-and stores each row when its runs have ended, so that interrupted work continues. `bisect` finds the last value of one
-axis at which a run is still accepted by the user's function, with fewer runs than a complete grid.
+Each row is stored when its runs have ended, so that interrupted work continues.
 """
 
 from __future__ import annotations

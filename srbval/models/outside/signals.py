@@ -1,6 +1,5 @@
 """Signals that a model from outside returns: accepted forms, checks, and conversion to the columns of a run."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models import outputs as col
 from srbval.models.run import RunStatus
-from srbval.scene import SENSOR_ANGLE_RAD, Scene
+from srbval.scene import SENSOR_AXIS, Scene
 
 UNEVEN = 0.02  # largest deviation of a time from an even grid, in steps
 ROUNDED, MOST_ROUNDED = 1e-6, 0.25  # further deviation of rounded times, in the largest time, and its limit in steps
@@ -114,7 +113,7 @@ def _signal_columns(signals: SimulatedSignals, scene: Scene, time_s: FloatArray)
             if values.ndim > 2 or len(values) != len(time_s) or columns.shape[1] > (3 if name in VECTORS else 1):
                 raise _unusable(f"{name} has the shape {values.shape}, time_s has {len(time_s)} values")
             if name in VECTORS and columns.shape[1] == 1:
-                columns = columns * [math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)]
+                columns = columns * SENSOR_AXIS
             yield first, columns * (scene.mean_shaft_rad_s if name == "cage_ratio" else 1.0)
 
 

@@ -9,10 +9,6 @@ outer and the inner race at zero approach and slide, negative for a gap.
 
 `line.Patch` is the law of the contact on one circle. The force is tabulated over the approach; a second table contains
 the force that a defect adds, over the approach and the defect's position.
-
-The contact of a ball or a cylindrical roller with a race is divided into strips along the race, which do not affect
-each other; the laws are on the page "The model hierarchy" of the theory, section "planar". The contact angle is
-constant.
 """
 
 from __future__ import annotations
@@ -156,9 +152,10 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 class Race:
     """Contact of a ball or cylindrical roller with one race, divided into strips along the race.
 
-    The force of a strip is its width times `stiffness` times penetration^`exponent`. The penetration of a ball falls
-    across the race, by `fall_1_m` x^2 / 2 at the distance x from the middle; that of a roller (`fall_1_m` is 0) is
-    constant over its `length_m`. `along_1_m`: curvature of the gap along the race; `radius_m`: radius of the race.
+    The laws are on the page "The model hierarchy" of the theory, section "planar". The force of a strip is its width
+    times `stiffness` times penetration^`exponent`. The penetration of a ball falls across the race, by `fall_1_m`
+    x^2 / 2 at the distance x from the middle; that of a roller (`fall_1_m` is 0) is constant over its `length_m`.
+    `along_1_m`: curvature of the gap along the race; `radius_m`: radius of the race.
     """
 
     stiffness: float
@@ -192,11 +189,7 @@ class Race:
 
 
 def _lift_m(defect: DefectOnRace, half_m: float, along_1_m: float) -> FloatArray:
-    """Compute how far one strip of the defect moves the ball or roller off the race [m], negative in a pit.
-
-    `half_m`: half of the strip's length along the race; `along_1_m`: curvature of the gap between race and ball or
-    roller, along the race [1/m].
-    """
+    """Compute how far one strip of the defect moves the ball or roller off the race [m], negative in a pit."""
     if defect.height_m > 0:
         beside = np.maximum(np.abs(defect.middle_m) - half_m, 0.0)
         return np.maximum(0.0, defect.height_m - along_1_m * beside**2 / 2)

@@ -32,11 +32,10 @@ from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
 RADIANS, STEPS_OF_PASSAGE = 0.2, 40  # the same for other bearings, which have higher modes and shorter defects
 SPEEDS = 50  # times at which the passing speed is computed, to find the fastest
-KERNEL_KIND = {
-    (Fault.OUTER, 0): ring_kernel.ON_OUTER,
-    (Fault.INNER, 1): ring_kernel.ON_INNER,
-    (Fault.ROLLER, 0): ring_kernel.ROLLER_ON_OUTER,
-    (Fault.ROLLER, 1): ring_kernel.ROLLER_ON_INNER,
+KERNEL_KIND = {  # kinds of a defect for the kernel; kind % 2 is the race, 0 outer, 1 inner
+    Fault.OUTER: (ring_kernel.ON_OUTER,),
+    Fault.INNER: (ring_kernel.ON_INNER,),
+    Fault.ROLLER: (ring_kernel.ROLLER_ON_OUTER, ring_kernel.ROLLER_ON_INNER),
 }
 NO_MOTION = [col.ACCELERATION_Z, col.DISPLACEMENT_Z, col.CAGE_TILT_X, col.CAGE_TILT_Y, col.MEAN_RING_FORCE_Z]  # no tilt
 BALANCE_STEPS = 60
@@ -54,7 +53,6 @@ class PlanarRing:
     `scene.defects`.
     """
 
-    scene: Scene
     motion: PrescribedMotion
     plain: ForceTable
     defect_of: tuple[int, ...]
@@ -99,7 +97,7 @@ class PlanarRing:
 
     def balance_m(self) -> FloatArray:
         """Find the ring displacement [m] at which load, housing and undamaged rollers balance at time zero: x and y."""
-        load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.scene)[:2]
+        load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.motion.scene)[:2]
         load += np.array([0.0, self.kernel.weight])
 
         def left(ring: FloatArray) -> FloatArray:
@@ -143,10 +141,9 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         mass = geometry.outer_ring_mass_kg(scene.bodies.density_kg_m3) + scene.housing.mass_kg
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
-        for race in [race for kind, race in KERNEL_KIND if kind is defect.kind]:
-            bump, race_radius_m, position_step_m = tabulate_bump(element, plain, defect, race)
+        for kind in KERNEL_KIND[defect.kind]:
+            bump, race_radius_m, position_step_m = tabulate_bump(element, plain, defect, kind % 2)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
-            kind = KERNEL_KIND[defect.kind, race]
             rows.append([kind, fixed, defect.roller - 1, race_radius_m, position_step_m, radius_m])
             bumps.append(bump)
             owners.append(number)
@@ -165,10 +162,9 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         plain_step=plain.step_m,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.BUMP_COLUMNS),
         bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)),
-        bump_start=plain.start_m,
         bump_step=DEFECT_STEPS * plain.step_m,
     )
-    return PlanarRing(scene=scene, motion=motion, plain=plain, defect_of=tuple(owners), kernel=kernel)
+    return PlanarRing(motion=motion, plain=plain, defect_of=tuple(owners), kernel=kernel)
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
@@ -179,7 +175,7 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
     softest = np.finfo(float).tiny
     mode = math.sqrt(max(float(np.linalg.eigvalsh(ring.stiffness_n_m(balance_m))[-1]), softest) / ring.kernel.mass)
     longest = min(LONGEST_STEP_S, RADIANS / mode)
-    time_s = np.linspace(0.0, ring.scene.settle_s + ring.scene.duration_s, SPEEDS)
+    time_s = np.linspace(0.0, ring.motion.scene.settle_s + ring.motion.scene.duration_s, SPEEDS)
     for table, row in enumerate(ring.kernel.defects):
         length = 2 * row[ring_kernel.POSITION_STEP] * (ring.kernel.bumps.shape[2] - 1)
         fastest = max(float(ring.sweep_m_s(table, time_s).max()), softest)

@@ -25,7 +25,7 @@ class Ring(NamedTuple):
     `plain`, [3, approaches]: force, damping and penetration of an undamaged roller, for approaches of the rings from
     `plain_start` in steps of `plain_step`. `defects`, [D, BUMP_COLUMNS]: a row for each defect and each race that it
     meets; `bumps`, [D, approaches, positions]: force that the defect in this row adds [N], for approaches from
-    `bump_start` in steps of `bump_step`, see `contacts.tabulate_bump`.
+    `plain_start` in steps of `bump_step`, see `contacts.tabulate_bump`.
     """
 
     mass: float
@@ -41,7 +41,6 @@ class Ring(NamedTuple):
     plain_step: float
     defects: FloatArray
     bumps: FloatArray
-    bump_start: float
     bump_step: float
 
 
@@ -95,7 +94,7 @@ def push_ring(y, cage, shaft, spun, ring):
             position = abs(away) * arm / defects[j, POSITION_STEP]
             if not position < positions:
                 continue
-            at = (approach - ring.bump_start) / ring.bump_step
+            at = (approach - ring.plain_start) / ring.bump_step
             at = min(max(0.0, at), bump_last + 0.999)
             k, m = int(at), int(position)
             w, v = at - k, position - m
