@@ -66,20 +66,16 @@ def recording_from_columns(
     """
     own = None if bearing is None else load_bearing(bearing)
     settings = settings_of(stated | {"bearing": bearing.name if isinstance(bearing, Bearing) else bearing})
-    numbers = {key: _datetimes_to_seconds(values) for key, values in columns.items() if values.dtype.kind in "fiubmM"}
-    stamps = {key: "s" for key, values in columns.items() if values.dtype.kind in "mM"}
+    numbers = {key: values for key, values in columns.items() if values.dtype.kind in "fiubmM"}
+    dates = {key: values for key, values in numbers.items() if values.dtype.kind in "mM"}
+    numbers |= {key: (values - values.flat[0]) / np.timedelta64(1, "s") for key, values in dates.items()}
     given = {key: value for key, value in (attributes or {}).items() if isinstance(value, str | int | float)}
-    known: dict[str, Any] = {"attributes": given, "units": dict(column_units or {}) | stamps}
+    known: dict[str, Any] = {"attributes": given, "units": dict(column_units or {}) | dict.fromkeys(dates, "s")}
     path = Path(name)
     reading = apply_settings(path, recognise(RawFile(path=path, format="array", variables=numbers, **known)), settings)
     kept = parse_json(str(given.get("facts", "{}")))  # of `Recording.facts`
     named = {"name": name} | {key: kept[key] for key in ("file", "sha256") if kept.get(key)}
     return _assemble(dataclasses.replace(reading, own_bearing=own or reading.own_bearing), name, named)
-
-
-def _datetimes_to_seconds(values: NDArray[Any]) -> NDArray[Any]:
-    """Convert dates to seconds since the first date; other values are returned unchanged."""
-    return (values - values.flat[0]) / np.timedelta64(1, "s") if values.dtype.kind in "mM" else values
 
 
 def with_settings(recording: Recording, settings: RecordingSettings) -> Recording:

@@ -13,6 +13,7 @@ from srbval.errors import DataError
 
 ArrayOrText = NDArray[Any] | str
 TEXT = "text"  # format of text tables
+MIN_SAMPLES = 256  # of a signal
 MAX_CODES = 64
 LARGEST_SAMPLE = 1e100  # above any vibration sample; neither squares nor spectra may overflow
 LONGEST_NAME = 80
@@ -42,7 +43,8 @@ class RawFile:
     unusable: Mapping[str, str] = field(default_factory=dict)
 
     def _value(self, name: str) -> ArrayOrText | float | None:
-        """Variable or attribute called `name`; if none has this name, the case of letters is ignored."""
+        """Usable variable or attribute called `name`; if none has this name, the case of letters is ignored."""
+        self.check_usable(name)
         held = {**self.attributes, **self.variables}
         return held[name] if name in held else {key.lower(): value for key, value in held.items()}.get(name.lower())
 
@@ -51,14 +53,13 @@ class RawFile:
         if name in self.unusable:
             raise DataError(f"{self.path}: {self.unusable[name]}")
 
-    def array(self, name: str) -> NDArray[Any] | None:
-        """Numeric array called `name`, or None; only the shape of an `unusable` array is meaningful."""
-        value = self.variables.get(name)
-        return value if isinstance(value, np.ndarray) else None
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Numeric arrays by name; only the shape of an `unusable` array is meaningful."""
+        return {name: value for name, value in self.variables.items() if isinstance(value, np.ndarray)}
 
     def number(self, name: str) -> float | None:
         """Finite number called `name` (an array of one element, or a text that is a number), or None."""
-        self.check_usable(name)
         value = self._value(name)
         if isinstance(value, np.ndarray):
             value = value.flat[0].item() if value.size == 1 else None
@@ -70,7 +71,6 @@ class RawFile:
 
     def text(self, name: str) -> str | None:
         """Text called `name`, or None; a short array of 16-bit codes (MATLAB v7.3) is decoded."""
-        self.check_usable(name)
         value = self._value(name)
         if isinstance(value, np.ndarray) and value.dtype == np.uint16 and 0 < value.size <= MAX_CODES:
             return "".join(chr(code) for code in value.ravel(order="F"))

@@ -13,9 +13,8 @@ from srbval.arrays import FloatArray
 from srbval.recordings.raw import RawFile, blocks_of, printable
 from srbval.recordings.units import PATTERNS, rows_by_spelling, split_unit
 
-TIME_UNITS_S, RATE_UNITS_HZ = (
-    {word: float(row["factor"]) for word, row in rows_by_spelling(kind).items()} for kind in ("time", "rate")
-)
+TIME_UNITS_S = {word: float(row["factor"]) for word, row in rows_by_spelling("time").items()}
+RATE_UNITS_HZ = {word: float(row["factor"]) for word, row in rows_by_spelling("rate").items()}
 # Rates of vibration records. Lower rates sample no resonance that a fault excites (the lowest band here begins at
 # 500 Hz), or mean times in ms; higher rates belong to acoustic emission.
 PLAUSIBLE_HZ = (500.0, 5e6)
@@ -128,8 +127,7 @@ def parse_time_stamps(texts: Sequence[str]) -> FloatArray | None:
 
 def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
     """Interpret the file's times, or its numbering of samples, for signals of length `samples`; None without either."""
-    arrays = {name: a for name in raw.variables if (a := raw.array(name)) is not None and a.size == samples > 2}
-    numeric = {name: a for name, a in arrays.items() if a.dtype.kind in "fiu"}
+    numeric = {name: a for name, a in raw.arrays.items() if a.size == samples > 2 and a.dtype.kind in "fiu"}
     found = [interpret_times(raw, name) for name, a in numeric.items() if is_time(name, raw.units.get(name), a)]
     rates = [column.rates_hz[0] for column in found if not column.problem and column.rates_hz]
     if rates and max(rates) > min(rates) * (1 + RATE_MARGIN):
@@ -174,7 +172,7 @@ def read_counter(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
 
 def interpret_times(raw: RawFile, name: str) -> TimeColumn:
     """Find unit, rate, gaps and problems of the variable `name`, which contains times."""
-    shown, values = printable(name), np.ravel(np.asarray(raw.array(name)))
+    shown, values = printable(name), np.ravel(np.asarray(raw.arrays.get(name)))
     column = TimeColumn(name=shown)
     if name in raw.unusable:
         return replace(column, problem=raw.unusable[name], uneven=True)

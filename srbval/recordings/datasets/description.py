@@ -44,8 +44,7 @@ class MatchRule:
             return None
         if not all(any(re.fullmatch(p, name) for name in raw.variables) for p in self.variables):
             return None
-        arrays = [raw.array(name) for name in raw.variables]
-        if self.vectors is not None and sum(a is not None and a.size > 1 for a in arrays) != self.vectors:
+        if self.vectors is not None and sum(array.size > 1 for array in raw.arrays.values()) != self.vectors:
             return None
         groups = {key: value for key, value in found.groupdict().items() if value is not None} if found else {}
         label = raw.text(self.label_variable) if self.label_variable else None

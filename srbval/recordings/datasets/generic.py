@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.raw import ArrayOrText, RawFile, as_signal, blocks_of, orient_samples, printable
+from srbval.recordings.raw import MIN_SAMPLES, ArrayOrText, RawFile, as_signal, blocks_of, orient_samples, printable
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
 from srbval.recordings.times import PLAUSIBLE_HZ, RATE_MARGIN, all_whole, is_rising, is_time, read_counter, stated_rate
 from srbval.recordings.units import CONVERTER_COUNTS, ENVELOPE, known_unit, split_unit
 
-MIN_SAMPLES = 256
 MAX_MATRIX_COLUMNS = 64
 MAX_PROBLEMS, LONGEST_LIST = 8, 300  # of a note; characters of a list in it
 LIKELY_RPM = (1.0, 120_000.0)
@@ -44,10 +43,8 @@ def read_generic(raw: RawFile) -> Reading:
     rate, rate_problem = _named_number(raw, stated_rate, PLAUSIBLE_HZ)
     own_rates = {channel.fs_hz for channel in channels.values()}
     taken = {(channel.variable or "").removesuffix("[1]") for channel in channels.values()}
-    vectors = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
-    left = [
-        f"{printable(n)} {a.shape}" for n, a in vectors.items() if n not in taken and not is_time(n, raw.units.get(n))
-    ]
+    others = {n: a for n, a in raw.arrays.items() if n not in taken and not is_time(n, raw.units.get(n))}
+    left = [f"{printable(name)} {array.shape}" for name, array in others.items() if array.size > 1]
     notes = [f"{raw.format} file of no known data set: read by the names of its variables"]
     if unknown := sorted({c.unknown_unit for c in channels.values() if c.unknown_unit}):
         notes.append(printable(f"left out: unit {', '.join(map(repr, unknown))}, which is not known", LONGEST_LIST))
@@ -159,9 +156,8 @@ def _unit_text(raw: RawFile, variable: str) -> str | None:
 
 def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
     """Yield variable, channel name and samples of each numeric vector and of each column of a matrix."""
-    for name in raw.variables:
-        array = raw.array(name)
-        if array is None or array.dtype.kind not in "fiu" or array.size < MIN_SAMPLES:
+    for name, array in raw.arrays.items():
+        if array.dtype.kind not in "fiu" or array.size < MIN_SAMPLES:
             continue
         if max(array.shape) == array.size:
             yield name, name, array

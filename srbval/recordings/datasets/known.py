@@ -1,9 +1,7 @@
 """Interpretation of files of known data sets, by the rules of a `DatasetDescription`.
 
-A file contains named variables or one struct per signal. In a data set with numbered records, variable names contain
-the number (``X105_DE_time``). For each record number, the description's list `records` states fault label, sampling
-rate and the motor end with the faulty bearing; a label or an end in the file's name is preferred, a different sampling
-rate in the name is an error.
+In a data set with numbered records, variable names contain the number (``X105_DE_time``). A label or an end in the
+file's name is preferred to the one in the description's list `records`; a different sampling rate is an error.
 
 Full recordings of the test rig at Politecnico di Torino have structs ``Signal_k`` with ``x_values`` and ``y_values``
 (exported by LMS Test.Lab). The text ``y_values.quantity.label`` is the unit in which values are displayed;
@@ -117,7 +115,7 @@ def _record_number(raw: RawFile, description: DatasetDescription, named: dict[st
 
 def _match_channels(raw: RawFile, description: DatasetDescription, record: str) -> Iterator[tuple[ChannelRule, str]]:
     """Yield the rule and the variable name of each channel of `record` in the file."""
-    arrays = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
+    arrays = {name: array for name, array in raw.arrays.items() if array.size > 1}
     for rule in description.channels:
         matches = [match for name in arrays if (match := re.fullmatch(rule.variable, name))]
         names = [match[0] for match in matches if match.groupdict().get("record", record) == record]
@@ -146,7 +144,7 @@ def _speed(
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
     """Shaft speed (from a tachometer, else stated, else nominal) and tachometer signal; `seconds` is the duration."""
     tachometer, stated = description.tachometer_rpm, description.stated_rpm
-    if tachometer and raw.array(tachometer) is not None:
+    if tachometer in raw.arrays:
         values_hz, signal = raw.signal(tachometer) / RPM_PER_HZ, None
         if seconds is not None:  # its samples cover the whole record at any rate
             signal = SpeedSignal(values_hz=values_hz, rate_hz=values_hz.size / seconds)
@@ -217,7 +215,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
     if label not in labels:
         return None
     raw.check_usable(f"{name}.y_values.values")
-    values = raw.array(f"{name}.y_values.values")
+    values = raw.arrays.get(f"{name}.y_values.values")
     if values is None or values.size == 0:
         raise DataError(f"{raw.path}: {name} ({label}) contains no values.")
     increment = raw.number(f"{name}.x_values.increment")

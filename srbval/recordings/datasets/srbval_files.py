@@ -92,7 +92,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
 
 def _recording(raw: RawFile) -> Reading:
     """Read a recording that `Recording.to_xarray` converted."""
-    arrays = {name: raw.signal(name) for name in raw.variables if raw.array(name) is not None}
+    arrays = {name: raw.signal(name) for name in raw.arrays}
     samples = {name: values for name, values in arrays.items() if name not in ("time_s", SPEED_TIME, SPEED_VARIABLE)}
     rate_hz, course = raw.number(SPEED_RATE), arrays.get(SPEED_VARIABLE)
     signal = SpeedSignal(values_hz=course, rate_hz=rate_hz) if rate_hz and course is not None else None
@@ -140,8 +140,8 @@ def _channels(raw: RawFile) -> dict[str, Channel]:
     named = bearing and re.fullmatch(r"[\w .+-]{1,80}", bearing) and not bearing.endswith(".toml")
     facts: dict[str, Any] = {"bearing": bearing if named else None, "state": None if state is None else Fault(state)}
     facts |= {"band_hz": (low, high)} if low is not None and high is not None else {}
-    for variable in raw.variables:
-        if raw.array(variable) is not None and variable.startswith(PREFIX) and variable.endswith(SUFFIX):
+    for variable in raw.arrays:
+        if variable.startswith(PREFIX) and variable.endswith(SUFFIX):
             name = variable.removesuffix(SUFFIX).removeprefix(PREFIX + "_") or PREFIX
             channels[name] = Channel(samples=raw.signal(variable), unit="m/s2", variable=variable, **facts)
     return channels

@@ -1,7 +1,6 @@
 """Loaders for files of named arrays: NumPy (pickled objects are never opened), Parquet, Feather and JSON."""
 
 import json
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -33,14 +32,10 @@ def load_npy(path: Path) -> RawFile:
 
 def load_npz(path: Path) -> RawFile:
     """Read every array of an .npz archive by name; an array of one text becomes a text, Python objects are skipped."""
-    with zipfile.ZipFile(path) as archive:
-        names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
-    if not names:
-        raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export Excel workbooks as CSV, unpack others.")
     variables: dict[str, ArrayOrText] = {}
     left = []
     with np.load(path, allow_pickle=False) as arrays:
-        for name in names:
+        for name in [member.removesuffix(".npy") for member in arrays.zip.namelist() if member.endswith(".npy")]:
             try:
                 array = arrays[name]
                 variables[name] = str(array.flat[0]) if array.dtype.kind == "U" and array.size == 1 else array
@@ -48,6 +43,8 @@ def load_npz(path: Path) -> RawFile:
                 if "allow_pickle" not in str(error):
                     raise
                 left.append(name)
+    if not variables and not left:
+        raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export Excel workbooks as CSV, unpack others.")
     notes = (f"left out, no plain numbers: {', '.join(left)[:LONGEST_NAME]}",) if left else ()
     return RawFile(path=path, variables=variables, notes=notes)
 

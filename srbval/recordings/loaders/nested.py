@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.raw import ArrayOrText, RawFile, first_line
+from srbval.recordings.raw import MIN_SAMPLES, ArrayOrText, RawFile, first_line
 from srbval.recordings.times import is_time, stated_rate
 from srbval.recordings.units import is_unit_key
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 from srbval.storage.installation import pip_command
 
-MIN_SIGNAL_SAMPLES = 256  # samples of a signal
 OBJECTS = "__function_workspace__"  # scipy's name for the contents of MATLAB's objects
 TIMESERIES_SUFFIX = ".Data_"  # property of a `timeseries` with its samples
 TRANSPOSED = "binTrans"  # layout of a Modelica result file; the other one is binNormal
@@ -78,11 +77,11 @@ def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...
         why = f"which need the library mat-io ({pip_command('mat-io')})"
     except Exception as error:  # a damaged file may raise anything in a library
         why = f"which mat-io cannot read ({first_line(error)})"
-    if any(isinstance(value, np.ndarray) and value.size >= MIN_SIGNAL_SAMPLES for value in variables.values()):
+    if any(isinstance(value, np.ndarray) and value.size >= MIN_SAMPLES for value in variables.values()):
         return (f"left out: MATLAB objects, {why}",) if why else ()
     raise DataError(
         f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), "
-        f"{why or f'and no signal of {MIN_SIGNAL_SAMPLES} or more samples was found in them'}. A signal x can also be "
+        f"{why or f'and no signal of {MIN_SAMPLES} or more samples was found in them'}. A signal x can also be "
         "exported from MATLAB as a CSV table: writetable(timeseries2timetable(x), 'x.csv')"
     )
 
@@ -111,18 +110,15 @@ def load_modelica(path: Path) -> RawFile:
 
     contents = loadmat(path, chars_as_strings=False)
     transposed = TRANSPOSED in _decode_rows(contents["Aclass"])
-
-    def matrix(name: str) -> NDArray[Any]:
-        return np.asarray(contents[name]).T if transposed else np.asarray(contents[name])
-
-    names, places = _decode_rows(matrix("name")), matrix("dataInfo")[:, :2].astype(int)
-    described = _decode_rows(matrix("description")) if "description" in contents else []
+    matrices = {name: np.asarray(value).T if transposed else np.asarray(value) for name, value in contents.items()}
+    names, places = _decode_rows(matrices["name"]), matrices["dataInfo"][:, :2].astype(int)
+    described = _decode_rows(matrices["description"]) if "description" in contents else []
     columns: dict[tuple[int, int], NDArray[Any]] = {}
     variables: dict[str, ArrayOrText] = {}
     for name, (block, column) in zip(names, places.tolist(), strict=True):
         place = (block or 2, column)
         if place not in columns:
-            values = np.ascontiguousarray(matrix(f"data_{place[0]}")[:, abs(column) - 1])
+            values = np.ascontiguousarray(matrices[f"data_{place[0]}"][:, abs(column) - 1])
             columns[place] = (values if column > 0 else -values)[: 1 if block == 1 else None]
         if not variables or not is_time(name):  # the first variable is the time
             variables[name] = columns[place]

@@ -1,6 +1,5 @@
 """Loaders for files of measuring systems and sound cards: WAV, FLAC, TDMS, universal files and LabVIEW."""
 
-import itertools
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -153,10 +152,8 @@ def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
         end = _UFF_MARK.search(content, head.end())
         stop = end.start() if end else len(content)
         if head[2] and (size := int(head[4] or 0)):
-            lines = itertools.islice(
-                re.finditer(rb"\r\n|\n|\r", content[head.end() : head.end() + UFF_HEAD]), int(head[3]) + 1
-            )
-            begin = head.end() + max((line.end() for line in lines), default=0)
+            lines = content[head.end() : head.end() + UFF_HEAD].splitlines(keepends=True)
+            begin = head.end() + sum(map(len, lines[: int(head[3]) + 1]))
             stop, end = begin + size, _UFF_END.match(content, begin + size)
         if end is None or stop > len(content):
             raise DataError(f"{path}: truncated: its last data set does not end. Copy it again.")
