@@ -2,8 +2,9 @@
 
 import functools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,6 +119,13 @@ class Reading(SourceFacts):
     def time(self) -> TimeColumn | None:
         """Times of the samples of the channel to analyse; None if the file contains none."""
         return self.times.get(self.main.samples.size)
+
+    def with_samples(self, change: Callable[[FloatArray], FloatArray], **changes: Any) -> "Reading":
+        """Replace samples by `change(samples)`, and fields by `changes`, in all channels as long as `main`."""
+        size = self.main.samples.size
+        alike = {name: channel for name, channel in self.channels.items() if channel.samples.size == size}
+        changed = {name: replace(c, samples=change(c.samples), **changes) for name, c in alike.items()}
+        return replace(self, channels={**self.channels, **changed})
 
     def check_main(self) -> None:
         """Raise `DataError` if the channel to analyse has a problem, or if every channel that may be chosen has one."""

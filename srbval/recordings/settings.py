@@ -179,9 +179,7 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
         cautions += [] if time.uneven and settings.resample_hz else [against]
     if time is not None and time.missing:
         cautions.append(time.missing_caution())
-        alike = {n: c for n, c in changed.channels.items() if c.samples.size == changed.main.samples.size}
-        whole = {n: dataclasses.replace(c, samples=time.fill_missing(c.samples)) for n, c in alike.items()}
-        changed = dataclasses.replace(changed, channels={**changed.channels, **whole})
+        changed = changed.with_samples(time.fill_missing)
     changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
     changed = _prepare_signals(path, changed, settings, rotations)
     if "tacho" in rotations:
@@ -256,8 +254,7 @@ def _prepare_signals(
 
 def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
     """Channels of `reading` with the unit, scale, sensitivity, state, bearing and band that the user states."""
-    stated = {key: getattr(settings, key) for key in ("state", "bearing", "band_hz")}
-    given: dict[str, Any] = {key: value for key, value in stated.items() if value}
+    given = {key: value for key in ("state", "bearing", "band_hz") if (value := getattr(settings, key))}
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
     channels = {}
     for name, own in reading.channels.items():
@@ -351,12 +348,10 @@ def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:
 
 
 def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
-    for name, channel in reading.channels.items():
-        if wanted in (name, channel.variable):
-            return name
+    exact = [name for name, channel in reading.channels.items() if wanted in (name, channel.variable)]
     lower = [name for name in reading.channels if wanted.lower() in (name.lower(), split_unit(name)[0].lower())]
-    if len(lower) == 1:
-        return lower[0]
+    if exact or len(lower) == 1:
+        return (exact or lower)[0]
     close, held = closest_word(wanted, reading.channels), ", ".join(_printable_names(reading.channels))
     hint = f" Did you mean {printable(close)!r}?" if close else ""
     raise DataError(f"{path}: no channel {printable(wanted)!r}; it has {held}.{hint}")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
-from srbval.recordings.datasets.generic import MIN_SAMPLES
+from srbval.recordings.raw import MIN_SAMPLES
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.units import ACCELERATION_UNIT, REVOLUTIONS, SI_FACTORS, SPEED_HZ, UNITS, known_unit, split_unit
 
@@ -35,18 +35,10 @@ def without_settling(path: Path, reading: Reading, times_s: FloatArray, skip_s: 
             f"{path}: the record lasts {times_s[-1] - times_s[0]:.6g} s; without the first {skip_s:g} s (--skip) "
             f"{times_s.size - first} samples remain, and {MIN_SAMPLES} are needed. Skip less."
         )
-    channels = dict(reading.channels)
-    for name in _with_times(reading, times_s):
-        channels[name] = replace(channels[name], samples=channels[name].samples[first:])
     if signal is not None:
         signal = replace(signal, values_hz=signal.values_hz[round(skip_s * signal.rate_hz) :])
     notes = (*reading.notes, f"without the first {skip_s:g} s")
-    return replace(reading, channels=channels, speed_signal=signal, notes=notes)
-
-
-def _with_times(reading: Reading, times_s: FloatArray) -> list[str]:
-    """Names of the channels with as many samples as `times_s`."""
-    return [name for name, channel in reading.channels.items() if channel.samples.size == times_s.size]
+    return replace(reading.with_samples(lambda samples: samples[first:]), speed_signal=signal, notes=notes)
 
 
 def as_rotation(path: Path, channel: Channel) -> Channel:
@@ -83,10 +75,8 @@ def resample_channels(
     derivative). Raises `DataError` if a time step is too long, or if `fs_hz` is too low or too high.
     """
     main, band_hz = reading.main, reading.main.band_hz
-    cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
-    for name in _with_times(reading, times_s):
-        channels[name] = replace(channels[name], samples=resample(times_s, channels[name].samples, fs_hz), fs_hz=None)
-    changed, order = replace(reading, channels=channels, fs_hz=fs_hz), derivatives.get(main.recording_unit, 0)
+    cautions, order = _check_steps(path, times_s, fs_hz, band_hz), derivatives.get(main.recording_unit, 0)
+    changed = reading.with_samples(lambda samples: resample(times_s, samples, fs_hz), fs_hz=None)
     cubic = differentiate(changed.main.samples, fs_hz, order)
     quintic = differentiate(resample(times_s, main.samples, fs_hz, QUINTIC), fs_hz, order)
     low_hz, high_hz = band_hz or (0.0, PASSED * fs_hz)
@@ -99,7 +89,7 @@ def resample_channels(
     said = f"{note}; estimated error {100 * error:.2g} % of the RMS in the band"
     cautions += (f"{said}: let the solver write smaller steps",) if error > LARGE_ERROR else ()
     notes, cautions = (*reading.notes, said), (*reading.cautions, *cautions)
-    return replace(changed, resampling_error=error, notes=notes, cautions=cautions)
+    return replace(changed, fs_hz=fs_hz, resampling_error=error, notes=notes, cautions=cautions)
 
 
 def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
