@@ -6,7 +6,7 @@ import enum
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -177,8 +177,7 @@ class Recording(SourceFacts, NotebookObject):
     @classmethod
     def from_array(cls, samples: Any, *, fs_hz: float, **stated: Any) -> Recording:
         """Create a recording from samples [n] or [n, channels]; `stated` are fields of `RecordingSettings`."""
-        columns = {"signal": np.asarray(samples)}
-        return cast(Recording, load_public("recording_from_columns")(columns, fs_hz=fs_hz, **stated))
+        return load_public("recording_from_columns")({"signal": np.asarray(samples)}, fs_hz=fs_hz, **stated)
 
     @classmethod
     def from_frame(cls, frame: pandas.DataFrame | pandas.Series, **stated: Any) -> Recording:
@@ -193,7 +192,7 @@ class Recording(SourceFacts, NotebookObject):
             name = str(table.index.name)
             table = table.rename_axis(index=name if is_time(name) else "time").reset_index()
         columns = {str(name): column.to_numpy() for name, column in table.items()}
-        return cast(Recording, load_public("recording_from_columns")(columns, **stated))
+        return load_public("recording_from_columns")(columns, **stated)
 
     @classmethod
     def from_xarray(cls, data: xarray.Dataset | xarray.DataArray, **stated: Any) -> Recording:
@@ -210,8 +209,7 @@ class Recording(SourceFacts, NotebookObject):
         columns = {titles[name]: variable.to_numpy() for name, variable in whole.variables.items()}
         units = {titles[name]: str(v.attrs["units"]) for name, v in whole.variables.items() if "units" in v.attrs}
         facts = {name: x.item() if isinstance(x, np.number) else x for name, x in whole.attrs.items()}
-        known = {"column_units": units, "attributes": facts}
-        return cast(Recording, load_public("recording_from_columns")(columns, **known, **stated))
+        return load_public("recording_from_columns")(columns, column_units=units, attributes=facts, **stated)
 
     def facts(self) -> dict[str, Any]:
         """Attributes that `to_xarray` stores beside the samples, so that `from_xarray` can restore the recording."""
@@ -227,8 +225,7 @@ class Recording(SourceFacts, NotebookObject):
         if (course := self.speed_signal) is not None:
             signals[SPEED_VARIABLE] = (SPEED_TIME, course.values_hz, {"units": "Hz"})
             times[SPEED_TIME] = (SPEED_TIME, np.arange(course.values_hz.size) / course.rate_hz, {"units": "s"})
-        data: xarray.Dataset = require_xarray().Dataset(signals, times, self.facts())
-        return data
+        return require_xarray().Dataset(signals, times, self.facts())
 
     def to_frame(self) -> pandas.DataFrame:
         """Convert to a pandas table of times and channels, one row per sample."""

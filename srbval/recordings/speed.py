@@ -207,5 +207,4 @@ def pulse_times(samples: FloatArray) -> FloatArray:
     risen = sure[1:][high_there[1:] & ~high_there[:-1]]
     last_below = np.maximum.accumulate(np.where(samples < middle, np.arange(samples.size), 0))[risen]
     step = samples[last_below + 1] - samples[last_below]
-    crossings: FloatArray = last_below + (middle - samples[last_below]) / step
-    return crossings
+    return np.asarray(last_below + (middle - samples[last_below]) / step)
