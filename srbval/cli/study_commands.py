@@ -11,7 +11,7 @@ from srbval.check.check import CheckResult, fingerprint, reference_path, run_che
 from srbval.cli.output import own_command, print_result
 from srbval.progress import Progress, ProgressDisplay, prefix_tasks, stage
 from srbval.progress.tables import text_rows, text_table
-from srbval.report.figures.style import panel
+from srbval.report.figures.style import Panel
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.stored_result import ResultKind, reference_fingerprint
@@ -121,7 +121,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
             found, stored = make_result(name, options, progress, command=own_command())
         if name in STUDY_BY_COMMAND.values() and not scale:
             with stage(progress, "Draw"):
-                panel(draw_study)(name, stored)(plot.parent, plot.stem)
+                Panel(draw_study, name, stored)(plot.parent, plot.stem)
             stored |= {"plot": plot}
     if "file" in stored:
         print(f"stored: {stored['file']}", file=sys.stderr)

@@ -15,7 +15,8 @@ from srbval.bearing import load_bearing
 from srbval.recordings import Origin
 from srbval.recordings.registry import shipped_recordings
 from srbval.report import blocks
-from srbval.report.figures.signals import acceleration_panel, spectrum_panel
+from srbval.report.figures.signals import draw_acceleration, draw_spectrum
+from srbval.report.figures.style import Panel
 from srbval.report.findings import gather as gathering
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
@@ -108,7 +109,7 @@ def report():
         label="Figure 11b",
         caption="Acceleration.",
         alt="Noise without bursts, 195 ms long",
-        draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"),
+        draw=Panel(draw_acceleration, view("stand-in"), limit=4.0, letter="b", title="healthy"),
         badge="stand-in",
     )
     simulated = blocks.Figure(
@@ -116,7 +117,7 @@ def report():
         label="Figure 12a",
         caption="Envelope spectrum.",
         alt="Six lines at BPFO's harmonics",
-        draw=spectrum_panel(spectrum(view("simulated")), top=33.6),
+        draw=Panel(draw_spectrum, spectrum(view("simulated")), top=33.6),
         wide=False,
     )
     model = blocks.Cell(value=96.998, ci95=0.004, badge="simulated", note="cage 96.997")

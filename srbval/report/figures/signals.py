@@ -8,7 +8,7 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.report.figures import style
-from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, PanelData, legend_above, new_axes, panel
+from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, PanelData, legend_above, new_axes
 from srbval.report.findings.records import NORMALISED, RecordView, SpectrumView
 from srbval.signal import Scalogram
 
@@ -51,9 +51,6 @@ def draw_acceleration(
     return axes.figure, {"time_s": time_s - start, "acceleration_std": signal, "envelope_std": envelope}
 
 
-acceleration_panel = panel(draw_acceleration)
-
-
 def _mark_period(axes: Any, name: str, period_s: float) -> None:
     """Draw a bar of one period at the lower left, with its name and length."""
     low, high = axes.get_ylim()
@@ -63,8 +60,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
     axes.text(place, level, text, va="center", fontsize=7.5, zorder=40, bbox=ON_WHITE)
 
 
-@panel
-def band_panel(records: Mapping[str, RecordView]) -> PanelData:
+def draw_band(records: Mapping[str, RecordView]) -> PanelData:
     """Draw Welch spectra by name of the record; shade the demodulation band of the last record."""
     last, axes = list(records.values())[-1], new_axes(WIDE)
     band_hz, end_hz = last.analysis.processed.band_hz, float(last.power_hz[-1])
@@ -130,9 +126,6 @@ def draw_spectrum(
     return axes.figure, columns
 
 
-spectrum_panel = panel(draw_spectrum)
-
-
 def _draw_cursors(axes: Any, view: SpectrumView, brief: bool) -> None:
     """Draw a vertical line with its name at each expected frequency; unless `brief`, harmonics have Hz and order too.
 
@@ -157,8 +150,7 @@ def _draw_cursors(axes: Any, view: SpectrumView, brief: bool) -> None:
             axes.text(at_hz, top, text, transform=axes.get_xaxis_transform(), **look)
 
 
-@panel
-def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float) -> PanelData:
+def draw_thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float) -> PanelData:
     """Draw a thumbnail of a figure without axis labels: model left, rig right (`sides`), on the same axes.
 
     `kind` is ``scalogram``, ``spectrum`` (up to `end_hz`) or ``acceleration``. `top` is the end of a scalogram's colour
@@ -169,7 +161,7 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
         word, colour, light = ORIGINS[record.origin]
         if kind == "scalogram":
             x, y = record.scalogram.frequency_hz, record.scalogram.amplitude.mean(axis=1)
-            _draw_scalogram(axes, record.scalogram, top, record.window_s)
+            _draw_image(axes, record.scalogram, top, record.window_s)
         elif kind == "spectrum":
             x, y = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, THUMBNAIL_BINS)
             axes.plot(x, y, color=colour, lw=0.7)
@@ -189,8 +181,7 @@ def thumbnail(sides: Sequence[RecordView], kind: str, end_hz: float, top: float)
     return figure, columns
 
 
-@panel
-def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str = "", title: str = "") -> PanelData:
+def draw_scalogram(record: RecordView, state: Fault, *, top: float, letter: str = "", title: str = "") -> PanelData:
     """Draw the wavelet magnitude of a record's envelope over time and logarithmic frequency, coloured from 0 to `top`.
 
     The fault frequency of the bearing state `state` is marked. The regions that the ends of the record distort (cone of
@@ -199,7 +190,7 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
     image, (start, stop) = record.scalogram, record.window_s
     level, span = np.log10(image.frequency_hz), (0.0, 1e3 * (stop - start))
     axes = style.new_axes(style.HALF)
-    drawn = _draw_scalogram(axes, image, top, span)
+    drawn = _draw_image(axes, image, top, span)
     axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
     ticks = [hz for k in range(-1, 6) for m in (1, 2, 5) if level[0] <= np.log10(hz := m * 10.0**k) <= level[-1]]
     axes.set_yticks(np.log10(ticks), labels=[f"{hz:g}" for hz in ticks])
@@ -223,7 +214,7 @@ def scalogram_panel(record: RecordView, state: Fault, *, top: float, letter: str
     return axes.figure, {"time_s": image.time_s[times]} | columns
 
 
-def _draw_scalogram(axes: Any, image: Scalogram, top: float, span: tuple[float, float]) -> Any:
+def _draw_image(axes: Any, image: Scalogram, top: float, span: tuple[float, float]) -> Any:
     """Draw a scalogram over time from start to end (`span`) and log10 of frequency, coloured from 0 to `top`."""
     from matplotlib import colormaps
 

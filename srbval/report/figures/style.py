@@ -5,7 +5,7 @@ import io
 import re
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from importlib import import_module, metadata
+from importlib import metadata
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, ParamSpec
@@ -35,7 +35,7 @@ BINS_SHOWN = 1500  # stretches of a long spectrum of which the smallest and larg
 
 
 PanelData = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by name (with unit)
-Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a name, see `panel`
+Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a name, see `Panel`
 
 
 def picture_bytes(figure: Any, suffix: str) -> bytes:
@@ -101,16 +101,14 @@ def figure_style() -> AbstractContextManager[None]:
 class Panel:
     """A panel to draw: `panel(folder, name)` writes ``name.svg`` and ``name.csv`` to a folder. It can be pickled.
 
-    Both files are cached, and drawn again only if the arguments, the source code or the libraries have changed.
+    ``draw(*args, **kwargs)`` returns a figure and the columns of the CSV file. Both files are cached, and drawn again
+    only if the arguments, the source code or the libraries have changed.
     """
 
-    def __init__(self, draw: Callable[..., PanelData], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
+    def __init__(self, draw: Callable[P, PanelData], *args: P.args, **kwargs: P.kwargs) -> None:
         self.draw, self.args, self.kwargs = draw, args, kwargs
         self.store = ContentStore(kind="figure", computed_by=draw.__module__)
         self.drawn_with = STYLE_FILE.read_bytes(), version_of("matplotlib"), version_of("numpy")
-
-    def __reduce__(self) -> Any:
-        return _panel_of, (self.draw.__module__, self.draw.__qualname__, self.args, self.kwargs)
 
     @functools.cached_property
     def content(self) -> str:
@@ -140,21 +138,6 @@ def write_files(texts: Mapping[str, str], folder: Path, name: str) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for suffix, text in texts.items():
         (folder / f"{name}{suffix}").write_bytes(text.encode())
-
-
-def panel(draw: Callable[P, PanelData]) -> Callable[P, Panel]:
-    """Decorator of a function that returns a figure and the columns of its CSV file: it then returns a `Panel`."""
-
-    @functools.wraps(draw)
-    def drawing(*args: P.args, **kwargs: P.kwargs) -> Panel:
-        return Panel(draw, args, kwargs)
-
-    return drawing
-
-
-def _panel_of(module: str, function: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Panel:
-    found = getattr(import_module(module), function)
-    return Panel(getattr(found, "__wrapped__", found), args, kwargs)  # without the decorator `panel`
 
 
 def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:

@@ -8,7 +8,8 @@ from srbval import __version__
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
 from srbval.report.blocks import Callout, Figure, FigureGrid, ReportRow, ReportTable, Tone, VerdictBox
-from srbval.report.figures.signals import thumbnail
+from srbval.report.figures.signals import draw_thumbnail
+from srbval.report.figures.style import Panel
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import peak_amplitude
 from srbval.report.pages import Page, record_words
@@ -151,7 +152,7 @@ def _thumbnails(findings: Findings) -> FigureGrid:
     for name, state in THUMBNAILS.items():
         kind, sides = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
         tops = shared_limits(sides) | {"spectrum": HEAD_ROOM * max(peak_amplitude(one, SPECTRUM_HZ) for one in sides)}
-        plot = thumbnail(sides, kind, SPECTRUM_HZ, tops[kind])
+        plot = Panel(draw_thumbnail, sides, kind, SPECTRUM_HZ, tops[kind])
         words: dict[str, Any] = {"number": name[:2], "kind": kind, "state": state.label}
         words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
         shown.append(ANSWER_TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))

@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.comparison.comparison import Row, Verdict
 from srbval.comparison.table6 import Published
 from srbval.report.blocks import REPORT_SCHEMA, Block, Heading, Listing, Report, ReportTable, Section, VerdictBox
-from srbval.report.figures.style import panel
+from srbval.report.figures.style import Panel
 from srbval.report.findings.provenance import provenance
 from srbval.report.prose import Prose, literal
 from srbval.report.sections.answer import VERDICT_TONES, worst_tone
@@ -28,7 +28,7 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[Block, ...]], *,
     case, table, rows = result.case, result.table, result.errors_pct
     origin = {"command": command, **provenance((), ())}
     listed = ", ".join(f"{row['quantity']} {row['error']:+.3f} %" for row in rows[:8])
-    picture = CASE_TEXTS.figure("errors", panel(draw_errors)(rows), wide=False, listed=listed) if rows else None
+    picture = CASE_TEXTS.figure("errors", Panel(draw_errors, rows), wide=False, listed=listed) if rows else None
     shown, levels = frequency_table(table), table[table["unit"] == "dB"]
     levels = levels.assign(verdict_tone=levels["verdict"].map(VERDICT_TONES))
     lines = (shown, TABLE6_TEXTS.paragraph("how-to-read")) if shown.rows else ()

@@ -15,7 +15,7 @@ from srbval.comparison.comparison import Verdict
 from srbval.recordings import Origin
 from srbval.report.blocks import Figure, FigureGrid, ReportRow, Section
 from srbval.report.figures import style
-from srbval.report.figures.signals import acceleration_panel, scalogram_panel, spectrum_panel
+from srbval.report.figures.signals import draw_acceleration, draw_scalogram, draw_spectrum
 from srbval.report.figures.style import Drawing, Panel, PanelData, new_axes
 from srbval.report.findings import records
 from srbval.report.findings.findings import Findings, picture_rows
@@ -97,9 +97,9 @@ def drawings(
     period = (f"1/{line.name}", 1 / line.kinematic_hz) if line else None
     head: dict[str, Any] = {"letter": letter, "title": title}
     return {
-        "acceleration": acceleration_panel(record, limit=scale["acceleration"], period=period, **head),
-        "spectrum": spectrum_panel(view, top=scale["spectrum"], letter=spectrum_letter, title=title, brief=True),
-        "scalogram": scalogram_panel(record, state, top=scale["scalogram"], **head),
+        "acceleration": Panel(draw_acceleration, record, limit=scale["acceleration"], period=period, **head),
+        "spectrum": Panel(draw_spectrum, view, top=scale["spectrum"], letter=spectrum_letter, title=title, brief=True),
+        "scalogram": Panel(draw_scalogram, record, state, top=scale["scalogram"], **head),
     }
 
 

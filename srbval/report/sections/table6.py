@@ -6,7 +6,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT
 from srbval.report.blocks import Section
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelData, new_figure, panel
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Panel, PanelData, new_figure
 from srbval.report.findings.findings import Findings
 from srbval.report.pages import origin_line, record_words
 from srbval.report.prose import Prose
@@ -64,13 +64,12 @@ def near_section(findings: Findings) -> Section:
     return NEAR_TEXTS.section(
         origin_line(findings.results, "inputs"),
         NEAR_TEXTS.table("near-table", map(_near_row, data["near"]), **vars(TOLERANCE), level_db=VERDICT.level_db),
-        NEAR_TEXTS.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), wide=False, values=values),
+        NEAR_TEXTS.figure("cage-ratios", Panel(draw_cage_ratios, data["cage_ratios"]), wide=False, values=values),
         NEAR_TEXTS.paragraph("trend", trend=trend_sentence(data["trend"]), low_pct=low, high_pct=high, **data["trend"]),
     )
 
 
-@panel
-def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> PanelData:
+def draw_cage_ratios(rows: Sequence[Mapping[str, Any]]) -> PanelData:
     """Plot ratios of cage to shaft speed, one panel for each nominal speed; for `rows` see `cage_ratio_rows`."""
     figure = new_figure((4.8, 3.3))
     speeds = sorted({row["nominal_rpm"] for row in rows})

@@ -8,7 +8,7 @@ import numpy as np
 
 from srbval.monitoring.trend import RMS, ChannelTrend, Trend
 from srbval.report.blocks import Figure, Report, Tone, VerdictBox
-from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, PanelData, new_figure, panel
+from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, Panel, PanelData, new_figure
 from srbval.report.prose import Prose, literal
 from srbval.report.sections.assemble import provenance_section
 
@@ -46,7 +46,7 @@ def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
     marks = ["; dashed, the limits"] * bool(one.limits) + ["; dotted, the first alarm"] * (first is not None)
     return TREND_TEXTS.figure(
         "levels",
-        levels_panel(one),
+        Panel(draw_levels, one),
         id=name,
         marks="".join(marks),
         channel=f"Channel {one.channel}. " if one.channel else "",
@@ -59,8 +59,7 @@ def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
     )
 
 
-@panel
-def levels_panel(one: ChannelTrend) -> PanelData:
+def draw_levels(one: ChannelTrend) -> PanelData:
     """Draw rise and alarm limit of fault lines [dB] over time; below, RMS of velocity or, if unknown, of the signal."""
     figure = new_figure((5.4, 4.3))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))

@@ -15,8 +15,8 @@ from srbval.reading.lines import Line, NotDetected
 from srbval.reading.pipeline import USABLE_SHARE
 from srbval.recordings import SpeedSource
 from srbval.report.blocks import REPORT_SCHEMA, Block, Figure, Heading, Listing, Report, Section, Tone, VerdictBox
-from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
-from srbval.report.figures.style import HALF, WIDE
+from srbval.report.figures.signals import draw_acceleration, draw_band, draw_spectrum
+from srbval.report.figures.style import HALF, WIDE, Panel
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, record_view
 from srbval.report.findings.user_records import OPEN_CAGE, UserRecord, base_scene, compare_with_model, summary_rows
 from srbval.report.prose import Prose, literal
@@ -171,7 +171,7 @@ def _spectrum(record: UserRecord, name: str, suffix: str) -> Figure:
     sidebands = " and sidebands" if marked and marked.name != "BPFO" else ""
     return USER_TEXTS.figure(
         "spectrum",
-        spectrum_panel(view, title="envelope spectrum"),
+        Panel(draw_spectrum, view, title="envelope spectrum"),
         id=f"spectrum-figure{suffix}",
         label=name,
         badge=view.record.origin,
@@ -216,7 +216,9 @@ def _line_row(line: Line, healthy_depth: float | None) -> dict[str, Any]:
 
 def _band(record: UserRecord, suffix: str) -> Figure:
     view, (low_hz, high_hz) = record.view, record.analysis.processed.band_hz
-    plot = band_panel(dict(reversed([*zip(RECORD_NAMES, view.records, strict=False)])))  # the healthy record first
+    plot = Panel(
+        draw_band, dict(reversed([*zip(RECORD_NAMES, view.records, strict=False)]))
+    )  # the healthy record first
     words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "resolution_hz": SEGMENT_HZ}
     words |= {"id": f"band-figure{suffix}", "badge": view.record.origin}
     return USER_TEXTS.figure("band", plot, healthy=HEALTHY_CURVE_NOTE if view.healthy else "", **words)
@@ -230,7 +232,7 @@ def _times(record: UserRecord, suffix: str) -> Block:
     inches = HALF if view.healthy else WIDE
     panels = []
     for title, key, one in zip(RECORD_NAMES, ("", "-healthy"), view.records, strict=False):
-        plot = acceleration_panel(one, limit=limit, title=title, inches=inches, period=period)
+        plot = Panel(draw_acceleration, one, limit=limit, title=title, inches=inches, period=period)
         words: dict[str, Any] = {"id": f"time-figure{key}{suffix}", "badge": one.origin, "title": title}
         panels.append(USER_TEXTS.figure("time", plot, wide=False, heading=title.capitalize(), **words))
     start, stop = view.record.window_s
@@ -258,4 +260,6 @@ def _model(record: UserRecord, model: AnalysedRun, suffix: str) -> Iterator[Bloc
     view = dataclasses.replace(record.view, record=own, healthy=None, peaks=detected_peaks(own))
     words = {"low_hz": low_hz, "high_hz": high_hz, "state": state.label}
     words |= {"id": f"model-figure{suffix}", "badge": own.origin}
-    yield USER_TEXTS.figure("model-figure", spectrum_panel(view, title=f"{words['state']}, envelope spectrum"), **words)
+    yield USER_TEXTS.figure(
+        "model-figure", Panel(draw_spectrum, view, title=f"{words['state']}, envelope spectrum"), **words
+    )

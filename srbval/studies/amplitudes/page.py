@@ -7,7 +7,7 @@ import pandas as pd
 
 from srbval.comparison.comparison import VERDICT, Row
 from srbval.report.blocks import Block
-from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, PanelData, legend_above, new_axes, panel
+from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, Panel, PanelData, legend_above, new_axes
 from srbval.report.pages import Page, StoredResults, record_words, stored_content
 from srbval.report.prose import Prose
 
@@ -28,7 +28,6 @@ def unexplained(tests: Sequence[Row], locked: Sequence[Row]) -> str:
     return f"Open problem: the level of {' and '.join(found)} is not explained."
 
 
-@panel
 def draw_errors(rows: Sequence[Row]) -> PanelData:
     """Draw errors, with uncertainty, of the power that repeats with a fault's passages, by record and third octave."""
     ax = new_axes(WIDE)
@@ -48,7 +47,7 @@ def draw_errors(rows: Sequence[Row]) -> PanelData:
 
 def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
     locked = [one for one in content["rows"] if one["kind"] == LOCKED]
-    yield prose.figure("amplitude-errors", draw_errors(locked), near_db=VERDICT.near_db, **content["mounting"])
+    yield prose.figure("amplitude-errors", Panel(draw_errors, locked), near_db=VERDICT.near_db, **content["mounting"])
     yield prose.paragraph("counts", near_db=VERDICT.near_db, **content["counts"])
     yield prose.paragraph("open", conclusion=unexplained(content["tests"], locked))
 

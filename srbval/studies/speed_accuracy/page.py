@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.report.blocks import Block
-from srbval.report.figures.style import INK, SERIES, VERMILION, PanelData, new_figure, panel
+from srbval.report.figures.style import INK, SERIES, VERMILION, Panel, PanelData, new_figure
 from srbval.report.pages import Page
 from srbval.report.prose import Prose
 from srbval.studies.bench import pareto_front
@@ -75,7 +75,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     own = [row["own_cage_error"] for row in content["reference"].values() if row["own_cage_error"] is not None]
     values = {"runs": len(runs), "works": int(runs["ok"].sum()), "own_pct": 100 * max(own), "paper_s": PAPER_S}
     yield prose.paragraph("intro", **values, **vars(PAPER), steps_per_s=1 / PAPER.step_s)
-    yield prose.figure("speed-accuracy-chart", panel(chart)(runs), badge="simulated")
+    yield prose.figure("speed-accuracy-chart", Panel(chart, runs), badge="simulated")
     shown = runs[runs["scene"].isin(CHART_SCENES) & (runs["mark"] != "")]
     noted = shown.assign(
         steps_per_s=1 / shown["dt_s"], solver_note=shown["mark"], scene=shown["scene"].map(CHART_SCENES)

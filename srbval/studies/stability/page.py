@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.report.blocks import Block, Callout, Listing, Tone
-from srbval.report.figures.style import SERIES, PanelData, new_figure, panel
+from srbval.report.figures.style import SERIES, Panel, PanelData, new_figure
 from srbval.report.pages import Page
 from srbval.report.prose import Prose
 
@@ -52,7 +52,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     limits, cells = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float)), content["cells"]
     stable, finest = sum(cell["stable"] for cell in cells), max(content["steps_per_s"])
     yield prose.paragraph("intro", cells=len(cells), stable=stable, **content["tolerances"])
-    yield prose.figure("stability-chart", panel(chart)(limits), badge="simulated", finest=finest)
+    yield prose.figure("stability-chart", Panel(chart, limits), badge="simulated", finest=finest)
     yield Listing(items=tuple(claim["answer"] for claim in content["claims"]))
 
 
