@@ -11,10 +11,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.reading.families import Family, families_of, rank_line, window_share
+from srbval.reading.families import families_of, rank_line, window_share
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, Tracking, choose_tracking, one_signal, periodogram_of, process
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.speed import RPM_PER_HZ
@@ -76,10 +75,11 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
 def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
     """Read the cage ratio from the fault lines of a damaged race in the envelope; None if they are not detected."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
+    line_hz, half_hz = family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
-        reading = _read_comb(record, family, bearing, speed, sideband_hz=family.sideband_hz)
+        reading = read_comb(record, line_hz, half_hz, period_s=1 / speed.value_hz, sideband_hz=family.sideband_hz)
         if reading is not None and reading.detected:
             found.append((reading, band_hz))
     if not found:
@@ -95,20 +95,15 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     family = next(f for f in families if f.name == Fault.OUTER.line)
     vibration = tracking.resample(signal - signal.mean(), recording.fs_hz, 0.0)
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
-    reading = _read_comb(record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz))
+    line_hz, half_hz = family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz
+    count = math.floor(band_hz[1] / line_hz)
+    reading = read_comb(record, line_hz, half_hz, period_s=1 / speed.value_hz, harmonics=count)
     if reading is None:
         return None
     rank = rank_line(family, reading, record, families, speed)
     if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
         return None
     return _cage_reading_of(recording, bearing, reading, f"{family.name} multiples, vibration", band_hz)
-
-
-def _read_comb(
-    record: Periodogram, family: Family, bearing: Bearing, speed: ShaftSpeed, **how: Any
-) -> LineReading | None:
-    half_hz = window_share(bearing, speed) * family.kinematic_hz
-    return read_comb(record, family.kinematic_hz, half_hz, period_s=1 / speed.value_hz, **how)
 
 
 def _cage_reading_of(

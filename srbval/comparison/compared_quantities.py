@@ -14,8 +14,7 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
-from srbval.comparison.comparison import TOLERANCE, VERDICT, Row
-from srbval.comparison.comparison import QuantityValue as Value
+from srbval.comparison.comparison import TOLERANCE, VERDICT, QuantityValue, Row
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
@@ -23,7 +22,7 @@ from srbval.signal import NORMAL_95
 _DB = 20 / math.log(10)
 MIN_RECORDS_FOR_BIAS = 5
 
-QuantityReader = Callable[[Analysis, Fault], Value | None]
+QuantityReader = Callable[[Analysis, Fault], QuantityValue | None]
 ValueOfOrder = Callable[[Fault, float, int], float]  # of fault, order of its line, rolling elements
 # Effects of inputs and numerics on one quantity of one defect, by (defect, quantity): rows of the stored result
 # ``inputs``, in the quantity's unit.
@@ -62,7 +61,7 @@ def cage_ratio_of_order(fault: Fault, order: float, rolling_elements: int) -> fl
     return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
 
 
-def _line_value(analysis: Analysis, fault: Fault, value_of: ValueOfOrder, order: float | None) -> Value | None:
+def _line_value(analysis: Analysis, fault: Fault, value_of: ValueOfOrder, order: float | None) -> QuantityValue | None:
     """Convert the order of a fault's line by `value_of`, with 95 % half widths; None if the line cannot be read.
 
     If `order` is given, it is converted instead of the order that is read from the signal.
@@ -72,10 +71,10 @@ def _line_value(analysis: Analysis, fault: Fault, value_of: ValueOfOrder, order:
         return None
     kinematic = value_of(fault, line.kinematic_hz / shaft_hz, rollers)
     if order is not None:
-        return Value(value=value_of(fault, order, rollers), kinematic=kinematic)
+        return QuantityValue(value=value_of(fault, order, rollers), kinematic=kinematic)
     read, slower = line.found_hz / shaft_hz, 1 - analysis.speed.ci95_hz / shaft_hz
     value = value_of(fault, read, rollers)
-    return Value(
+    return QuantityValue(
         value=value,
         ci95=abs(value_of(fault, read + (line.ci95_hz or 0.0) / shaft_hz, rollers) - value),
         speed_ci95=abs(value_of(fault, read * slower, rollers) - value),
@@ -89,14 +88,14 @@ def harmonic_level(number: int) -> QuantityReader:
     return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
 
 
-def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
+def sideband_level(analysis: Analysis, fault: Fault) -> QuantityValue | None:
     """Mean level of a fault line's first upper and lower sideband relative to the line [dB]; None without sidebands."""
     if fault.sidebands is None:
         return None
     return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
 
 
-def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
+def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> QuantityValue | None:
     """Mean level [dB] of harmonic number `harmonic` of the lines called `names`.
 
     The reference is the first harmonic of the fault's line. None if this or all of the lines cannot be read.
@@ -107,7 +106,7 @@ def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harm
         return None
     depth = sum(line.depth or 0.0 for line in lines) / len(lines)
     spread = math.hypot(*(_scatter_db(line) / len(lines) for line in lines), _scatter_db(first))
-    return Value(
+    return QuantityValue(
         value=_DB * math.log(depth / first.depth),
         ci95=NORMAL_95 * spread,
         present=first.detected and all(line.detected for line in lines),
@@ -152,7 +151,7 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
 
 def read_quantities(
     analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
-) -> dict[str, Value]:
+) -> dict[str, QuantityValue]:
     """Read the `quantities` of a fault's line from the analysis of a signal; returns the values by quantity name.
 
     If `order` (line frequency over shaft speed) is given, it replaces the order that was read from the signal.

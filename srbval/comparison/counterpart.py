@@ -27,7 +27,7 @@ DETAIL_HZ = {Fault.ROLLER: 1024.0}
 CONVERGED_POINTS = 2000
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SimulationCase:
     """Run to be simulated: id, purpose, bearing state, and scene."""
 
@@ -56,7 +56,7 @@ def paper_cases(seconds: float) -> list[SimulationCase]:
     ]
 
 
-def run_simulation_case(case: SimulationCase, *, progress: Progress = silent) -> Run:
+def run_simulation_case(case: SimulationCase, progress: Progress = silent) -> Run:
     """Simulate one case or read its stored run; raises `NumericsError` with the case's id if the run fails."""
     run = stored_run(
         case.scene, step=Step.CHECKED, progress=lambda task, fraction: progress(f"{task} {case.id}", fraction)
@@ -68,13 +68,9 @@ def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
     """Simulate all cases in parallel and return the runs by case id; raises `NumericsError` if a run fails."""
-    by_id = {case.id: case for case in cases}
-    scenes = {name: case.scene for name, case in by_id.items()}
-
-    def run(name: str, report: Progress) -> Run:
-        return run_simulation_case(by_id[name], progress=report)
-
-    return side_by_side(scenes, run, task="Simulate", jobs=jobs, progress=progress)
+    scenes = {case: case.scene for case in cases}
+    runs = side_by_side(scenes, run_simulation_case, task="Simulate", jobs=jobs, progress=progress)
+    return {case.id: run for case, run in runs.items()}
 
 
 def with_points(scene: Scene, points: int) -> Scene:
@@ -132,7 +128,7 @@ def run_counterpart(
         changes["model"] = model
     scene, purpose = converged(load_scene(base, changes)), "at the recording's own speed and load"
     case = SimulationCase(id=f"counterpart-{recording.name}", purpose=purpose, state=state, scene=scene)
-    return analyse_run(case, run_simulation_case(case, progress=progress), bearing, band_hz, quantities)
+    return analyse_run(case, run_simulation_case(case, progress), bearing, band_hz, quantities)
 
 
 def analyse_run(

@@ -43,10 +43,8 @@ class Published:
 
 def table6() -> dict[Fault, Published]:
     """Rows of the paper's Table 6 by defect, from the bundled case of the paper."""
-    rows = [
-        build(Published, row, PAPER_CASE)
-        for row in read_toml(shipped_folder(CASES_FOLDER) / f"{PAPER_CASE}.toml")["published"]
-    ]
+    case = read_toml(shipped_folder(CASES_FOLDER) / f"{PAPER_CASE}.toml")
+    rows = [build(Published, row, PAPER_CASE) for row in case["published"]]
     return {row.state: row for row in rows}
 
 
