@@ -9,7 +9,8 @@ those in the tables `[simulated]` and `[measured]` of the case.
 import dataclasses
 import glob
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -135,9 +136,8 @@ def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
-        known = {
-            one.stem: one for one in sorted(shipped_folder(CASES_FOLDER).glob("*.toml")) if "pair" in read_toml(one)
-        }
+        bundled = sorted(shipped_folder(CASES_FOLDER).glob("*.toml"))
+        known = {one.stem: one for one in bundled if "pair" in read_toml(one)}
         if str(name_or_path) not in known:
             raise ConfigurationError(f"case {str(name_or_path)!r}: give a TOML file, or one of {', '.join(known)}.")
         path = known[str(name_or_path)]
@@ -212,26 +212,24 @@ def _source_table(raw: Any) -> Any:
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
     """Find files by path, pattern or start of a registered file's name; `DataError` for an unknown or ambiguous one."""
     names = (name for name in source.file or () if isinstance(name, str))
-    return tuple(path for name in names for path in _find_files(name, folder, side))
+    return tuple(Path(file) for name in names for file in _find_files(name, folder, side))
 
 
-def _find_files(name: str, folder: Path, side: str) -> Iterator[Path]:
-    if (folder / name).is_file():
-        yield folder / name
-        return
+def _find_files(name: str, folder: Path, side: str) -> Sequence[str]:
+    path = str(folder / name)
+    if os.path.isfile(path):
+        return [path]
     if glob.has_magic(name):
-        found = sorted(glob.glob(str(folder / name)))
-        if not found:
-            raise DataError(f"{side} side: no file fits the pattern {name!r} in {folder.resolve()}.")
-        yield from map(Path, found)
-        return
+        if found := sorted(glob.glob(path)):
+            return found
+        raise DataError(f"{side} side: no file fits the pattern {name!r} in {folder.resolve()}.")
     registers = (listing().recordings, shipped_recordings())  # the user's own recordings first
     named = ([one.file for one in register if Path(one.file).name.startswith(name)] for register in registers)
     found = list(dict.fromkeys(next(filter(None, named), ())))
     if len(found) != 1:
         many = f"; {len(found)} registered recordings begin so: {', '.join(found[:3])}" if found else ""
-        raise DataError(f"{side} side: no file {str(folder / name)!r}{many}. Give the path of a file.")
-    yield Path(found[0])
+        raise DataError(f"{side} side: no file {path!r}{many}. Give the path of a file.")
+    return found
 
 
 def write_case(case: ValidationCase, path: Path) -> None:

@@ -63,7 +63,8 @@ def compare_pair(
             own = replace(own, value=own.value + studied["shift"])
             parts |= {comparison.INPUTS: scale * studied["inputs_ci95"], comparison.GRID: scale * studied["grid_ci95"]}
         if all(known) and base != "paper":
-            parts |= outside_parts(quantity, state, own, repeats, case, scale)
+            reading = comparison.SIMULATION_READING if repeats is None else REPEATS_PART
+            parts |= {reading: abs(scale * (own.ci95 or 0.0))} | stated_part(quantity, state, own.value, case)
         row = comparison.comparison_row(
             model=own,
             rig=replace(theirs, kinematic=own.kinematic if theirs.kinematic is None else theirs.kinematic),
@@ -121,26 +122,17 @@ def ensemble(side: SideReading | None, name: str) -> tuple[QuantityValue, float 
     return mean, half
 
 
-def outside_parts(
-    quantity: ComparedQuantity,
-    state: Fault,
-    own: QuantityValue,
-    repeats: float | None,
-    case: ValidationCase,
-    scale: float,
-) -> dict[str, float]:
-    """Parts of an external simulation's uncertainty [% or dB]: from reading or repeats, and stated in the case.
+def stated_part(quantity: ComparedQuantity, state: Fault, value: float, case: ValidationCase) -> dict[str, float]:
+    """Part of the uncertainty [% or dB] of an external simulation's `value` that the case states; empty if none.
 
-    `own` is the simulated value, `repeats` its half width from repeated files (None without repeats). The factor
-    `scale` converts both to per cent of the measured value; levels stay in dB. A stated 1 % of the cage ratio c is 1 %
-    of BPFO and c / (1 - c) % of BPFI; it does not apply to the line of a rolling element, which depends on its spin.
+    A stated 1 % of the cage ratio c is 1 % of BPFO and c / (1 - c) % of BPFI; it does not apply to the line of a
+    rolling element, which depends on its spin.
     """
-    parts = {comparison.SIMULATION_READING if repeats is None else REPEATS_PART: abs(scale * (own.ci95 or 0.0))}
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db
     if stated is None or quantity is ROLLER_LINE:
-        return parts
+        return {}
     of_line = quantity is RACE_LINE and state is Fault.INNER
-    return parts | {STATED_PART: stated * (case.known_bearing.rolling_elements / own.value - 1) if of_line else stated}
+    return {STATED_PART: stated * (case.known_bearing.rolling_elements / value - 1) if of_line else stated}
 
 
 def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:

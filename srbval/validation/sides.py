@@ -155,7 +155,7 @@ def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, 
 
     `state` applies if neither file nor file name states one; without any state raises `ConfigurationError`.
     """
-    reading = apply_settings(path, read_file(path), source.settings.over(registered_settings(path)))
+    reading = apply_settings(path, read_file(path), registered_settings(path, source.settings))
     states = {channel.state for channel in reading.channels.values()} - {None}
     known = {"the file": states.pop() if len(states) == 1 else None, "its name": state_in_name(path.stem)}
     state_from, found = next(((of, one) for of, one in {**known, "--state": state}.items() if one), ("", None))
@@ -164,10 +164,9 @@ def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, 
             f"{path}: neither the file nor its name states what is damaged; give --state outer, inner, roller or "
             "healthy, or a case with a state for each pair."
         )
-    rpm = None if reading.speed is None else 60 * reading.speed.value_hz
-    speed = rpm if reading.nominal_rpm is None else reading.nominal_rpm
-    numbers = {"rpm": math.nan if speed is None else speed, "radial_n": reading.radial_n}
-    return {"path": str(path), "state": found.value, "state_from": state_from} | numbers
+    mean_rpm = math.nan if reading.speed is None else 60 * reading.speed.value_hz
+    rpm = mean_rpm if reading.nominal_rpm is None else reading.nominal_rpm
+    return {"path": str(path), "state": found.value, "state_from": state_from, "rpm": rpm, "radial_n": reading.radial_n}
 
 
 def pair_files(
