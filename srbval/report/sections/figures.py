@@ -149,7 +149,11 @@ def pair_figures(one: PairReading) -> tuple[FigureGrid, ...]:
     """
     state, analyses = one.state, [one.sides[side].analyses[0] for side in SIDES if side in one.sides]
     views = [records.record_view(analysis, window_s=records.middle_window(analysis)) for analysis in analyses]
-    spectra, kinds = _spectra(views, state), dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
+    lines = [analysis.line_of(state) if state.line else None for analysis in analyses]
+    # up to the same shaft order
+    order = min(records.spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
+    spectra = [records.spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
+    kinds = dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
     top = PANEL_LABEL_ROOM * max(one.highest for one in spectra)
     scale = shared_limits(views) | {"spectrum": top}
     for view, spectrum in zip(views, spectra, strict=True):
@@ -162,13 +166,6 @@ def pair_figures(one: PairReading) -> tuple[FigureGrid, ...]:
         rows = list(picture_rows(state, views, one.rows))
         alike = {kind: picture_verdict(rows, kind, state) for kind in kinds}
     return tuple(PAIR_TEXTS.grid(f"grid-{kind}", figures, alike=alike[kind]) for kind, figures in kinds.items())
-
-
-def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
-    """Prepare the envelope spectra of model and rig up to the same shaft order."""
-    lines = [view.analysis.line_of(state) if state.line else None for view in views]
-    order = min(records.spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
-    return [records.spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
 
 
 def draw_errors(rows: Sequence[Mapping[str, Any]], axes: Any = None) -> PanelData:

@@ -216,9 +216,8 @@ def _line_row(line: Line, healthy_depth: float | None) -> dict[str, Any]:
 
 def _band(record: UserRecord, suffix: str) -> Figure:
     view, (low_hz, high_hz) = record.view, record.analysis.processed.band_hz
-    plot = Panel(
-        draw_band, dict(reversed([*zip(RECORD_NAMES, view.records, strict=False)]))
-    )  # the healthy record first
+    named = dict(zip(RECORD_NAMES, view.records, strict=False))
+    plot = Panel(draw_band, dict(reversed(named.items())))  # the healthy record first
     words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "resolution_hz": SEGMENT_HZ}
     words |= {"id": f"band-figure{suffix}", "badge": view.record.origin}
     return USER_TEXTS.figure("band", plot, healthy=HEALTHY_CURVE_NOTE if view.healthy else "", **words)
@@ -260,6 +259,5 @@ def _model(record: UserRecord, model: AnalysedRun, suffix: str) -> Iterator[Bloc
     view = dataclasses.replace(record.view, record=own, healthy=None, peaks=detected_peaks(own))
     words = {"low_hz": low_hz, "high_hz": high_hz, "state": state.label}
     words |= {"id": f"model-figure{suffix}", "badge": own.origin}
-    yield USER_TEXTS.figure(
-        "model-figure", Panel(draw_spectrum, view, title=f"{words['state']}, envelope spectrum"), **words
-    )
+    plot = Panel(draw_spectrum, view, title=f"{state.label}, envelope spectrum")
+    yield USER_TEXTS.figure("model-figure", plot, **words)
