@@ -149,11 +149,9 @@ def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
 
 def new_figure(inches: tuple[float, float]) -> Any:
     """Make an empty figure of a width and height [inch], without pyplot."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure: Any = Figure(figsize=inches)
-    FigureCanvasAgg(figure)
     figure._repr_png_ = functools.partial(picture_bytes, figure, ".png")
     return figure
 

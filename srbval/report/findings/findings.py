@@ -24,7 +24,6 @@ from srbval.recordings.datasets.description import DatasetDescription
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RegisterListing
 from srbval.report.blocks import REPORT_SCHEMA
-from srbval.report.findings.provenance import run_facts
 from srbval.report.findings.records import RecordView, power_share_near_line
 from srbval.report.pages import StoredResults, stored_content
 from srbval.signal import NORMAL_95, kurtosis
@@ -117,6 +116,15 @@ def compared_rows(
     }
 
 
+def run_facts(case: SimulationCase, run: Run) -> Row:
+    """Describe a run for ``report.json``; the key ``numerics`` holds its estimated time-step error, or None."""
+    scene, step_error = run.scene, run.step_error
+    names = ("seconds", "status", "reason", "cpu_per_simulated_s", "cage_ratio", "energy_imbalance")
+    about = {"id": case.id, "purpose": case.purpose, "model": scene.model, "shaft_rpm": 60 * scene.shaft_hz}
+    about |= {"solver": scene.solver.name, "step_s": scene.solver.step_s}
+    return about | {name: getattr(run, name) for name in names} | {"numerics": step_error and step_error.to_dict()}
+
+
 def rig_scene_line(fault: Fault, analysis: Analysis, stored: Mapping[str, Any]) -> Row:
     """Return mean and 95 % half width [Hz] of the line of `fault` in runs of the scene `rig` with varied inputs.
 
@@ -178,9 +186,8 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
     The errors in the scene `paper` are in `comparisons`, those in the scene `rig` in `amplitudes`.
     """
     own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
-    for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
-        if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
-            continue
+    levels = [one for one in comparisons if one["error_unit"] == "dB"]
+    for one in sorted(levels, key=lambda one: list(Fault).index(one["state"])):
         record = Path(one["record"]).stem
         row = {"quantity": one["quantity"], "record": record, "unit": "dB", "error_unit": "dB", "rig": one["rig"]}
         row |= {"rig_ci95": one["rig_ci95"]} | _error_of("paper", one["error"], one["uncertainty"], one["verdict"])

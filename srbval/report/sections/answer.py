@@ -170,18 +170,12 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
     return "; ".join(f"{', '.join(sorted(names))} ({where})" for where, names in groups.items()) or "nothing"
 
 
-def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
+def used_sentence(comparisons: Sequence[ReportRow], readings: Iterable[Any]) -> str:
     """Name records used to fit the model's levels, and records first read for comparison with it; count others."""
-    every = {Path(one.record).stem for one in readings}
-    uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
-    for one in comparisons:
-        if one["used_for"] in uses:
-            uses[one["used_for"]].add(Path(one["record"]).stem)
-    seen = every - uses["fit"] - uses["blind"]
-    parts = [
-        ANSWER_TEXTS.text(f"used-{name}", records=", ".join(sorted(map(record_words, found))))
-        if found
-        else ANSWER_TEXTS.text(f"no-{name}")
-        for name, found in uses.items()
-    ]
+    seen, parts = {Path(one.record).stem for one in readings}, []
+    for use in ("fit", "blind"):
+        found = {Path(one["record"]).stem for one in comparisons if one["used_for"] == use}
+        names = ", ".join(sorted(map(record_words, found)))
+        parts.append(ANSWER_TEXTS.text(f"used-{use}" if found else f"no-{use}", records=names))
+        seen -= found
     return "; ".join([*parts, ANSWER_TEXTS.text("used-withheld", count=len(seen))])

@@ -34,14 +34,13 @@ def table6_section(findings: Findings) -> Section:
     closed = sums["closed"].map({True: "yes", False: "no"}).fillna("no interval")
     shown = sums.assign(source_badge=sums["origin"], total_ci95=sums["ci95"], closed=closed)
     difference = sums.loc[sums["origin"] == "simulated", "slip_difference"].iloc[0]
+    own = SPEED_TEXTS.text("own", slip_difference=difference)
     return TABLE6_TEXTS.section(
         origin_line(findings.results, "inputs"),
         TABLE6_TEXTS.table("table-6-rig-speed", at_rig, more_notes=[parts_sentence(measured.to_dict("records"))]),
         TABLE6_TEXTS.paragraph("how-to-read"),
         SPEED_TEXTS.paragraph("intro", rollers=rollers),
-        SPEED_TEXTS.table(
-            "sum-rule-table", shown, rollers=rollers, more_notes=[SPEED_TEXTS.text("own", slip_difference=difference)]
-        ),
+        SPEED_TEXTS.table("sum-rule-table", shown, rollers=rollers, more_notes=[own]),
     )
 
 
@@ -117,6 +116,5 @@ def trend_sentence(trend: Mapping[str, Any]) -> str:
     """State the change of the rig's cage ratio with speed, and compare it with the model's change if known."""
     if trend["model_pct"] is None:
         return NEAR_TEXTS.text("trend-rig", **trend)
-    return NEAR_TEXTS.text(
-        "trend-differs" if abs(trend["rig_pct"] - trend["model_pct"]) > trend["u_pct"] else "trend-alike", **trend
-    )
+    differs = abs(trend["rig_pct"] - trend["model_pct"]) > trend["u_pct"]
+    return NEAR_TEXTS.text("trend-differs" if differs else "trend-alike", **trend)
