@@ -30,7 +30,7 @@ class Page:
     place: float
     blocks: Callable[[Prose, Mapping[str, Any]], Iterable[Block]]
     data: Callable[[Mapping[str, Any], StoredResults], Mapping[str, Any]] = lambda *_: {}
-    tile: Callable[[Prose, Mapping[str, Any]], Callout] | None = None
+    tile: Callable[[Prose, Mapping[str, Any]], Callout | None] = lambda *_: None
     more_results: tuple[str, ...] = ()
 
     @property
@@ -46,9 +46,7 @@ class Page:
 
     def short_answer(self, results: StoredResults) -> Callout | None:
         """Make the short answer for the first screen, if the page has one and its result is stored."""
-        return (
-            self.tile(Prose(self.package), results[self.name].content) if self.tile and self.name in results else None
-        )
+        return self.tile(Prose(self.package), results[self.name].content) if self.name in results else None
 
     def report_data(self, results: StoredResults) -> Mapping[str, Any]:
         """Return the page's keys of ``report.json``; nothing if its result is not stored."""
