@@ -16,17 +16,7 @@ from srbval.recordings.registry import listing
 from srbval.storage.files import file_sha256
 from srbval.studies.naming import study
 from srbval.studies.naming.records import KnownRecord, known_records
-from srbval.studies.naming.study import (
-    ALONE,
-    FIRST_RUN,
-    LATER_RUN,
-    MACHINE,
-    call_machines,
-    counted,
-    graded,
-    graded_runs,
-    see,
-)
+from srbval.studies.naming.study import ALONE, MACHINE, call_machines, counted, graded, see
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
@@ -73,11 +63,11 @@ def test_graded_records_are_found_by_their_content_and_counted_by_grade(tmp_path
 
 
 def test_a_later_run_does_not_replace_the_first_run_of_the_graded_benchmark():
-    first = graded_runs({}, {"table": "a"})
-    assert first == {FIRST_RUN: {"run": 1, "table": "a"}, LATER_RUN: None}
-    later = graded_runs(first, {"table": "b"})
-    assert later == first | {LATER_RUN: {"run": 2, "table": "b"}}
-    assert graded_runs(later, {"table": "c"}) == first | {LATER_RUN: {"run": 3, "table": "c"}}
+    stored = study.with_graded({}, {"table": "a"})
+    assert stored == {study.FIRST_RUN: {"table": "a"}, study.LATER_RUN: None}
+    for later in "bc":
+        stored = study.with_graded(stored, {"table": later})
+        assert stored == {study.FIRST_RUN: {"table": "a"}, study.LATER_RUN: {"table": later}}
 
 
 def test_calls_are_counted_by_set_and_class():

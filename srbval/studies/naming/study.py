@@ -136,20 +136,13 @@ def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
         | {f"public_{key}": sum(row["public_outcome"] == key for row in own) for key in KEYS if key != "none"}
         for (grade, part), own in sorted(groups.items())
     ]
-    return {"missing": sorted(row["record"] for row in listed if row["record"] not in found)} | {
-        "table": table,
-        "records": rows,
-    }
+    missing = sorted(row["record"] for row in listed if row["record"] not in found)
+    return {"missing": missing, "table": table, "records": rows}
 
 
-def graded_runs(stored: Row, found: Row) -> Row:
-    """First run of the graded benchmark and the latest of the later ones, if the `stored` runs are followed by `found`.
-
-    The first run is kept, because later versions of the program may have been written with its result in mind.
-    """
-    before = stored.get(LATER_RUN) or stored.get(FIRST_RUN) or {"run": 0}
-    numbered = {"run": before["run"] + 1} | found
-    return {FIRST_RUN: stored.get(FIRST_RUN) or numbered, LATER_RUN: numbered if before["run"] else None}
+def with_graded(stored: Row, found: Row) -> Row:
+    """Add a run of the graded benchmark to a `stored` result: the first run is kept, a later one replaces the last."""
+    return {FIRST_RUN: stored.get(FIRST_RUN) or found, LATER_RUN: found if stored.get(FIRST_RUN) else None}
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
@@ -173,9 +166,10 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
         "records": seen,
     }
     texts = [text_rows(content["methods"])]
-    runs = read_json(shipped_folder("reports") / "naming.json")
+    stored = read_json(shipped_folder("reports") / "naming.json")
     if options.graded:
-        runs = graded_runs(runs, graded(options.graded, options.jobs, progress))
-        texts.append(text_rows((runs[LATER_RUN] or runs[FIRST_RUN])["table"]))
-    content |= {name: runs.get(name) for name in (FIRST_RUN, LATER_RUN)}
+        found_graded = graded(options.graded, options.jobs, progress)
+        stored = with_graded(stored, found_graded)
+        texts.append(text_rows(found_graded["table"]))
+    content |= {name: stored.get(name) for name in (FIRST_RUN, LATER_RUN)}
     return StudyResult(name="naming", content=content, text="\n\n".join(texts))
