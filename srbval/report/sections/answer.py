@@ -29,7 +29,6 @@ VERDICT_TONES: dict[str, Tone] = {  # the worst first
 }
 SCENE_NAMES = {"paper": "the paper's scene", "rig": "the rig's scene"}
 THUMBNAILS = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # state by panel
-PAPER_SOURCE, RIG_SOURCE = ("published", "measured")
 OUTCOME = "prediction_outcome"  # stored result with a name of its own
 
 
@@ -79,7 +78,7 @@ def endpoint_words(endpoint: str) -> str:
 
 def near_sentence(data: ReportRow) -> str:
     """State the model's errors: in BPFO and BPFI at the rig's measured speed, and in cage speed in the scene `rig`."""
-    rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
+    rows = [row for row in data["table6"] if row["rig_source"] == "measured"]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
         f"({Fault(row['defect']).label}, {row['line']}: {row['verdict']})"
@@ -126,7 +125,7 @@ def _table6(data: ReportRow) -> ReportTable:
                 about = f" ± {100 * half / row['kinematic_hz']:.2f}" if half else ""
                 found[f"{fault}_note"] = f"{100 * (row[value] / row['kinematic_hz'] - 1):+.2f}{about} %"
         shown.append(found)
-    conclusion = shaft_sentence(data["closure"], of[PAPER_SOURCE, Fault.INNER])
+    conclusion = shaft_sentence(data["closure"], of["published", Fault.INNER])
     return ANSWER_TEXTS.table("table-6-sources", shown, more_notes=[conclusion])
 
 
