@@ -275,17 +275,12 @@ def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silen
 
 def path_toml(path: SensorPath) -> str:
     """Text of a TOML file with the gains of a path; the setting `sensor_path` of a scene names such a file."""
-
-    def quoted(text: str) -> str:  # a TOML string of printable text; the escapes are JSON's
-        return json.dumps("".join(c if c.isprintable() else "?" for c in text), ensure_ascii=False)
-
-    columns = {name: getattr(path, name) for name in ("frequency_hz", "load", "cross", "u_db")}
+    gains = {name: getattr(path, name) for name in ("frequency_hz", "load", "cross", "u_db")}
+    table: dict[str, Any] = {name: [float(f"{x:.6g}") for x in values] for name, values in gains.items() if values}
+    table |= {"cross_u_db": float(f"{path.cross_u_db:.4g}"), "source": path.source, "used": path.used}
     lines = [
         f"# {path.source}",
         "# Gains of force times path; the records named in `used` are fitted: no verdict rests on them.",
-        *(f"{name} = [{', '.join(f'{value:.6g}' for value in values)}]" for name, values in columns.items() if values),
-        f"cross_u_db = {path.cross_u_db:.4g}",
-        f"source = {quoted(path.source)}",
-        f"used = [{', '.join(quoted(name) for name in path.used)}]\n",
+        *(f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in table.items()),  # valid in TOML too
     ]
-    return "\n".join(lines)
+    return "".join("".join(c if c.isprintable() else "?" for c in line) + "\n" for line in lines)

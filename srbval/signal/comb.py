@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -256,7 +257,6 @@ class CombSpectrum:
     line_hz: FloatArray
     lines: FloatArray
     depth: FloatArray
-    score: FloatArray
     step: float
     bin_hz: float
 
@@ -279,8 +279,14 @@ class CombSpectrum:
             lines = MASKED + math.sqrt(count) * (lines - np.median(lines))
             square *= np.maximum(0, 1 - 1 / np.maximum(snr.mean(axis=0), 1))
         depth = np.sqrt(square.mean(axis=0).max(axis=0))
-        kept = {"line_hz": hz, "depth": depth, "step": step, "bin_hz": first[0].bin_hz}
-        return cls(lines=lines, score=_summed(lines, step), **kept)
+        return cls(line_hz=hz, lines=lines, depth=depth, step=step, bin_hz=first[0].bin_hz)
+
+    @functools.cached_property
+    def score(self) -> FloatArray:
+        """Sums of the line scores, which are `step` apart in the log of frequency, over each comb's harmonics, [n]."""
+        shift = [round(math.log(number) / self.step) for number in range(1, HARMONICS + 1)]
+        size = max(0, self.lines.size - shift[-1])
+        return np.asarray(np.sum([self.lines[at : at + size] for at in shift], axis=0))
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -305,12 +311,4 @@ class CombSpectrum:
         edges = np.zeros(self.line_hz.size + 1)
         np.add.at(edges, np.searchsorted(self.line_hz, centre_hz - reach), 1)
         np.add.at(edges, np.searchsorted(self.line_hz, centre_hz + reach), -1)
-        lines = np.where(np.cumsum(edges[:-1]) > 0, MASKED, self.lines)
-        return replace(self, lines=lines, score=_summed(lines, self.step))
-
-
-def _summed(lines: FloatArray, step: float) -> FloatArray:
-    """Sum the line scores [m], which are `step` apart in the log of frequency, over the harmonics of each comb, [n]."""
-    shift = [round(math.log(number) / step) for number in range(1, HARMONICS + 1)]
-    size = max(0, lines.size - shift[-1])
-    return np.asarray(np.sum([lines[at : at + size] for at in shift], axis=0))
+        return replace(self, lines=np.where(np.cumsum(edges[:-1]) > 0, MASKED, self.lines))

@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
-import scipy.special
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from srbval.arrays import ComplexArray, FloatArray
+from srbval.arrays import ComplexArray, FloatArray, IntArray
 from srbval.errors import DataError
 
 PHASOR_BLOCKS = 96  # of a record for sums: a line within a bin of its frequency loses less than 2e-4 of its power
@@ -148,6 +147,12 @@ class Periodogram:
     def _grid_hz(self) -> FloatArray:
         return np.arange(self.power.size, dtype=np.float64) * self.step_hz
 
+    @functools.cached_property
+    def _unmasked_bins(self) -> IntArray:
+        """Numbers of the independent bins outside the masked zones, without the first two."""
+        bins = np.arange(2, self.power.size // POINTS_PER_BIN)
+        return bins[~self.masked(np.asarray(bins * (POINTS_PER_BIN * self.step_hz), dtype=np.float64))]
+
     def exact_power_at(self, frequency_hz: FloatArray) -> FloatArray:
         """Power from the Fourier sum itself, for a few frequencies."""
         return Phasors.of(self.samples, self.fs_hz, frequency_hz).power()
@@ -162,21 +167,12 @@ class Periodogram:
 
         Raises `DataError` if fewer than `LEAST_NOISE_BINS` are left.
         """
-        spacing = POINTS_PER_BIN * self.step_hz
-        last = min(math.floor(self.power.size / POINTS_PER_BIN), math.ceil(_FLAT_SHARE * self.fs_hz / spacing))
-        reach = half_window_hz / spacing + 2 * NOISE_BINS
-        while True:
-            low, high = max(2, math.floor(centre_hz / spacing - reach)), math.ceil(centre_hz / spacing + reach)
-            bins = np.arange(low, min(last, high))
-            frequency = bins.astype(np.float64) * spacing
-            distance = np.abs(frequency - centre_hz)
-            usable = (distance > half_window_hz + self.bin_hz) & ~self.masked(frequency)
-            # Only bins within `reach`, the range searched, are known to be the nearest.
-            usable &= distance < reach * spacing
-            if np.count_nonzero(usable) >= NOISE_BINS or (low == 2 and high >= last):
-                break
-            reach *= 2
-        nearest = bins[usable][np.argsort(distance[usable], kind="stable")[:NOISE_BINS]]
+        spacing, bins = POINTS_PER_BIN * self.step_hz, self._unmasked_bins
+        bins = bins[: np.searchsorted(bins, math.ceil(_FLAT_SHARE * self.fs_hz / spacing))]
+        low, high = ((centre_hz + side * (half_window_hz + self.bin_hz)) / spacing for side in (-1, 1))
+        below, above = np.searchsorted(bins, (math.ceil(low), math.floor(high) + 1))
+        sides = np.concatenate((bins[max(0, below - NOISE_BINS) : below], bins[above : above + NOISE_BINS]))
+        nearest = sides[np.argsort(np.abs(sides * spacing - centre_hz), kind="stable")[:NOISE_BINS]]
         if nearest.size < LEAST_NOISE_BINS:
             raise DataError(f"too few bins near {centre_hz:.4g} Hz to estimate the noise; use a longer record.")
         power = self.power[nearest[: nearest.size - 1 + nearest.size % 2] * POINTS_PER_BIN]
@@ -185,10 +181,8 @@ class Periodogram:
 
     def snr_at(self, frequency_hz: FloatArray) -> FloatArray:
         """Power over the local noise, a running median of unmasked bins, at frequencies up to `limit_hz`."""
-        spacing = POINTS_PER_BIN * self.step_hz
-        last = self.power.size // POINTS_PER_BIN
-        bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS))
-        bins = bins[~self.masked(np.asarray(bins * spacing, dtype=np.float64))]
+        spacing, bins = POINTS_PER_BIN * self.step_hz, self._unmasked_bins
+        bins = bins[: np.searchsorted(bins, math.ceil(self.limit_hz / spacing) + NOISE_BINS)]
         if bins.size == 0:
             return np.zeros(frequency_hz.shape)
         noise = median_filter(self.power[bins * POINTS_PER_BIN], NOISE_BINS, mode="nearest") / math.log(2)
@@ -198,14 +192,7 @@ class Periodogram:
 
 def decimate(samples: FloatArray, down: int) -> FloatArray:
     """Low-pass filter and keep one of `down` samples, as `scipy.signal.resample_poly` does, which is slow to import."""
-    half, size, share = 10 * down, -(-samples.size // down), 1 / down
-    place = np.arange(-half, half + 1)
-    kaiser = scipy.special.i0(5.0 * np.sqrt(1 - (place / half) ** 2.0)) / scipy.special.i0(5.0)
-    low_pass = share * np.sinc(share * place) * kaiser
-    padded = np.pad(samples, (half, half + down * (size + 1) - samples.size))
-    phases = np.ascontiguousarray(padded.reshape(-1, down).T)
-    reduced, product = np.zeros(size), np.empty(size)
-    for number, gain in enumerate(low_pass / low_pass.sum()):
-        first = number // down
-        reduced += np.multiply(phases[number % down, first : first + size], gain, out=product)
-    return reduced
+    half = 10 * down
+    low_pass = np.sinc(np.arange(-half, half + 1) / down) * np.kaiser(2 * half + 1, 5.0)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(samples, half), low_pass.size)[::down]
+    return np.asarray(np.einsum("nk,k->n", windows, low_pass / low_pass.sum()))

@@ -7,15 +7,12 @@ width is a tabulated multiple of the estimated spread (`half_width`). The path o
 programming (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260), since phases may be wrong by a turn, and then refined.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib.resources
 import math
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.special
@@ -197,8 +194,7 @@ def _excess_noise(residual: FloatArray, variance: float, contrasts: Contrasts) -
     return best if best[2] - tried[0][2] > EXCESS_MARGIN else tried[0]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Contrasts:
+class Contrasts(NamedTuple):
     """Weighted sums of n phases that separate a random walk of the phase from noise.
 
     Each row of `weights` [n - 2, n] gives one sum, a contrast. The rows are orthonormal; the contrasts vanish if the

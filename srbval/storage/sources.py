@@ -78,20 +78,15 @@ def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True)
         source = waiting.pop()
         if source not in found:
             found.add(source)
-            waiting += _used_by(source, known, lazy)
+            imported, places, data = _names_in(source.read_text(encoding="utf-8"))
+            waiting += [file for name in (imported | places if lazy else imported) for file in _run_by(name, known)]
+            waiting += [path for name in data if (path := source.with_name(name)).is_file()]
     return found
 
 
 def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
     """Files that run if a dotted name is imported: the ``__init__`` of each package in the name, and the module."""
     return [known[part] for part in itertools.accumulate(name.split("."), "{}.{}".format) if part in known]
-
-
-def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
-    """Files that a source uses: its imports, its data files and, if `lazy` is true, modules imported at first use."""
-    imported, places, data = _names_in(source.read_text(encoding="utf-8"))
-    files = [file for name in (imported | places if lazy else imported) for file in _run_by(name, known)]
-    return files + [path for name in data if (path := source.with_name(name)).is_file()]
 
 
 @cache
