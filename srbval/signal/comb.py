@@ -1,11 +1,10 @@
 """Frequency of a fault line by a joint fit of its harmonics and sidebands; scores of combs over all frequencies."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
@@ -261,7 +260,7 @@ class CombSpectrum:
     bin_hz: float
 
     @classmethod
-    def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float) -> CombSpectrum:
+    def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float) -> Self:
         """Score combs with fundamentals from `lowest_hz` up in the mean of the spectra `bands[record][band]`.
 
         Each record has the same number of bands. The mean of n records scatters less by the root of n, so the distances
@@ -305,7 +304,7 @@ class CombSpectrum:
         half = max(1, round(relative / self.step))
         return float(np.median(maximum_filter1d(self.score, 2 * half + 1)))
 
-    def without(self, centre_hz: FloatArray, half_hz: FloatArray) -> CombSpectrum:
+    def without(self, centre_hz: FloatArray, half_hz: FloatArray) -> Self:
         """Comb spectrum in which lines up to `half_hz` [k] + 1.5 bins away from a `centre_hz` [k] count as noise."""
         reach = half_hz + MASK_BINS * self.bin_hz
         edges = np.zeros(self.line_hz.size + 1)

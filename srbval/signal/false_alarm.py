@@ -57,10 +57,9 @@ def false_alarm(
 ) -> float:
     """Probability that on noise alone a comb's summed `neg_log_p` reaches `total_neg_log_p` within a search window.
 
-    A comb is a line with its harmonics, `neg_log_p` of a line the -log of its probability on noise alone. The window is
-    +-`half_window_hz` in a record of `seconds`, `total_ratio` the sum of `true_noise_ratio` over the h lines. In the
-    share `share[k]` of the window, k lines are outside the spectrum's masked (ignored) zones. With N upward crossings
-    on average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33).
+    The window is +-`half_window_hz` in a record of `seconds`, `total_ratio` the sum of `true_noise_ratio` over the h
+    lines. In the share `share[k]` of the window, k lines are outside the spectrum's masked (ignored) zones. With N
+    upward crossings on average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:

@@ -1,9 +1,8 @@
 """Order tracking: resampling of a record from even steps of time to even steps of shaft angle."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import scipy.linalg
@@ -25,7 +24,7 @@ class ShaftAngle:
     turns: FloatArray
 
     @classmethod
-    def from_speed(cls, speed_hz: FloatArray, rate_hz: float) -> ShaftAngle:
+    def from_speed(cls, speed_hz: FloatArray, rate_hz: float) -> Self:
         """Integrate an evenly sampled speed signal [Hz] of either sign; `DataError` for a stop or under three turns."""
         speed = speed_hz if float(np.mean(speed_hz)) >= 0 else -speed_hz
         turned = np.concatenate(([0.0], np.cumsum((speed[1:] + speed[:-1]) / (2 * rate_hz))))

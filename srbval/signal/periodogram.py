@@ -1,12 +1,10 @@
 """Periodogram on a fine grid, noise near a line, and Fourier sums of a record over short blocks."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy.fft
@@ -38,7 +36,7 @@ class Phasors:
     seconds: float
 
     @classmethod
-    def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray) -> Phasors:
+    def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray) -> Self:
         """Compute the Fourier sums of `samples` [n] at `frequency_hz` [c] over each of `PHASOR_BLOCKS` short blocks."""
         bounds = np.linspace(0, samples.size, min(PHASOR_BLOCKS, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
@@ -63,7 +61,7 @@ class Phasors:
             seconds=samples.size / fs_hz,
         )
 
-    def shifted(self, by_hz: FloatArray) -> Phasors:
+    def shifted(self, by_hz: FloatArray) -> Self:
         """Fourier sums at frequencies `by_hz` [c] higher; a block of the record must last far less than 1 / `by_hz`."""
         rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
         return replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
@@ -100,7 +98,7 @@ class Periodogram:
     @classmethod
     def of(
         cls, samples: FloatArray, fs_hz: float, *, limit_hz: float, shaft_hz: float, shaft_ci_hz: float = 0.0
-    ) -> Periodogram:
+    ) -> Self:
         """Periodogram of `samples` up to `limit_hz`, with the harmonics of `shaft_hz` +- `shaft_ci_hz` masked."""
         down = max(1, math.floor(fs_hz / (_RATE * limit_hz)))
         mean = float(samples.mean())
@@ -114,7 +112,7 @@ class Periodogram:
         number = np.arange(1, math.floor(limit_hz / shaft_hz) + 2, dtype=np.float64)
         return bare.masking(number * shaft_hz, number * shaft_ci_hz)
 
-    def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Periodogram:
+    def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Self:
         """Periodogram with further masked zones, `half_width_hz` plus `MASK_BINS` bins to either side of a centre."""
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))

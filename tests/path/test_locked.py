@@ -9,12 +9,10 @@ from srbval import ConfigurationError, Recording
 from srbval.bearing import Fault
 from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, locked_levels
 from srbval.path.locked import PASSAGE_LINES, locked_powers, without_passage_lines
-from tests.path.test_path import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
+from tests.path.test_path import BEARING, FS_HZ, LINE_HZ, ORDER, SHAFT_HZ, TIME_S, background, record_of
 from tests.path.test_path import pulses as ring_pulses
 from tests.signal.test_envelope import bandpass
 
-TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
-ORDER = BEARING.orders.bpfo
 BAND, WIDE = "1585 Hz", "3162 Hz"  # that of 15 x BPFO at 877 rpm; one that hardly smears a passage
 NEAR_DB = 1.0  # twice the scatter of a band of noise over 2 s
 
