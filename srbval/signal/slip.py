@@ -12,7 +12,8 @@ import importlib.resources
 import math
 import tomllib
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.special
@@ -161,40 +162,8 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
     return frequency_error_hz(max(float(number**2 @ np.maximum(snr, 0)), 1.0), blocks * block_s)
 
 
-def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Refine the phases `path_rad`; returns log evidence of a line, mean step per block, its 95 % half width [rad]."""
-    blocks = sums.shape[1]
-    contrasts = contrasts_of(blocks)
-    for _ in range(4):
-        amplitude = _amplitudes(sums, number, path_rad)
-        phase, variance = _refined(sums, number, path_rad, amplitude)
-        residual = contrasts.weights @ phase
-        excess, weight, log_likelihood = _excess_noise(residual, variance, contrasts)
-        by_noise = weight @ contrasts.by_noise * residual  # each residual's share of noise
-        path_rad = phase - contrasts.weights.T @ by_noise
-    aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
-    log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
-    log_spread = float(weight @ np.log1p(WALK_RATIOS))
-    # A walk adds a share of each residual to the slope. Without a walk the frequency of highest power needs no
-    # correction, and is better for weak lines.
-    carried = (weight * WALK_RATIOS) @ contrasts.by_noise * contrasts.with_slope
-    slope = float(contrasts.slope @ phase - carried @ residual) * walk_share(log_spread)
-    strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
-    error = math.sqrt(excess * variance * contrasts.slope_variance)
-    return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
-
-
-def _excess_noise(residual: FloatArray, variance: float, contrasts: Contrasts) -> tuple[float, FloatArray, float]:
-    """Noise at a line over noise nearby; posterior weights of `WALK_RATIOS` (ratios of slip to noise); log evidence."""
-    tried = []
-    for excess in EXCESSES:
-        weight, log_likelihood = weigh_walk_ratios(residual**2 / (excess * variance), contrasts)
-        tried.append((excess, weight, log_likelihood - residual.size * math.log(excess) / 2))
-    best = max(tried, key=lambda one: one[2])
-    return best if best[2] - tried[0][2] > EXCESS_MARGIN else tried[0]
-
-
-class Contrasts(NamedTuple):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contrasts:
     """Weighted sums of n phases that separate a random walk of the phase from noise.
 
     Each row of `weights` [n - 2, n] gives one sum, a contrast. The rows are orthonormal; the contrasts vanish if the
@@ -247,6 +216,39 @@ def contrasts_of(count: int) -> Contrasts:
         slope=slope,
         slope_variance=noise_variance,
     )
+
+
+def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
+    """Refine the phases `path_rad`; returns log evidence of a line, mean step per block, its 95 % half width [rad]."""
+    blocks = sums.shape[1]
+    contrasts = contrasts_of(blocks)
+    for _ in range(4):
+        amplitude = _amplitudes(sums, number, path_rad)
+        phase, variance = _refined(sums, number, path_rad, amplitude)
+        residual = contrasts.weights @ phase
+        excess, weight, log_likelihood = _excess_noise(residual, variance, contrasts)
+        by_noise = weight @ contrasts.by_noise * residual  # each residual's share of noise
+        path_rad = phase - contrasts.weights.T @ by_noise
+    aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
+    log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
+    log_spread = float(weight @ np.log1p(WALK_RATIOS))
+    # A walk adds a share of each residual to the slope. Without a walk the frequency of highest power needs no
+    # correction, and is better for weak lines.
+    carried = (weight * WALK_RATIOS) @ contrasts.by_noise * contrasts.with_slope
+    slope = float(contrasts.slope @ phase - carried @ residual) * walk_share(log_spread)
+    strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
+    error = math.sqrt(excess * variance * contrasts.slope_variance)
+    return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
+
+
+def _excess_noise(residual: FloatArray, variance: float, contrasts: Contrasts) -> tuple[float, FloatArray, float]:
+    """Noise at a line over noise nearby; posterior weights of `WALK_RATIOS` (ratios of slip to noise); log evidence."""
+    tried = []
+    for excess in EXCESSES:
+        weight, log_likelihood = weigh_walk_ratios(residual**2 / (excess * variance), contrasts)
+        tried.append((excess, weight, log_likelihood - residual.size * math.log(excess) / 2))
+    best = max(tried, key=lambda one: one[2])
+    return best if best[2] - tried[0][2] > EXCESS_MARGIN else tried[0]
 
 
 def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArray:
