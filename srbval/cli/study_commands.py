@@ -1,6 +1,7 @@
 """Commands ``srbval check``, ``evidence``, ``study``, ``bench`` and ``stability``."""
 
 import argparse
+import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -53,6 +54,8 @@ def _show_check(result: CheckResult) -> None:
     for one in wrong[:MAX_PRINTED_QUANTITIES]:
         if one.words:
             print(f"{one.name}: {one.words[1]}, the reference is {one.words[0]}")
+        elif math.isnan(one.low):
+            print(f"{one.name}: {one.value:.9g}, the reference has no value")
         else:
             print(f"{one.name}: {one.value:.9g} is not within {one.low:.9g} to {one.high:.9g}")
     if len(wrong) > MAX_PRINTED_QUANTITIES:
