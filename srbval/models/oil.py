@@ -15,11 +15,10 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.models.full.oil_kernel import SPEED_EXPONENT, FilmLaw, OilLaw, rate_power, thermal_share
+from srbval.models.full.parameters import CONTACT_MODULUS_PA
 from srbval.scene import Oil
 
-# steel, 207 GPa and 0.3: contact modulus E / (2 (1 - nu^2)) of two bodies, after Hertz, and Dowson's E', twice that
-CONTACT_MODULUS_PA = 207e9 / (2 * (1 - 0.3**2))
-REDUCED_MODULUS_PA = 2 * CONTACT_MODULUS_PA
+REDUCED_MODULUS_PA = 2 * CONTACT_MODULUS_PA  # Dowson's E'
 LOAD_EXPONENT = -0.10  # Dowson & Toyoda's film
 ROLLING_EXPONENT, ROLLING_LOAD_EXPONENT = 0.648, 0.246
 REFERENCE_PA = 1e9  # mean pressure at which film and roughness are compared; the film varies as p^-0.2

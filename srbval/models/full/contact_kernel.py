@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import add_vector, axes_at, cross, dot, plus, point_at, times, to_world, vector_at
 from srbval.models.jit import inlined, kernel_part
 
 # A patch in three parts of equal load: mean of (x / half length)^2, weighted with the load, and half of its range.
@@ -46,93 +47,70 @@ def contact_columns(law, points, race, window, first, last, space, start, stop, 
     patches, side by side along the roller, and each point represents a whole patch.
     """
     begin, end = np.uint64(start), np.uint64(stop)
+    table = points[race, window]
     for i in range(first, last):
-        radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
-        axial, share = points[race, window, col.POINT_AXIAL, i], points[race, window, col.POINT_SHARE, i]
+        point, share = point_at(table, col.POINT_RADIAL, i), table[col.POINT_SHARE, i]
         for j in range(begin, end):
-            p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
-            depth, n_x, n_y, n_z = penetration(law, p_x, p_y, p_z)
-            u_n, q_x, q_y, q_z = approach_and_slip((p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
+            place = place_of_point(point, space, j)
+            depth, normal = penetration(law, place)
+            u_n, slip = approach_and_slip(place, normal, space, j)
             if patch is None:
                 spring, viscous, elastic = point_spring_and_damper(law, depth, u_n, share, damping)
-                normal = normal_force(spring, viscous, u_n)
-                drag, g_x, g_y, g_z, loss = point_friction(law, normal, q_x, q_y, q_z)
+                pressure = normal_force(spring, viscous, u_n)
+                drag, friction, loss = point_friction(law, pressure, slip)
                 twice_energy = spring * depth
             else:
                 deep = depth if depth > 0.0 else 0.0
                 root = math.sqrt(deep)
                 spring = patch[race, i, col.PATCH_STIFFNESS] * deep * root
                 viscous = patch[race, i, col.PATCH_DAMPING] * root
-                normal = normal_force(spring, viscous, u_n)
-                spread = patch[race, i, col.PATCH_SLIP_SPREAD] * deep
-                w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
-                e_x = spread * (w_y * n_z - w_z * n_y)
-                e_y = spread * (w_z * n_x - w_x * n_z)
-                e_z = spread * (w_x * n_y - w_y * n_x)
-                pivot = w_x * n_x + w_y * n_y + w_z * n_z
+                pressure = normal_force(spring, viscous, u_n)
+                turning = vector_at(space, col.W_X, j)
+                rise = times(patch[race, i, col.PATCH_SLIP_SPREAD] * deep, cross(turning, normal))
+                pivot = dot(turning, normal)
                 pivot *= pivot * patch[race, i, col.PATCH_LENGTH] * deep
-                drag, g_x, g_y, g_z, loss = patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot)
+                drag, friction, loss = patch_friction(law, pressure, slip, rise, pivot)
                 elastic, twice_energy = spring, 0.8 * spring * deep
-            add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (g_x, g_y, g_z), space, j)
+            add_contact(place, normal, pressure, friction, space, j)
             space[col.FRICTION_LOSS + j] += loss
-            space[col.DAMPING_LOSS + j] += (elastic - normal) * u_n
+            space[col.DAMPING_LOSS + j] += (elastic - pressure) * u_n
             space[col.TWICE_ENERGY + j] += twice_energy
             if damping is not None:
-                viscous = viscous if normal > 0.0 else 0.0
-                add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
+                viscous = viscous if pressure > 0.0 else 0.0
+                add_damping(viscous, drag, place, normal, space, j)
 
 
 @inlined
-def place_of_point(radial, tangential, axial, space, j):
-    """Return a race point's position [m] relative to the roller in contact `j`: outwards, along race, along roller."""
-    return (
-        space[col.O_X + j] + radial * space[col.A_X + j] + tangential * space[col.B_X + j] + axial * space[col.Z_X + j],
-        space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
-        space[col.O_Z + j] + radial * space[col.A_Z + j] + tangential * space[col.B_Z + j] + axial * space[col.Z_Z + j],
-    )
+def place_of_point(point, space, j):
+    """Convert a race's `point` (radial, tangential, axial) to its place relative to the roller in contact `j` [m]."""
+    return plus(vector_at(space, col.O_X, j), 1.0, to_world(point, axes_at(space, col.A_X, j)))
 
 
 @inlined
 def approach_and_slip(place, normal, space, j):
-    """Compute the race's velocity relative to the roller of contact `j` at `place` [m/s]: normal part, slip x, y, z."""
-    p_x, p_y, p_z = place
-    n_x, n_y, n_z = normal
-    w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
-    u_x = space[col.V_X + j] + w_y * p_z - w_z * p_y
-    u_y = space[col.V_Y + j] + w_z * p_x - w_x * p_z
-    u_z = space[col.V_Z + j] + w_x * p_y - w_y * p_x
-    u_n = u_x * n_x + u_y * n_y + u_z * n_z
-    return u_n, u_x - u_n * n_x, u_y - u_n * n_y, u_z - u_n * n_z
+    """Compute the race's velocity relative to the roller of contact `j` at `place` [m/s]: normal part, slip vector."""
+    velocity = plus(vector_at(space, col.V_X, j), 1.0, cross(vector_at(space, col.W_X, j), place))
+    u_n = dot(velocity, normal)
+    return u_n, plus(velocity, -u_n, normal)
 
 
 @inlined
 def add_contact(place, normal, pressure, friction, space, j):
     """Add normal force `pressure` and `friction` [N] at `place` to force and torque on the roller of contact `j`."""
-    p_x, p_y, p_z = place
-    n_x, n_y, n_z = normal
-    g_x, g_y, g_z = friction
-    g_x -= pressure * n_x
-    g_y -= pressure * n_y
-    g_z -= pressure * n_z
-    space[col.F_X + j] += g_x
-    space[col.F_Y + j] += g_y
-    space[col.F_Z + j] += g_z
-    space[col.T_X + j] += p_y * g_z - p_z * g_y
-    space[col.T_Y + j] += p_z * g_x - p_x * g_z
-    space[col.T_Z + j] += p_x * g_y - p_y * g_x
+    force = plus(friction, -pressure, normal)
+    add_vector(space, col.F_X, j, force)
+    add_vector(space, col.T_X, j, cross(place, force))
 
 
 @inlined
-def penetration(law, p_x, p_y, p_z):
-    """Compute the depth of a point p below a roller's barrel surface [m] and the surface's normal there, outwards."""
+def penetration(law, place):
+    """Compute the depth of a point below a roller's barrel surface [m] and the surface's normal there, outwards."""
+    p_x, p_y, p_z = place
     rho = math.sqrt(p_x * p_x + p_y * p_y)
     s = rho + (law.profile_radius - law.roller_radius)
     distance = math.sqrt(s * s + p_z * p_z)
     inverse = 1.0 / (distance * rho)
-    n_x = s * inverse * p_x
-    n_y = s * inverse * p_y
-    n_z = rho * inverse * p_z
-    return law.profile_radius - distance, n_x, n_y, n_z
+    return law.profile_radius - distance, (s * inverse * p_x, s * inverse * p_y, rho * inverse * p_z)
 
 
 @inlined
@@ -175,59 +153,57 @@ def normal_force(spring, viscous, u_n):
 
 
 @inlined
-def point_friction(law, normal, q_x, q_y, q_z):
-    """Compute friction at slip q, Giraudo's eq. (19): force divided by slip [N s/m], force x, y, z [N], lost power."""
+def point_friction(law, pressure, slip):
+    """Compute friction at a `slip` velocity, Giraudo's eq. (19): force over slip [N s/m], force [N], lost power."""
     static, dynamic, critical = law.static_friction, law.dynamic_friction, law.critical_velocity
     at_rest = static / critical  # coefficient of friction over slip
     fall = (static - dynamic) / (0.5 * critical)
-    square = q_x * q_x + q_y * q_y + q_z * q_z
-    slip = math.sqrt(square) + 1e-300
-    mu = static - fall * (slip - critical)
+    square = dot(slip, slip)
+    speed = math.sqrt(square) + 1e-300
+    mu = static - fall * (speed - critical)
     mu = mu if mu > dynamic else dynamic
-    mu = mu / slip
+    mu = mu / speed
     mu = mu if mu < at_rest else at_rest
-    drag = mu * normal
-    return drag, drag * q_x, drag * q_y, drag * q_z, drag * square
+    drag = mu * pressure
+    return drag, times(drag, slip), drag * square
 
 
 @inlined
-def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
-    """Compute the friction of a patch of the line model under the load `normal` [N]; result: see `point_friction`.
+def patch_friction(law, pressure, slip, rise, pivot):
+    """Compute the friction of a patch of the line model under the load `pressure` [N]; result: see `point_friction`.
 
     The patch has three parts of equal load; other arguments as in `part_friction`.
     """
-    reach = e_x * e_x + e_y * e_y + e_z * e_z
-    third = normal * (1.0 / 3.0)
-    drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)
-    drag_b = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_B, HALF_B, third)
-    drag_c = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_C, HALF_C, third)
+    reach = dot(rise, rise)
+    third = pressure * (1.0 / 3.0)
+    drag_a = part_friction(law, slip, rise, reach, pivot, MEAN_A, HALF_A, third)
+    drag_b = part_friction(law, slip, rise, reach, pivot, MEAN_B, HALF_B, third)
+    drag_c = part_friction(law, slip, rise, reach, pivot, MEAN_C, HALF_C, third)
     drag = drag_a + drag_b + drag_c
-    mean = drag_a * MEAN_A + drag_b * MEAN_B + drag_c * MEAN_C
-    g_x, g_y, g_z = mean * e_x + drag * q_x, mean * e_y + drag * q_y, mean * e_z + drag * q_z
-    return drag, g_x, g_y, g_z, g_x * q_x + g_y * q_y + g_z * q_z
+    friction = plus(times(drag, slip), drag_a * MEAN_A + drag_b * MEAN_B + drag_c * MEAN_C, rise)
+    return drag, friction, dot(friction, slip)
 
 
 @kernel_part
-def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
+def part_friction(law, slip, rise, reach, pivot, mean, half, normal):
     """Compute friction force divided by slip speed [N s/m] for one part of a contact patch with load `normal` [N].
 
     At the distance x from the patch's middle, X is (x / half length of the patch)^2. In this part, X ranges from `mean`
-    - `half` to `mean` + `half`. The slip velocity is q + X e [m/s]: q in the middle of the patch, q + e at its ends;
-    `reach` is the square of e. If the race turns about the contact's normal, a slip at right angles to q + X e is
-    added; the square of this added slip is X times `pivot`. Giraudo's eq. (19) is averaged over the part approximately:
-    its critical velocity is raised to at least `half` times the length of e.
+    - `half` to `mean` + `half`. The slip velocity is q + X e [m/s]: q = `slip` in the middle of the patch, q + e at its
+    ends, e = `rise`; `reach` is the square of e. If the race turns about the contact's normal, a slip at right angles
+    to q + X e is added; the square of this added slip is X times `pivot`. Giraudo's eq. (19) is averaged over the part
+    approximately: its critical velocity is raised to at least `half` times the length of e.
     """
-    s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
+    middle = plus(slip, mean, rise)
     across = pivot * mean
-    square = s_x * s_x + s_y * s_y + s_z * s_z + across
-    slip = math.sqrt(square) + 1e-300
+    speed = math.sqrt(dot(middle, middle) + across) + 1e-300
     own, range_ = law.critical_velocity * law.critical_velocity, reach * half * half
     critical = math.sqrt((own if own > range_ else range_) + across)
-    inverse = 1.0 / (slip * critical)  # one division serves both
-    per_slip, per_critical = critical * inverse, slip * inverse
+    inverse = 1.0 / (speed * critical)  # one division serves both
+    per_slip, per_critical = critical * inverse, speed * inverse
     dynamic = law.dynamic_friction
     excess = (law.static_friction - dynamic) * law.critical_velocity * per_critical
-    mu = dynamic + excess * (3.0 - 2.0 * slip * per_critical)
+    mu = dynamic + excess * (3.0 - 2.0 * speed * per_critical)
     mu = (mu if mu > dynamic else dynamic) * per_slip
     most = (dynamic + excess) * per_critical
     mu = mu if mu < most else most

@@ -12,9 +12,10 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import add_vector, axes_at, cross, dot, plus, point_at, roller_in, to_world, vector_at
 from srbval.models.full.contact_kernel import contact_columns, place_of_point, with_friction
 from srbval.models.full.search_kernel import scatter_sums
-from srbval.models.full.slices_kernel import evaluate_slices, roller_in
+from srbval.models.full.slices_kernel import evaluate_slices
 from srbval.models.jit import kernel_part
 
 CIRCLES_PER_RACE = 3
@@ -92,25 +93,22 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
 @kernel_part
 def raised_points(model, roller, rotation, race, window, spare, space, column):
     """Copy a race's list `window` of points to the list `spare`, raised by the height of the roller's defects there."""
-    points = model.races.points
+    table, raised = model.races.points[race, window], model.races.points[race, spare]
     for i in range(model.races.starts[race, window, CIRCLES_PER_RACE]):
-        radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
-        axial = points[race, window, col.POINT_AXIAL, i]
-        p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, np.uint64(column))
-        lift, _ = lift_at(model, roller, rotation, p_x, p_y, p_z)
-        points[race, spare, col.POINT_RADIAL, i] = radial + lift * points[race, window, col.NORMAL_RADIAL, i]
-        across = lift * points[race, window, col.NORMAL_TANGENTIAL, i]
-        points[race, spare, col.POINT_TANGENTIAL, i] = tangential + across
-        points[race, spare, col.POINT_AXIAL, i] = axial + lift * points[race, window, col.NORMAL_AXIAL, i]
-        points[race, spare, col.POINT_SHARE, i] = points[race, window, col.POINT_SHARE, i]
+        point, normal = point_at(table, col.POINT_RADIAL, i), point_at(table, col.NORMAL_RADIAL, i)
+        lift, _ = lift_at(model, roller, rotation, place_of_point(point, space, np.uint64(column)))
+        point = plus(point, lift, normal)
+        raised[col.POINT_RADIAL, i], raised[col.POINT_TANGENTIAL, i], raised[col.POINT_AXIAL, i] = point
+        raised[col.POINT_SHARE, i] = table[col.POINT_SHARE, i]
 
 
 @kernel_part
-def lift_at(model, roller, rotation, x, y, z):
+def lift_at(model, roller, rotation, place):
     """Compute height [m] and slope along the circumference [m/rad] of a roller's defects at a point of its surface.
 
-    `x`, `y`, `z` from the roller's centre [m]: outwards, along race, along axis; `rotation` about the axis [rad].
+    `place` from the roller's centre [m]: outwards, along race, along axis; `rotation` about the axis [rad].
     """
+    x, y, z = place
     radius, defects = model.law.roller_radius, model.roller_defects
     lift, rise = 0.0, 0.0
     for d in range(defects.shape[0]):
@@ -139,34 +137,23 @@ def flank_forces(model, roller, rotation, race, window, spare, space, column, da
     points = model.races.points
     j = np.uint64(column)
     alone = j + np.uint64(1)
+    table, axes = points[race, window], axes_at(space, col.A_X, j)
     spring = with_friction(model.law, 0.0, 0.0, 0.0, model.law.critical_velocity)
     for row in range(col.FRAME_ROWS):
         start = np.uint64(row * col.STRIDE)
         space[start + alone] = space[start + j]
     for i in range(model.races.starts[race, window, CIRCLES_PER_RACE]):
-        x, y, z = place_of_point(
-            points[race, window, col.POINT_RADIAL, i],
-            points[race, window, col.POINT_TANGENTIAL, i],
-            points[race, window, col.POINT_AXIAL, i],
-            space,
-            j,
-        )
-        _, rise = lift_at(model, roller, rotation, x, y, z)
+        place = place_of_point(point_at(table, col.POINT_RADIAL, i), space, j)
+        _, rise = lift_at(model, roller, rotation, place)
         if rise == 0.0:
             continue
+        x, y, _ = place
         space[col.F_X + alone] = space[col.F_Y + alone] = space[col.F_Z + alone] = 0.0
         contact_columns(spring, points, race, spare, i, i + 1, space, column + 1, column + 2, damping, None)
-        f_x, f_y, f_z = space[col.F_X + alone], space[col.F_Y + alone], space[col.F_Z + alone]
-        n_a, n_b = points[race, window, col.NORMAL_RADIAL, i], points[race, window, col.NORMAL_TANGENTIAL, i]
-        n_z = points[race, window, col.NORMAL_AXIAL, i]
-        normal_x = n_a * space[col.A_X + j] + n_b * space[col.B_X + j] + n_z * space[col.Z_X + j]
-        normal_y = n_a * space[col.A_Y + j] + n_b * space[col.B_Y + j] + n_z * space[col.Z_Y + j]
-        normal_z = n_a * space[col.A_Z + j] + n_b * space[col.B_Z + j] + n_z * space[col.Z_Z + j]
+        normal = to_world(point_at(table, col.NORMAL_RADIAL, i), axes)
         # e_th / rho = (-y, x) / rho^2
-        push = (f_x * normal_x + f_y * normal_y + f_z * normal_z) * rise / (x * x + y * y)
-        space[col.F_X + j] -= push * y
-        space[col.F_Y + j] += push * x
-        space[col.T_X + j] -= z * push * x
-        space[col.T_Y + j] -= z * push * y
-        space[col.T_Z + j] += push * (x * x + y * y)
+        push = dot(vector_at(space, col.F_X, alone), normal) * rise / (x * x + y * y)
+        force = -push * y, push * x, 0.0
+        add_vector(space, col.F_X, j, force)
+        add_vector(space, col.T_X, j, cross(place, force))
     space[col.O_X + alone] = col.FAR_M

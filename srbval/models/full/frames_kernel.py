@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import along_axes, cross, entries_from, plus, roller_in, store_vector, times
 from srbval.models.full.contact_kernel import LONGEST_ONSET_M
 from srbval.models.full.second_cage_kernel import cage_of_row, cage_turns
 from srbval.models.jit import inlined, kernel_part
@@ -41,7 +42,7 @@ def cage_tilt(angle_x, angle_y):
 def cage_axes(tilt):
     """Compute the axes x, y, z of the tilted cage in world coordinates: tilted about x, then about the new y."""
     ca, sa, cb, sb = tilt
-    return cb, sa * sb, -ca * sb, 0.0, ca, sa, sb, -sa * cb, ca * cb
+    return (cb, sa * sb, -ca * sb), (0.0, ca, sa), (sb, -sa * cb, ca * cb)
 
 
 @inlined
@@ -50,27 +51,27 @@ def tilted_about_x(tilt, w_y, w_z):
     return tilt.cos_x * w_z - tilt.sin_x * w_y, tilt.cos_x * w_y + tilt.sin_x * w_z
 
 
+@kernel_part
+def gimbal_rates(tilt, omega):
+    """Compute the rates of the cage's gimbal angles [rad/s] from its angular velocity in world axes.
+
+    With the gimbal angles a, b, c, the angular velocity in axes tilted about x is (a' + c' sin b, b', c' cos b).
+    """
+    w_z, rate_y = tilted_about_x(tilt, omega[1], omega[2])
+    about = w_z / tilt.cos_y
+    return omega[0] - about * tilt.sin_y, rate_y, about
+
+
 @inlined
 def slot_axes(axes, c, s, along, across):
-    """Compute the axes x, y and z of a slot, the place of a roller in the cage, in world coordinates: nine values.
+    """Compute the axes x, y and z of a slot, the place of a roller in the cage, in world coordinates.
 
     `axes` of the cage, see `cage_axes`; `c`, `s`: cosine and sine of the slot's angle; `along` and `across`: components
     of the slot's direction, a unit vector, in the cage's plane and along the cage's axis.
     """
-    t00, t10, t20, t01, t11, t21, t02, t12, t22 = axes
-    ex = along * c
-    ey = along * s
-    ez = across
-    x_x = t00 * ex + t01 * ey + t02 * ez
-    x_y = t10 * ex + t11 * ey + t12 * ez
-    x_z = t20 * ex + t21 * ey + t22 * ez
-    y_x = -t00 * s + t01 * c
-    y_y = -t10 * s + t11 * c
-    y_z = -t20 * s + t21 * c
-    z_x = x_y * y_z - x_z * y_y
-    z_y = x_z * y_x - x_x * y_z
-    z_z = x_x * y_y - x_y * y_x
-    return x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z
+    x = plus(times(along, plus(times(c, axes[0]), s, axes[1])), across, axes[2])
+    y = plus(times(-s, axes[0]), c, axes[1])
+    return x, y, cross(x, y)
 
 
 class SurfaceHeights(NamedTuple):
@@ -85,17 +86,14 @@ class SurfaceHeights(NamedTuple):
 
 
 @kernel_part
-def read_rollers(y, at, half, space):
+def read_rollers(y, at, rollers, space):
     """Copy slide, its rate and spin of all rollers from state `y` to `space`; set row `DAMAGE` of `space` to zero."""
-    for i in range(half):
-        slot = np.uint64(2 * i)
-        for row in range(2):
-            j = i + row * half
-            space[col.SLIDE + slot] = y[at.slide + j]
-            space[col.SLIDE_RATE + slot] = y[at.slide_rate + j]
-            space[col.SPIN + slot] = y[at.spin + j]
-            space[col.DAMAGE + slot] = space[col.DAMAGE + col.INNER + slot] = 0.0
-            slot += np.uint64(1)
+    for number in range(rollers):
+        slot, j = np.uint64(number), roller_in(number, rollers)
+        space[col.SLIDE + slot] = y[at.slide + j]
+        space[col.SLIDE_RATE + slot] = y[at.slide_rate + j]
+        space[col.SPIN + slot] = y[at.spin + j]
+        space[col.DAMAGE + slot] = space[col.DAMAGE + col.INNER + slot] = 0.0
 
 
 @kernel_part
@@ -123,9 +121,8 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, model):
     """
     space = model.space
     turn = y[at.cage + 2]
-    ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
-    omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
-    ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
+    ring, ring_velocity = entries_from(y, at.ring), entries_from(y, at.ring_rate)
+    omega = entries_from(y, at.cage_rate)
     turns, axes = cage_turns(y, at, model.second_cage), cage_axes(tilt)
     tilt_cosine, tilt_sine, centre_distance = model.tilt_cosine, model.tilt_sine, model.centre_distance
     outer_clearance = model.law.roller_radius - model.race_radius[0]
@@ -136,59 +133,53 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, model):
     lead_s = 0.5 * model.law.onset_s
     most_lead = 0.5 * LONGEST_ONSET_M if lead_s > 0.0 else 0.0
     # sense in which rollers move on each race
-    outer_onwards, inner_onwards = 1.0 if omega_z > 0.0 else -1.0, 1.0 if omega_z > shaft else -1.0
+    outer_onwards, inner_onwards = 1.0 if omega[2] > 0.0 else -1.0, 1.0 if omega[2] > shaft else -1.0
     for p in range(slots):
         side = space[col.SIDE + p]
         own_cosine, own_sine, _ = cage_of_row(turns, side)
         c = own_cosine * space[col.SLOT_COSINE + p] - own_sine * space[col.SLOT_SINE + p]
         s = own_sine * space[col.SLOT_COSINE + p] + own_cosine * space[col.SLOT_SINE + p]
-        x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z = slot_axes(axes, c, s, tilt_cosine, side * tilt_sine)
+        slot = slot_axes(axes, c, s, tilt_cosine, side * tilt_sine)
+        x, along, z = slot
         reach = centre_distance + space[col.SLIDE + p]
         slide_rate, roller_spin = space[col.SLIDE_RATE + p], space[col.SPIN + p]
-        w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
-        w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
-        w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
+        w_x, w_y, w_z = along_axes(omega, slot)
         angle = turn + space[col.SLOT_ANGLE + p]
         if side < 0.0:
             angle += turns.ahead
             w_x, w_z = w_x - turns.rate * tilt_sine, w_z + turns.rate * tilt_cosine
-        space[col.X_WX + p], space[col.X_WY + p], space[col.X_WZ + p] = x_x, x_y, x_z
-        space[col.Y_WX + p], space[col.Y_WY + p], space[col.Y_WZ + p] = y_x, y_y, y_z
-        space[col.Z_WX + p], space[col.Z_WY + p], space[col.Z_WZ + p] = z_x, z_y, z_z
-        space[col.CAGE_X + p], space[col.CAGE_Y + p], space[col.CAGE_Z + p] = w_x, w_y, w_z
-        m_x = c * x_x + s * x_y
-        m_z = c * z_x + s * z_y
-        space[col.M_X + p], space[col.M_Y + p], space[col.M_Z + p] = m_x, c * y_x + s * y_y, m_z
-        space[col.N_X + p] = c * x_y - s * x_x
-        space[col.N_Y + p] = c * y_y - s * y_x
-        space[col.N_Z + p] = c * z_y - s * z_x
+        store_vector(space, col.X_WX, p, x)
+        store_vector(space, col.Y_WX, p, along)
+        store_vector(space, col.Z_WX, p, z)
+        store_vector(space, col.CAGE_X, p, (w_x, w_y, w_z))
+        m_x, m_y, m_z = along_axes((c, s, 0.0), slot)
+        store_vector(space, col.M_X, p, (m_x, m_y, m_z))
+        store_vector(space, col.N_X, p, along_axes((-s, c, 0.0), slot))
         here = side != 0.0
 
         # outer race
-        o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
-        o_y = ring_x * y_x + ring_y * y_y + ring_z * y_z
-        o_z = ring_x * z_x + ring_y * z_y + ring_z * z_z
-        space[col.Z_X + p], space[col.Z_Y + p], space[col.Z_Z + p] = side * x_z, side * y_z, side * z_z
-        space[col.O_X + p], space[col.O_Y + p], space[col.O_Z + p] = o_x, o_y, o_z
-        space[col.V_X + p] = ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate
-        space[col.V_Y + p] = ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z
-        space[col.V_Z + p] = ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y
-        space[col.W_X + p], space[col.W_Y + p], space[col.W_Z + p] = -w_x, -w_y, -roller_spin
-        depth, lead = outer_clearance - o_x, -lead_s * space[col.V_X + p]
-        leaning = abs(space[col.Z_Y + p]) * height
+        o_x, o_y, o_z = along_axes(ring, slot)
+        v_x, v_y, v_z = along_axes(ring_velocity, slot)
+        o_x -= reach
+        store_vector(space, col.Z_X, p, (side * x[2], side * along[2], side * z[2]))
+        store_vector(space, col.O_X, p, (o_x, o_y, o_z))
+        store_vector(space, col.V_X, p, (v_x - slide_rate, v_y - reach * w_z, v_z + reach * w_y))
+        store_vector(space, col.W_X, p, (-w_x, -w_y, -roller_spin))
+        depth, lead = outer_clearance - o_x, -lead_s * (v_x - slide_rate)
+        leaning = abs(side * along[2]) * height
         aside = abs(o_y) + leaning
         count_candidates(outer, outer_onwards, depth, o_z, lead, most_lead, aside, angle, here, patch, space, p)
 
         # inner race
         q = p + col.INNER
-        offset = arc_radial * m_z + side * arc_height * z_z
-        space[col.Z_X + q], space[col.Z_Y + q], space[col.Z_Z + q] = side * x_z, side * y_z, side * z_z
-        space[col.O_X + q], space[col.O_Y + q], space[col.O_Z + q] = -reach, 0.0, 0.0
-        space[col.V_X + q], space[col.V_Y + q] = -slide_rate, reach * (shaft * z_z - w_z)
-        space[col.V_Z + q] = reach * (w_y - shaft * y_z)
-        space[col.W_X + q], space[col.W_Y + q] = shaft * x_z - w_x, shaft * y_z - w_y
-        space[col.W_Z + q] = shaft * z_z - roller_spin
-        depth = inner_clearance + arc_radial * m_x + side * arc_height * x_z - reach
+        offset = arc_radial * m_z + side * arc_height * z[2]
+        store_vector(space, col.Z_X, q, (side * x[2], side * along[2], side * z[2]))
+        store_vector(space, col.O_X, q, (-reach, 0.0, 0.0))
+        passing = -slide_rate, reach * (shaft * z[2] - w_z), reach * (w_y - shaft * along[2])
+        store_vector(space, col.V_X, q, passing)
+        turning = shaft * x[2] - w_x, shaft * along[2] - w_y, shaft * z[2] - roller_spin
+        store_vector(space, col.W_X, q, turning)
+        depth = inner_clearance + arc_radial * m_x + side * arc_height * x[2] - reach
         lead = -lead_s * slide_rate
         angle -= shaft_angle
         count_candidates(inner, inner_onwards, depth, offset, lead, most_lead, leaning, angle, here, patch, space, q)

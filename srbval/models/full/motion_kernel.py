@@ -1,13 +1,26 @@
 """Kernel: the right-hand side of the full model's equations of motion.
 
 Newton-Euler equations in the generalised speeds (slides, spins, cage angular velocity, ring velocity), projected as in
-Kane's method; for the equations and the state see `srbval.models.full`.
+Kane's method (Kane & Levinson 1985, Dynamics, ch. 6); for state and equations see `srbval.models.full`.
 """
 
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.columns import state_indices
+from srbval.models.full.columns import (
+    axes_at,
+    cross,
+    dot,
+    entries_from,
+    plus,
+    plus_dyad,
+    roller_in,
+    state_indices,
+    tensor_times,
+    times,
+    to_world,
+    vector_at,
+)
 from srbval.models.full.damping_kernel import write_accelerations
 from srbval.models.full.forces_kernel import CIRCLES_PER_RACE, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
@@ -15,9 +28,9 @@ from srbval.models.full.frames_kernel import (
     cage_axes,
     cage_tilt,
     face_defects,
+    gimbal_rates,
     read_rollers,
     roller_frames,
-    tilted_about_x,
 )
 from srbval.models.full.oil_kernel import add_oil_forces
 from srbval.models.full.search_kernel import (
@@ -59,7 +72,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     tilt = cage_tilt(y[at.cage], y[at.cage + 1])
 
     # 1. every roller: its frame, and the points of both races within its reach
-    read_rollers(y, at, n // 2, space)
+    read_rollers(y, at, n, space)
     rotation = y[at.rotation : at.rotation + n]
     face_defects(model.roller_defects, model.law.roller_radius, rotation, space)
     roller_frames(y, at, slots, tilt, shaft, shaft_angle, model)
@@ -78,24 +91,16 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     sums_in_slots(model.free, model, slots)
 
     # 3. every roller's own motion, and its force on ring, shaft and cage
-    omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
-    _, _, _, _, _, _, t02, t12, t22 = cage_axes(tilt)
+    omega = entries_from(y, at.cage_rate)
+    _, _, axis = cage_axes(tilt)
     # cage angular inertia about the bearing centre, and its torques, world axes
     i_t, i_d = model.cage_transverse, model.cage_axial - model.cage_transverse
     roller_axial, roller_transverse = model.roller_axial, model.roller_transverse
-    rollers_transverse = n * roller_transverse
-    m00 = i_t + i_d * t02 * t02 + rollers_transverse
-    m11 = i_t + i_d * t12 * t12 + rollers_transverse
-    m22 = i_t + i_d * t22 * t22 + rollers_transverse
-    m01 = i_d * t02 * t12
-    m02 = i_d * t02 * t22
-    m12 = i_d * t12 * t22
-    spin = omega_x * t02 + omega_y * t12 + omega_z * t22
+    own = i_t + n * roller_transverse
+    inertia = plus_dyad((own, own, own, 0.0, 0.0, 0.0), i_d, axis)
     # - omega x (I omega): the part along omega drops out
-    g_x = -i_d * spin * (omega_y * t22 - omega_z * t12)
-    g_y = -i_d * spin * (omega_z * t02 - omega_x * t22)
-    g_z = -i_d * spin * (omega_x * t12 - omega_y * t02)
-    on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
+    on_cages = times(-i_d * dot(omega, axis), cross(omega, axis))
+    on_ring, on_shaft = (0.0, 0.0, 0.0), 0.0
     friction_loss = damping_loss = twice_energy = 0.0
     gravity, centre_distance = model.gravity, model.centre_distance
     roller_mass = model.roller_mass
@@ -103,29 +108,23 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     for p in range(slots):
         q = p + col.INNER
         mass = roller_mass * space[col.SIDE + p] * space[col.SIDE + p]
-        x_x, x_y, x_z = space[col.X_WX + p], space[col.X_WY + p], space[col.X_WZ + p]
-        y_x, y_y, y_z = space[col.Y_WX + p], space[col.Y_WY + p], space[col.Y_WZ + p]
-        z_x, z_y, z_z = space[col.Z_WX + p], space[col.Z_WY + p], space[col.Z_WZ + p]
-        w_x, w_y, w_z = space[col.CAGE_X + p], space[col.CAGE_Y + p], space[col.CAGE_Z + p]
-        h_x, h_y, h_z = space[col.F_X + p], space[col.F_Y + p], space[col.F_Z + p]
-        on_ring_x -= h_x * x_x + h_y * y_x + h_z * z_x
-        on_ring_y -= h_x * x_y + h_y * y_y + h_z * z_y
-        on_ring_z -= h_x * x_z + h_y * y_z + h_z * z_z
+        axes = axes_at(space, col.X_WX, p)
+        x, along, z = axes
+        w_x, w_y, w_z = vector_at(space, col.CAGE_X, p)
+        outer, inner = vector_at(space, col.F_X, p), vector_at(space, col.F_X, q)
+        on_ring = plus(on_ring, -1.0, to_world(outer, axes))
         reach = centre_distance + space[col.SLIDE + p]
         slide_rate, roller_spin = space[col.SLIDE_RATE + p], space[col.SPIN + p]
         # torque on the shaft: minus the shaft-axis part of (r x F + T) of the inner race's forces on the roller
-        i_x, i_y, i_z = space[col.F_X + q], space[col.F_Y + q], space[col.F_Z + q]
-        b_x, b_y, b_z = space[col.T_X + q], space[col.T_Y + q], space[col.T_Z + q]
-        on_shaft -= b_x * x_z + (b_y - reach * i_z) * y_z
-        on_shaft -= (b_z + reach * i_y) * z_z
+        torque = vector_at(space, col.T_X, q)
+        on_shaft -= torque[0] * x[2] + (torque[1] - reach * inner[2]) * along[2]
+        on_shaft -= (torque[2] + reach * inner[1]) * z[2]
         friction_loss += space[col.FRICTION_LOSS + p] + space[col.FRICTION_LOSS + q]
         damping_loss += space[col.DAMPING_LOSS + p] + space[col.DAMPING_LOSS + q]
         twice_energy += space[col.TWICE_ENERGY + p] + space[col.TWICE_ENERGY + q]
         weight = mass * gravity
-        f_x = h_x + i_x + weight * x_y
-        f_y = h_y + i_y + weight * y_y
-        f_z = h_z + i_z + weight * z_y
-        t_x, t_y, t_z = space[col.T_X + p] + b_x, space[col.T_Y + p] + b_y, space[col.T_Z + p] + b_z
+        f_x, f_y, f_z = plus(plus(outer, 1.0, inner), weight, (x[1], along[1], z[1]))
+        t_x, t_y, t_z = plus(vector_at(space, col.T_X, p), 1.0, torque)
 
         # roller: slide and spin
         space[col.SLIDE_ACCELERATION + p] = reach * (w_y * w_y + w_z * w_z) + f_x * per_mass
@@ -138,59 +137,39 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
         q_x = t_x - gyro * w_y
         q_y = t_y + gyro * w_x - reach * f_z + arm * w_x * w_z - coriolis * w_y
         q_z = reach * f_y - arm * w_x * w_y - coriolis * w_z
-        g_x += q_x * x_x + q_y * y_x + q_z * z_x
-        g_y += q_x * x_y + q_y * y_y + q_z * z_y
-        g_z += q_x * x_z + q_y * y_z + q_z * z_z
-        m00 += arm - arm * x_x * x_x - roller_transverse * z_x * z_x
-        m11 += arm - arm * x_y * x_y - roller_transverse * z_y * z_y
-        m22 += arm - arm * x_z * x_z - roller_transverse * z_z * z_z
-        m01 -= arm * x_x * x_y + roller_transverse * z_x * z_y
-        m02 -= arm * x_x * x_z + roller_transverse * z_x * z_z
-        m12 -= arm * x_y * x_z + roller_transverse * z_y * z_z
-    half = n // 2
-    for i in range(half):
-        slot = np.uint64(2 * i)
-        for row in range(2):
-            j = i + row * half
-            rate[at.slide + j] = y[at.slide_rate + j]
-            rate[at.rotation + j] = y[at.spin + j] - space[col.CAGE_Z + slot]
-            slot += np.uint64(1)
-    write_accelerations(space, half, at, rate)
+        on_cages = plus(on_cages, 1.0, to_world((q_x, q_y, q_z), axes))
+        # arm (1 - x x) - I_t z z, with 1 = x x + y y + z z
+        inertia = plus_dyad(plus_dyad(inertia, arm, along), arm - roller_transverse, z)
+    for slot in range(n):
+        j = roller_in(slot, n)
+        rate[at.slide + j] = y[at.slide_rate + j]
+        rate[at.rotation + j] = y[at.spin + j] - space[col.CAGE_Z + np.uint64(slot)]
+    write_accelerations(space, n, at, rate)
 
     # cage: symmetric 3 x 3 solve by cofactors
-    totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
-    totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
-    relative, on_cages = second_cage_torque(second, model, y, at, slots, totals, (g_x, g_y, g_z), (t02, t12, t22))
+    for m in range(6):
+        totals[col.INERTIA_XX + m] = inertia[m]
+    relative, on_cages = second_cage_torque(second, model, y, at, slots, totals, on_cages, axis)
     relative, on_cages = couples_on_cages(model.oil, col.ON_CAGE, model, slots, relative, on_cages)
     relative, on_cages = couples_on_cages(model.free, col.SKEW_ON_CAGE, model, slots, relative, on_cages)
-    on_cages, inertia = eliminate_relative_rate(second, totals, relative, on_cages, (m00, m11, m22, m01, m02, m12))
-    g_x, g_y, g_z = on_cages
+    on_cages, inertia = eliminate_relative_rate(second, totals, relative, on_cages, inertia)
     m00, m11, m22, m01, m02, m12 = inertia
-    k00 = m11 * m22 - m12 * m12
-    k01 = m02 * m12 - m01 * m22
-    k02 = m01 * m12 - m02 * m11
-    k11 = m00 * m22 - m02 * m02
-    k12 = m01 * m02 - m00 * m12
-    k22 = m00 * m11 - m01 * m01
-    determinant = m00 * k00 + m01 * k01 + m02 * k02
-    rate[at.cage_rate] = (k00 * g_x + k01 * g_y + k02 * g_z) / determinant
-    rate[at.cage_rate + 1] = (k01 * g_x + k11 * g_y + k12 * g_z) / determinant
-    rate[at.cage_rate + 2] = (k02 * g_x + k12 * g_y + k22 * g_z) / determinant
+    k00, k01, k02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
+    k11, k12, k22 = m00 * m22 - m02 * m02, m01 * m02 - m00 * m12, m00 * m11 - m01 * m01
+    per = 1.0 / (m00 * k00 + m01 * k01 + m02 * k02)
+    own = times(per, tensor_times((k00, k11, k22, k01, k02, k12), on_cages))
+    rate[at.cage_rate], rate[at.cage_rate + 1], rate[at.cage_rate + 2] = own
     fill_relative_rates(second, y, at, totals, relative, rate)
-    # gimbal angles from the angular velocity: w = Rx(-a) omega = (a' + c' sin b, b', c' cos b)
-    w_z, w_y = tilted_about_x(tilt, omega_y, omega_z)
-    rate[at.cage] = omega_x - w_z * tilt.sin_y / tilt.cos_y
-    rate[at.cage + 1] = w_y
-    rate[at.cage + 2] = w_z / tilt.cos_y
+    rate[at.cage], rate[at.cage + 1], rate[at.cage + 2] = gimbal_rates(tilt, omega)
 
-    totals[col.RING_FORCE_X], totals[col.RING_FORCE_Y], totals[col.RING_FORCE_Z] = on_ring_x, on_ring_y, on_ring_z
+    totals[col.RING_FORCE_X], totals[col.RING_FORCE_Y], totals[col.RING_FORCE_Z] = on_ring
     totals[col.DEEPEST] = deepest
     totals[col.SHAFT_TORQUE] = on_shaft
     totals[col.FRICTION_POWER] = friction_loss
     totals[col.DAMPING_POWER] = damping_loss
     totals[col.CONTACT_ENERGY] = 0.5 * twice_energy
     totals[col.DRIVE_POWER] = -on_shaft * shaft
-    ring_motion(t, y, at, model, (on_ring_x, on_ring_y, on_ring_z), rate, totals)
+    ring_motion(t, y, at, model, on_ring, rate, totals)
 
     if loads is not None:
         normal_loads(model, rotation, groups, compacted, single, loads)
@@ -207,59 +186,53 @@ def couples_on_cages(cause, row, model, slots, relative, on_cages):
     if cause is None:
         return relative, on_cages
     space = model.space
-    g_x, g_y, g_z = on_cages
     for p in range(slots):
         couple = space[row + p]
-        g_x += couple * space[col.Z_WX + p]
-        g_y += couple * space[col.Z_WY + p]
-        g_z += couple * space[col.Z_WZ + p]
+        on_cages = plus(on_cages, couple, vector_at(space, col.Z_WX, p))
         relative += couple * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
-    return relative, (g_x, g_y, g_z)
+    return relative, on_cages
 
 
 @inlined
 def ring_motion(t, y, at, model, on_ring, rate, totals):
     """Compute the outer ring's rates under the rollers' force `on_ring` [N], and the powers of load and housing [W]."""
-    ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
-    ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
-    rate[at.ring], rate[at.ring + 1], rate[at.ring + 2] = ring_vx, ring_vy, ring_vz
-    on_ring_x, on_ring_y, on_ring_z = on_ring
+    place, velocity = entries_from(y, at.ring), entries_from(y, at.ring_rate)
+    rate[at.ring], rate[at.ring + 1], rate[at.ring + 2] = velocity
     kh, ch = model.housing_stiffness, model.housing_damping
     cosine, sine = model.drive.direction_cosine, model.drive.direction_sine
     radial, axial = external_load(t, model.drive)
-    push_x, push_y = radial * cosine, radial * sine
-    push_y += model.ring_mass * model.gravity
-    rate[at.ring_rate] = (push_x + on_ring_x - kh * ring_x - ch * ring_vx) / model.ring_mass
-    rate[at.ring_rate + 1] = (push_y + on_ring_y - kh * ring_y - ch * ring_vy) / model.ring_mass
-    rate[at.ring_rate + 2] = (axial + on_ring_z - kh * ring_z - ch * ring_vz) / model.ring_mass
-    totals[col.LOAD_POWER] = radial * (cosine * ring_vx + sine * ring_vy) + axial * ring_vz
-    totals[col.HOUSING_POWER] = ch * (ring_vx * ring_vx + ring_vy * ring_vy + ring_vz * ring_vz)
+    push = radial * cosine, radial * sine + model.ring_mass * model.gravity, axial
+    force = plus(plus(plus(push, 1.0, on_ring), -kh, place), -ch, velocity)
+    for m in range(3):
+        rate[at.ring_rate + m] = force[m] / model.ring_mass
+    totals[col.LOAD_POWER] = radial * (cosine * velocity[0] + sine * velocity[1]) + axial * velocity[2]
+    totals[col.HOUSING_POWER] = ch * dot(velocity, velocity)
 
 
 @kernel_part
 def shaft_motion(t, drive):
     """Compute the shaft's speed [rad/s] and angle [rad] at time `t` [s]; speed: linear between entries of `drive`."""
     table = drive.speed
-    last = table.shape[1] - 1
-    if t <= table[0, 0]:
-        return table[1, 0], table[2, 0] + table[1, 0] * (t - table[0, 0])
-    if t >= table[0, last]:
-        return table[1, last], table[2, last] + table[1, last] * (t - table[0, last])
-    i = np.searchsorted(table[0], t) - 1
-    since = t - table[0, i]
-    slope = (table[1, i + 1] - table[1, i]) / (table[0, i + 1] - table[0, i])
-    return table[1, i] + slope * since, table[2, i] + (table[1, i] + 0.5 * slope * since) * since
+    i, j, share = place_in_time(t, table[0])
+    speed = table[1, i] + share * (table[1, j] - table[1, i])
+    return speed, table[2, i] + 0.5 * (table[1, i] + speed) * (t - table[0, i])
 
 
 @kernel_part
 def external_load(t, drive):
     """Compute radial and axial load [N] at time `t` [s]: linear between entries of `drive`, constant outside them."""
     table = drive.load
-    last = table.shape[1] - 1
-    if t <= table[0, 0]:
-        return table[1, 0], table[2, 0]
-    if t >= table[0, last]:
-        return table[1, last], table[2, last]
-    i = np.searchsorted(table[0], t) - 1
-    share = (t - table[0, i]) / (table[0, i + 1] - table[0, i])
-    return table[1, i] + share * (table[1, i + 1] - table[1, i]), table[2, i] + share * (table[2, i + 1] - table[2, i])
+    i, j, share = place_in_time(t, table[0])
+    return table[1, i] + share * (table[1, j] - table[1, i]), table[2, i] + share * (table[2, j] - table[2, i])
+
+
+@kernel_part
+def place_in_time(t, times):
+    """Find the entries of `times` before and after `t`, the same outside the table, and the weight of the second."""
+    last = times.shape[0] - 1
+    if t <= times[0]:
+        return 0, 0, 0.0
+    if t >= times[last]:
+        return last, last, 0.0
+    i = np.searchsorted(times, t) - 1
+    return i, i + 1, (t - times[i]) / (times[i + 1] - times[i])

@@ -31,6 +31,7 @@ POCKETS = 19  # second word of the seed for the offsets in the cage's pockets
 SAGITTA_SHARE = 0.98  # share of a gap that the curvature gives: axes of roller and race are not quite parallel
 GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 YOUNG_N_M2, POISSON = 2.07e11, 0.3  # bearing steel, ISO/TS 16281
+CONTACT_MODULUS_PA = YOUNG_N_M2 / (2 * (1 - POISSON**2))  # of two bodies, after Hertz
 POINTS_OF_A_WAVE = 16  # angles in the shortest wave; straight lines between them miss it by 2 %
 MOST_LOADED = 5.0  # largest over mean roller load of a bearing with clearance, after Stribeck; from memory
 
@@ -296,22 +297,15 @@ def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[
 
 def _drive(scene: Scene) -> Drive:
     """Build the tables of speed and load over the run's time, which begins `settle_s` before the recorded time."""
-    load, direction = scene.load_profile, scene.load.direction_rad
-    time, speed = np.array([0.0]), np.array([scene.shaft_speed_rad_s])
+    direction, time, speed = scene.load.direction_rad, np.zeros(1), np.array([scene.shaft_speed_rad_s])
     if scene.speed_profile is not None:
         time = np.array(scene.speed_profile.time_s) + scene.settle_s
         speed = np.array(scene.speed_profile.speed_rad_s)
     angle = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)]) + speed[0] * time[0]
-    load_time, radial, axial = np.array([0.0]), np.array([scene.load.radial_n]), np.array([scene.load.axial_n])
-    if load is not None:
-        load_time = np.array(load.time_s) + scene.settle_s
-        radial, axial = np.array(load.radial_n), np.array(load.axial_n)
-    return Drive(
-        speed=np.stack([time, speed, angle]),
-        load=np.stack([load_time, radial, axial]),
-        direction_cosine=math.cos(direction),
-        direction_sine=math.sin(direction),
-    )
+    load = np.array([[0.0], [scene.load.radial_n], [scene.load.axial_n]])
+    if (profile := scene.load_profile) is not None:
+        load = np.array([np.array(profile.time_s) + scene.settle_s, profile.radial_n, profile.axial_n])
+    return Drive(np.stack([time, speed, angle]), load, math.cos(direction), math.sin(direction))
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
@@ -390,8 +384,7 @@ def contact_half_m(load_n_m: float, curvature_1_m: float) -> float:
     b^2 = 4 P R / (pi E*) with the load per length P, the curvature of the gap 1 / R (`curvature_1_m`) and the contact
     modulus E* (Johnson 1985, Contact Mechanics, sect. 4.2; quoted from memory, not checked).
     """
-    modulus = YOUNG_N_M2 / (2 * (1 - POISSON**2))
-    return math.sqrt(4 * load_n_m / (math.pi * curvature_1_m * modulus))
+    return math.sqrt(4 * load_n_m / (math.pi * curvature_1_m * CONTACT_MODULUS_PA))
 
 
 def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import axes_at, dot, plus, roller_in, store_vector, times, to_world, vector_at
 from srbval.models.full.contact_kernel import (
     add_contact,
     add_damping,
@@ -185,12 +186,6 @@ def evaluate_slices(slices, law, rotation, model, groups, single, first_third, e
 
 
 @kernel_part
-def roller_in(slot, rollers):
-    """Convert a roller's number `slot`, with both rows alternating, to its number in the state: row 1, then row 2."""
-    return slot // 2 + (slot % 2) * (rollers // 2)
-
-
-@kernel_part
 def find_defects(slices, single, plan, space, rotation, model):
     """Find the defect, and its distance, for each of the `single` contacts that may meet a defect of race or roller.
 
@@ -233,16 +228,14 @@ def face_roller(space, start, stop):
     is stored in row `SHIFT`.
     """
     for j in range(np.uint64(start), np.uint64(stop)):
-        a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]
-        b_x, b_y, b_z = space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j]
-        o_x, o_y, o_z = space[col.O_X + j], space[col.O_Y + j], space[col.O_Z + j]
-        turn = (o_x * b_x + o_y * b_y + o_z * b_z) / (o_x * a_x + o_y * a_y + o_z * a_z)
+        radial, tangential = vector_at(space, col.A_X, j), vector_at(space, col.B_X, j)
+        centre = vector_at(space, col.O_X, j)
+        turn = dot(centre, tangential) / dot(centre, radial)
         turn = turn if abs(turn) < 0.1 else 0.0
         turn *= 1.0 - turn * turn * (1.0 / 3.0)
         c = 1.0 - 0.5 * turn * turn
-        space[col.A_X + j], space[col.B_X + j] = c * a_x + turn * b_x, c * b_x - turn * a_x
-        space[col.A_Y + j], space[col.B_Y + j] = c * a_y + turn * b_y, c * b_y - turn * a_y
-        space[col.A_Z + j], space[col.B_Z + j] = c * a_z + turn * b_z, c * b_z - turn * a_z
+        store_vector(space, col.A_X, j, plus(times(c, radial), turn, tangential))
+        store_vector(space, col.B_X, j, plus(times(c, tangential), -turn, radial))
         space[col.SHIFT + j] = turn
 
 
@@ -255,9 +248,8 @@ def touches(law, slices, race, i, space, start, stop):
     width, vertex = slices.rows[race, 0, col.SLICE_WIDTH, i], slices.rows[race, 0, col.SLICE_VERTEX, i]
     deepest = -1.0
     for j in range(np.uint64(start), np.uint64(stop)):
-        p_x, p_y, p_z = place_of_point(radial, 0.0, axial, space, j)
-        depth, n_x, _, n_z = penetration(law, p_x, p_y, p_z)
-        sine, _, _ = angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
+        depth, normal = penetration(law, place_of_point((radial, 0.0, axial), space, j))
+        sine, _, _ = angle_of_gap(normal_radial, normal_axial, normal, space, j)
         spread = abs(sine) * width
         depth += 0.5 * (spread if spread > vertex else vertex)
         deepest = depth if depth > deepest else deepest
@@ -265,15 +257,15 @@ def touches(law, slices, race, i, space, start, stop):
 
 
 @inlined
-def angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
+def angle_of_gap(normal_radial, normal_axial, normal, space, j):
     """Compute the sine of the angle between race and roller surface at a slice of contact `j`, in the plane x-z.
 
     x is the roller's radial direction, z its axis. `normal_radial`, `normal_axial`: components of the race's normal in
-    the race's axes; `n_x`, `n_z`: of the roller's normal. Also returns x and z of the race's tangent.
+    the race's axes; `normal` of the roller. Also returns x and z of the race's tangent.
     """
     r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
     r_z = normal_radial * space[col.A_Z + j] + normal_axial * space[col.Z_Z + j]
-    return n_x * r_z - n_z * r_x, r_z, -r_x
+    return normal[0] * r_z - normal[2] * r_x, r_z, -r_x
 
 
 @kernel_part
@@ -300,12 +292,13 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             along = away if on_roller else away * radial
             radial, tangential, axial = foot_of_slice(rows, race, window, i, along)
         for j in range(begin, end):
-            p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
-            depth, n_x, n_y, n_z = penetration(law, p_x, p_y, p_z)
-            sine, along_x, along_z = angle_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
-            if on_roller:
+            place = place_of_point((radial, tangential, axial), space, j)
+            depth, normal = penetration(law, place)
+            sine, along_x, along_z = angle_of_gap(normal_radial, normal_axial, normal, space, j)
+            if on_roller:  # the race's normal, which then points into the race
                 turn = tangential / radial
-                n_x, n_y, n_z = normal_of_race(normal_radial, turn * normal_radial, normal_axial, space, j)
+                reversed_normal = -normal_radial, -turn * normal_radial, -normal_axial
+                normal = to_world(reversed_normal, axes_at(space, col.A_X, j))
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
             spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread, bend, vertex)
@@ -313,36 +306,25 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
             side = sine * width / vertex
             side = side if side < 1.0 else 1.0
             off *= width * (side if side > -1.0 else -1.0)
-            p_x -= off * along_x
-            p_z -= off * along_z
+            place = place[0] - off * along_x, place[1], place[2] - off * along_z
             viscous = slices.damping_s * slope
-            u_n, q_x, q_y, q_z = approach_and_slip((p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
-            normal = normal_force(spring, viscous, u_n)
+            u_n, slip = approach_and_slip(place, normal, space, j)
+            pressure = normal_force(spring, viscous, u_n)
             # difference of the slip between a slice's middle and its ends
             deviation = 0.5 * touched * width * abs(space[col.W_Z + j] * along_x - space[col.W_X + j] * along_z)
-            square = q_x * q_x + q_y * q_y + q_z * q_z
+            square = dot(slip, slip)
             if film is None:
-                slip = math.sqrt(square + LEAST_SLIP * LEAST_SLIP)
-                drag = normal * friction_of_slice(law, slip, deviation + LEAST_SLIP)
+                speed = math.sqrt(square + LEAST_SLIP * LEAST_SLIP)
+                drag = pressure * friction_of_slice(law, speed, deviation + LEAST_SLIP)
             else:
-                drag = film_drag(shear, half_curvature, normal, touched * width, square, deviation)
-            add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (drag * q_x, drag * q_y, drag * q_z), space, j)
+                drag = film_drag(shear, half_curvature, pressure, touched * width, square, deviation)
+            add_contact(place, normal, pressure, times(drag, slip), space, j)
             space[col.FRICTION_LOSS + j] += drag * square
-            space[col.DAMPING_LOSS + j] += (spring - normal) * u_n
+            space[col.DAMPING_LOSS + j] += (spring - pressure) * u_n
             space[col.TWICE_ENERGY + j] += twice_energy
             if damping is not None:
-                viscous = viscous if normal > 0.0 else 0.0
-                add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
-
-
-@inlined
-def normal_of_race(radial, tangential, axial, space, j):
-    """Convert a race's normal from race to roller axes at contact `j`, sign reversed: it then points into the race."""
-    return (
-        -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
-        -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],
-        -radial * space[col.A_Z + j] - tangential * space[col.B_Z + j] - axial * space[col.Z_Z + j],
-    )
+                viscous = viscous if pressure > 0.0 else 0.0
+                add_damping(viscous, drag, place, normal, space, j)
 
 
 @kernel_part

@@ -12,9 +12,9 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
-from srbval.models.full.columns import state_indices
+from srbval.models.full.columns import dot, entries_from, plus, state_indices
 from srbval.models.full.damping_kernel import BORDER, add_implicit_powers, factor, shaft_row, solve
-from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes, tilted_about_x
+from srbval.models.full.frames_kernel import cage_axes, cage_tilt, gimbal_rates, slot_axes, tilted_about_x
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side, shaft_motion
 from srbval.models.full.second_cage_kernel import cage_of_row, cage_turns, relative_energy
 from srbval.models.jit import inlined, kernel, kernel_part
@@ -164,25 +164,14 @@ def drift(y, step):
     for j in range(at.rotation):
         y[j] += step * y[at.slide_rate + j]
     c = at.cage
-    w_x, w_y, w_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
-    rate_x, rate_y, _ = gimbal_rates(y[c], y[c + 1], w_x, w_y, w_z)
-    rate_x, rate_y, rate_z = gimbal_rates(y[c] + 0.5 * step * rate_x, y[c + 1] + 0.5 * step * rate_y, w_x, w_y, w_z)
-    y[c] += step * rate_x
-    y[c + 1] += step * rate_y
-    y[c + 2] += step * rate_z
+    omega = entries_from(y, at.cage_rate)
+    rate_x, rate_y, _ = gimbal_rates(cage_tilt(y[c], y[c + 1]), omega)
+    halfway = cage_tilt(y[c] + 0.5 * step * rate_x, y[c + 1] + 0.5 * step * rate_y)
+    y[c], y[c + 1], y[c + 2] = plus(entries_from(y, c), step, gimbal_rates(halfway, omega))
     for m in range(3):
         y[at.ring + m] += step * y[at.ring_rate + m]
     for m in range(at.relative_angle, at.slide_rate):  # only with a second cage
         y[m] += step * y[at.slide_rate + m]
-
-
-@kernel_part
-def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
-    """Compute the rates of the cage's gimbal angles [rad/s] from its tilts and its angular velocity in world axes."""
-    tilt = cage_tilt(tilt_x, tilt_y)
-    w_z, rate_y = tilted_about_x(tilt, w_y, w_z)
-    about = w_z / tilt.cos_y
-    return w_x - about * tilt.sin_y, rate_y, about
 
 
 @kernel_part
@@ -240,7 +229,7 @@ def advance_with(name, take_step):
 def begin_interval(y, model, mean, out, i):
     """Start an output interval: clear the sums in `mean`, write the present energies [J] to row `i` of `out`.
 
-    Returns the ring's velocity x, y, z, the angle of row 1's cage, and the angle by which a second cage is ahead of it,
+    Returns the ring's velocity, the angle of row 1's cage, and the angle by which a second cage is ahead of it,
     0 with one cage.
     """
     at = state_indices(y.shape[0])
@@ -251,10 +240,9 @@ def begin_interval(y, model, mean, out, i):
         mean[m] = 0.0
     mean[col.DEEPEST] = mean[col.CONTACT_ENERGY] = -1.0  # see `add_to_mean`
     out[i, out_col.BODY_ENERGY_AT_START] = mechanical_energy(y, model)
-    spring = y[at.ring] ** 2 + y[at.ring + 1] ** 2 + y[at.ring + 2] ** 2
-    out[i, out_col.SPRING_ENERGY_AT_START] = 0.5 * model.housing_stiffness * spring
-    v = at.ring_rate
-    return y[v], y[v + 1], y[v + 2], y[at.cage + 2], relative
+    ring = entries_from(y, at.ring)
+    out[i, out_col.SPRING_ENERGY_AT_START] = 0.5 * model.housing_stiffness * dot(ring, ring)
+    return entries_from(y, at.ring_rate), y[at.cage + 2], relative
 
 
 @inlined
@@ -264,12 +252,12 @@ def end_interval(y, start, interval, steps_per_output, mean, out, i):
     `start`: result of `begin_interval`; `mean`: sums of forces and powers over the interval's `steps_per_output` steps.
     """
     at = state_indices(y.shape[0])
+    velocity, turned, relative = start
     for m in range(3):
-        out[i, out_col.ACCELERATION_X + m] = (y[at.ring_rate + m] - start[m]) / interval
+        out[i, out_col.ACCELERATION_X + m] = (y[at.ring_rate + m] - velocity[m]) / interval
         out[i, out_col.DISPLACEMENT_X + m] = y[at.ring + m]
         out[i, out_col.MEAN_RING_FORCE_X + m] = mean[col.RING_FORCE_X + m] / steps_per_output
         out[i, out_col.MEAN_ROLLING_POWER + m] = mean[col.ROLLING_POWER + m] / steps_per_output
-    _, _, _, turned, relative = start
     for m in range(at.relative_angle, at.slide_rate):  # the mean of two cages
         turned -= 0.5 * (y[m] - relative)
     out[i, out_col.CAGE_SPEED] = (y[at.cage + 2] - turned) / interval
@@ -286,12 +274,11 @@ def mechanical_energy(y, model):
     n = model.slot_angle.shape[0]
     at = state_indices(y.shape[0])
     turns = cage_turns(y, at, model.second_cage)
-    omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
+    omega, ring_velocity = entries_from(y, at.cage_rate), entries_from(y, at.ring_rate)
     axes = cage_axes(cage_tilt(y[at.cage], y[at.cage + 1]))
-    along = omega_x * axes[6] + omega_y * axes[7] + omega_z * axes[8]
-    square = omega_x * omega_x + omega_y * omega_y + omega_z * omega_z
-    double = model.cage_transverse * square + (model.cage_axial - model.cage_transverse) * along * along
-    double += model.ring_mass * (y[at.ring_rate] ** 2 + y[at.ring_rate + 1] ** 2 + y[at.ring_rate + 2] ** 2)
+    along = dot(omega, axes[2])
+    double = model.cage_transverse * dot(omega, omega) + (model.cage_axial - model.cage_transverse) * along * along
+    double += model.ring_mass * dot(ring_velocity, ring_velocity)
     double += relative_energy(model.second_cage, turns.rate, along)
     height = model.ring_mass * y[at.ring + 1]
     space = model.space
@@ -301,16 +288,14 @@ def mechanical_energy(y, model):
         own_cosine, own_sine, rate = cage_of_row(turns, side)
         c = own_cosine * space[col.SLOT_COSINE + slot] - own_sine * space[col.SLOT_SINE + slot]
         s = own_sine * space[col.SLOT_COSINE + slot] + own_cosine * space[col.SLOT_SINE + slot]
-        lean = side * model.tilt_sine
-        e_x, e_y, e_z, _, _, _, z_x, z_y, z_z = slot_axes(axes, c, s, model.tilt_cosine, lean)
-        w_x, w_y, w_z = omega_x + rate * axes[6], omega_y + rate * axes[7], omega_z + rate * axes[8]
-        square = w_x * w_x + w_y * w_y + w_z * w_z
-        across = square - (w_x * e_x + w_y * e_y + w_z * e_z) ** 2
-        about = w_x * z_x + w_y * z_y + w_z * z_z
+        x, _, z = slot_axes(axes, c, s, model.tilt_cosine, side * model.tilt_sine)
+        own = plus(omega, rate, axes[2])
+        square = dot(own, own)
         reach = model.centre_distance + y[at.slide + j]
+        across = square - dot(own, x) ** 2
         double += model.roller_mass * (y[at.slide_rate + j] ** 2 + reach * reach * across)
-        double += model.roller_axial * y[at.spin + j] ** 2 + model.roller_transverse * (square - about * about)
-        height += model.roller_mass * reach * e_y
+        double += model.roller_axial * y[at.spin + j] ** 2 + model.roller_transverse * (square - dot(own, z) ** 2)
+        height += model.roller_mass * reach * x[1]
     return 0.5 * double - model.gravity * height
 
 
