@@ -11,7 +11,17 @@ from typing import NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.columns import add_vector, axes_at, cross, dot, plus, point_at, times, to_world, vector_at
+from srbval.models.full.vectors_kernel import (
+    add_vector,
+    axes_at,
+    cross,
+    dot,
+    plus,
+    point_at,
+    times,
+    to_world,
+    vector_at,
+)
 from srbval.models.jit import inlined, kernel_part
 
 # A patch in three parts of equal load: mean of (x / half length)^2, weighted with the load, and half of its range.

@@ -35,7 +35,9 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.columns import (
+from srbval.models.full.columns import state_indices
+from srbval.models.full.second_cage_kernel import relative_load
+from srbval.models.full.vectors_kernel import (
     along_axes,
     axes_at,
     dot,
@@ -44,14 +46,12 @@ from srbval.models.full.columns import (
     plus,
     plus_outer,
     roller_in,
-    state_indices,
     store_vector,
     tensor_times,
     times,
     to_world,
     vector_at,
 )
-from srbval.models.full.second_cage_kernel import relative_load
 from srbval.models.jit import inlined, kernel_part
 
 BORDER = 6  # cage angular velocity, ring velocity, world axes

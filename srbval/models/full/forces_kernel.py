@@ -12,10 +12,20 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.columns import add_vector, axes_at, cross, dot, plus, point_at, roller_in, to_world, vector_at
 from srbval.models.full.contact_kernel import contact_columns, place_of_point, with_friction
 from srbval.models.full.search_kernel import scatter_sums
 from srbval.models.full.slices_kernel import evaluate_slices
+from srbval.models.full.vectors_kernel import (
+    add_vector,
+    axes_at,
+    cross,
+    dot,
+    plus,
+    point_at,
+    roller_in,
+    to_world,
+    vector_at,
+)
 from srbval.models.jit import kernel_part
 
 CIRCLES_PER_RACE = 3

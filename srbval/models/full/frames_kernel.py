@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.columns import along_axes, cross, entries_from, plus, roller_in, store_vector, times
 from srbval.models.full.contact_kernel import LONGEST_ONSET_M
 from srbval.models.full.second_cage_kernel import cage_of_row, cage_turns
+from srbval.models.full.vectors_kernel import along_axes, cross, entries_from, plus, roller_in, store_vector, times
 from srbval.models.jit import inlined, kernel_part
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race has no candidates

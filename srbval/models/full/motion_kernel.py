@@ -7,20 +7,7 @@ Kane's method (Kane & Levinson 1985, Dynamics, ch. 6); for state and equations s
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.columns import (
-    axes_at,
-    cross,
-    dot,
-    entries_from,
-    plus,
-    plus_dyad,
-    roller_in,
-    state_indices,
-    tensor_times,
-    times,
-    to_world,
-    vector_at,
-)
+from srbval.models.full.columns import state_indices
 from srbval.models.full.damping_kernel import write_accelerations
 from srbval.models.full.forces_kernel import CIRCLES_PER_RACE, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
@@ -43,6 +30,19 @@ from srbval.models.full.search_kernel import (
 from srbval.models.full.second_cage_kernel import eliminate_relative_rate, fill_relative_rates, second_cage_torque
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.tilt_kernel import sums_in_slots, tilt_rollers
+from srbval.models.full.vectors_kernel import (
+    axes_at,
+    cross,
+    dot,
+    entries_from,
+    plus,
+    plus_dyad,
+    roller_in,
+    tensor_times,
+    times,
+    to_world,
+    vector_at,
+)
 from srbval.models.jit import inlined, kernel, kernel_part
 
 WITH_DAMPING = 1  # for `right_hand_side`; None: without

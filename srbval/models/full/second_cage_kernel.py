@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.columns import cross, dot, entries_from, plus, plus_dyad, times, vector_at
+from srbval.models.full.vectors_kernel import cross, dot, entries_from, plus, plus_dyad, times, vector_at
 from srbval.models.jit import kernel_part
 
 

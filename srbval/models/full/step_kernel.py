@@ -12,11 +12,12 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
-from srbval.models.full.columns import dot, entries_from, plus, state_indices
+from srbval.models.full.columns import state_indices
 from srbval.models.full.damping_kernel import BORDER, add_implicit_powers, factor, shaft_row, solve
 from srbval.models.full.frames_kernel import cage_axes, cage_tilt, gimbal_rates, slot_axes, tilted_about_x
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side, shaft_motion
 from srbval.models.full.second_cage_kernel import cage_of_row, cage_turns, relative_energy
+from srbval.models.full.vectors_kernel import dot, entries_from, plus
 from srbval.models.jit import inlined, kernel, kernel_part
 from srbval.models.solvers import FAMILIES
 
