@@ -15,7 +15,7 @@ from srbval.progress.tables import text_rows, text_table
 from srbval.report.figures.style import Panel
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json, write_json
-from srbval.storage.stored_result import ResultKind, reference_fingerprint
+from srbval.storage.stored_result import ResultKind, newest_result, reference_fingerprint
 from srbval.studies.bench import bench, draw_study, stability
 from srbval.studies.evidence import State, recompute, result_states
 from srbval.studies.harness import StudyResult, load_study, make_result, study_names
@@ -102,7 +102,7 @@ def run_study_command(options: argparse.Namespace) -> int:
     rows = []
     for one, state in ((load_study(name), states[name]) for name in study_names()):
         about: dict[str, object] = {"name": state["name"], "question": one.question, "kind": one.kind.value}
-        rows.append(about | {"minutes": one.minutes, "made_utc": state["made_utc"], "stale": state["why"]})
+        rows.append(about | {"minutes": state["minutes"], "made_utc": state["made_utc"], "stale": state["why"]})
     shown = {name: name for name in ("question", "kind", "minutes", "stale")}
     return print_result(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
 
@@ -119,8 +119,9 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
         if scale or getattr(options, "model", None) or getattr(options, "quick", False):
             found, stored = _run_variant(name, options, progress, shown.message)
         else:
-            minutes = load_study(name).minutes
-            shown.message(f"about {minutes:g} minutes on two cores for all, and half a minute once to compile")
+            last = newest_result(name)
+            took = f"all runs took {last.origin['minutes']:.0f} minutes on {last.origin['processor']}; " if last else ""
+            shown.message(f"{took}compiling takes half a minute once")
             found, stored = make_result(name, options, progress, command=own_command())
         if name in STUDY_BY_COMMAND.values() and not scale:
             with stage(progress, "Draw"):

@@ -26,7 +26,7 @@ PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", imported at fi
 _NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
 SHOWING = ("page", "figure")
 NOT_COUNTED = {"harness"}  # which runs every study and stores its result
-DISPLAY_KEYS = ("question", "minutes")  # keys of a study's TOML file that only inform the reader
+DISPLAY_KEYS = ("question",)  # keys of a study's TOML file that only inform the reader
 _NAME_FIELDS = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
@@ -46,8 +46,7 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
 
     Modules beside the folder that it imports count as well, apart from `NOT_COUNTED`. These do not count: docstrings,
     comments, formatting, the order of statements, names that begin with an underscore, modules from which names are
-    imported, files named ``page`` or ``figure``, which only show the result, and the keys ``question`` and ``minutes``
-    of TOML files.
+    imported, files named ``page`` or ``figure``, which only show the result, and the key ``question`` of TOML files.
     """
     files = [path for path in folder.iterdir() if path.suffix in (".py", ".toml") and path.stem not in SHOWING]
     imports = {name for path in files if path.suffix == ".py" for name in _imported(path.read_text(encoding="utf-8"))}

@@ -65,10 +65,11 @@ def recompute(
     wanted = [(study, state) for study, state in states if every or not state["fresh"]]
     yield from (state for _, state in states if state["fresh"] and not every)
     if wanted:
-        minutes = sum(study.minutes for study, _ in wanted)
-        message(f"{len(wanted)} results to compute, about {minutes:.0f} minutes on two cores")
+        minutes = sum(state["minutes"] or 0.0 for _, state in wanted)
+        message(f"{len(wanted)} results to compute; the stored ones took {minutes:.0f} minutes in all")
     for study, state in wanted:
-        message(f"{study.name}: {state['why'] or 'fresh'}; about {study.minutes:g} minutes on two cores")
+        before = f"; it took {state['minutes']:.0f} minutes on {state['machine']}" if state["minutes"] else ""
+        message(f"{study.name}: {state['why'] or 'fresh'}{before}")
         output = shipped_folder(REPORTS) / f"{study.name}.json" if is_source_tree() else None
         options = argparse.Namespace(**study.defaults(), jobs=jobs, output=output)
         origin: dict[str, Any] = {"command": command, "revision": revision, "behaviour": now}

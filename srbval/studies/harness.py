@@ -43,13 +43,12 @@ class StudyResult:
 class Study:
     """Question whose answer takes minutes to compute and is stored; content of ``study.toml``.
 
-    `minutes` is the duration on two cores. `kind` is ``recorded`` if the study needs external recordings. `parts` names
-    the program's parts on which the result depends (`srbval.check.check`). `options` are the study's command options.
+    `kind` is ``recorded`` if the study needs external recordings. `parts` names the program's parts on which the result
+    depends (`srbval.check.check`). `options` are the study's command options.
     """
 
     name: str
     question: str
-    minutes: float
     kind: ResultKind = ResultKind.EVIDENCE
     parts: tuple[str, ...] = ()
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

@@ -116,7 +116,7 @@ def test_stale_evidence_fails_the_check_and_is_computed_again(reports, monkeypat
     found = StudyResult(name=name, content={"rows": [1]}, text="")
     monkeypatch.setattr(Study, "run", property(lambda _: lambda *_: found))
     monkeypatch.setattr("srbval.studies.harness.load_study", lambda _: study)
-    study = Study(name=name, question="?", minutes=0.1, parts=("full",))
+    study = Study(name=name, question="?", parts=("full",))
     monkeypatch.setattr(evidence, "load_study", lambda _: study)
     monkeypatch.setattr(evidence, "study_names", lambda: (name,))
     monkeypatch.setattr(evidence, "git_revision", lambda: "def")
@@ -133,6 +133,6 @@ def test_stale_evidence_fails_the_check_and_is_computed_again(reports, monkeypat
 
 @pytest.mark.usefixtures("reports")
 def test_a_result_on_recordings_that_do_not_ship_is_not_computed(monkeypatch, srbval_text):
-    study = Study(name="naming", question="?", minutes=1, kind=evidence.ResultKind.RECORDED)
+    study = Study(name="naming", question="?", kind=evidence.ResultKind.RECORDED)
     monkeypatch.setattr(evidence, "load_study", lambda _: study)
     assert "needs recordings that are not part of srbval" in srbval_text("evidence", "naming", code=2).err

@@ -66,7 +66,7 @@ SAME = (
     ("../harness.py", "x = 1"),
     ("../other.py", "x = 1"),
     ("texts.md", "## words"),
-    ("study.toml", '# a remark\nparts = ["full"]\nminutes = 3'),
+    ("study.toml", '# a remark\nparts = ["full"]\nquestion = "b"'),
 )
 OTHER = (
     ("study.py", CODE.replace("LIMIT = 2", "LIMIT = 3")),
@@ -82,7 +82,7 @@ def test_the_hash_of_a_study_follows_what_it_computes(file, text, tmp_path):
     folder = tmp_path / "own"
     folder.mkdir()
     (folder / "study.py").write_text(CODE)
-    (folder / "study.toml").write_text('parts = ["full"]\nminutes = 2')
+    (folder / "study.toml").write_text('parts = ["full"]\nquestion = "a"')
     before = code_of(folder)
     if file == "moved.py":
         (folder / "study.py").unlink()
