@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from srbval.bearing import load_bearing
 from srbval.models import oil
-from srbval.models.full.oil_kernel import ASPERITY, ASPERITY_EXPONENT, film_drag, film_on_race
+from srbval.models.full.oil_kernel import ASPERITY, ASPERITY_EXPONENT, GAUSS, film_drag, film_on_race
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.slices import slice_parameters, sliced_contacts
 from srbval.scene import load_scene
@@ -121,6 +121,10 @@ def test_a_slice_shears_as_eyrings_law_says(race, pressure_gpa, slip_m_s):
     found = film_drag(shear, 0.5 / shape.along_m, load * 3e-3, 3e-3, slip_m_s**2, 0.0) * slip_m_s / (load * 3e-3)
     newtonian = KERNEL * expected + 2e-5 * OIL.eyring_stress_pa / (pressure_gpa * 1e9)
     assert found == pytest.approx(expected, abs=float(newtonian) + 0.05 * float(expected))
+    # The slips at the slice's two points are three times this slip, and this slip the other way.
+    at_ends = film_drag(shear, 0.5 / shape.along_m, load * 3e-3, 3e-3, slip_m_s**2, 2 * slip_m_s / GAUSS)
+    faster = film_drag(shear, 0.5 / shape.along_m, load * 3e-3, 3e-3, 9 * slip_m_s**2, 0.0)
+    assert at_ends * slip_m_s == pytest.approx((3 * faster * slip_m_s - found * load * 3e-3) / 2, rel=0.05)
 
 
 def test_thin_films_leave_a_share_to_asperities():
