@@ -200,8 +200,8 @@ def _range(key: str, ends: object) -> Callable[[float], float | str]:
 class CampaignCase:
     """One case of a campaign.
 
-    `key` names the result file. `expected_s` is the wall time [s] that follows from stored timings of the model, None
-    without any; `planned_s` is this time, or else a rough guess. `refused` is the reason if the scene is not valid.
+    `key` names the result file; `point` contains the changes of the base scene by dotted key. `expected_s` is the wall
+    time [s] by stored timings, None without any; `planned_s` this time or a guess; `refused` why a scene is not valid.
     """
 
     index: int

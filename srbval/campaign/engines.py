@@ -101,7 +101,7 @@ def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[
     """Run cases on a Dask cluster, one at a time in each thread of a worker, and yield their results.
 
     `cluster` is a running cluster, as in `choose_engine`, or a function that returns a context manager of a cluster.
-    Raises `DataError` with the `cluster_name` without a worker for `wait_s` [s]. Dask repeats a lost worker's cases.
+    If it has no worker for `wait_s` [s], raises `DataError` with `cluster_name`. Dask repeats a lost worker's cases.
     """
     from distributed import KilledWorker
 

@@ -119,9 +119,9 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
         if scale or getattr(options, "model", None) or getattr(options, "quick", False):
             found, stored = _run_variant(name, options, progress, shown.message)
         else:
-            last = newest_result(name)
-            took = f"all runs took {last.origin['minutes']:.0f} minutes on {last.origin['processor']}; " if last else ""
-            shown.message(f"{took}compiling takes half a minute once")
+            origin = getattr(newest_result(name), "origin", {"minutes": None})
+            took = origin["minutes"] and f"the stored result took {origin['minutes']:.0f} minutes; "
+            shown.message(f"{took or ''}compiling takes half a minute once")
             found, stored = make_result(name, options, progress, command=own_command())
         if name in STUDY_BY_COMMAND.values() and not scale:
             with stage(progress, "Draw"):

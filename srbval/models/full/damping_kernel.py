@@ -69,7 +69,7 @@ def factor(weight, model, totals, factors):
     per, tilt_cosine = 1.0 / weight, model.tilt_cosine
     mass, axial, distance = per * model.roller_mass, per * model.roller_axial, model.centre_distance
     zero = 0.0, 0.0, 0.0
-    cage, coupling, ring = (zero, zero, zero), (zero, zero, zero), (zero, zero, zero)  # rows; of coupling: the ring's
+    cage, coupling, ring = (zero, zero, zero), (zero, zero, zero), (zero, zero, zero)  # coupling: ring by cage
     own, on_cage, on_ring = 0.0, zero, zero  # of a second cage's rotation relative to the first
     for p in range(np.uint64(model.slots)):
         q = p + col.INNER
@@ -139,7 +139,7 @@ def factor(weight, model, totals, factors):
 def factor_relative(second, per, totals, factors, own, on_cage, on_ring):
     """Extend the factored equations of cage and ring, `factors`, by a second cage's rotation relative to the first.
 
-    `own`, `on_cage` and `on_ring` are the row of D for this rotation's speed; the masses are added `per` time.
+    `own`, `on_cage` and `on_ring` are this rotation's row of D; the row of M, times `per` [1/s], is added.
     """
     if second is None:
         return

@@ -227,12 +227,12 @@ def external_load(t, drive):
 
 
 @kernel_part
-def place_in_time(t, times):
-    """Find the entries of `times` before and after `t`, the same outside the table, and the weight of the second."""
-    last = times.shape[0] - 1
-    if t <= times[0]:
+def place_in_time(t, time_s):
+    """Find the entries of `time_s` before and after `t`, the same outside the table, and the weight of the second."""
+    last = time_s.shape[0] - 1
+    if t <= time_s[0]:
         return 0, 0, 0.0
-    if t >= times[last]:
+    if t >= time_s[last]:
         return last, last, 0.0
-    i = np.searchsorted(times, t) - 1
-    return i, i + 1, (t - times[i]) / (times[i + 1] - times[i])
+    i = np.searchsorted(time_s, t) - 1
+    return i, i + 1, (t - time_s[i]) / (time_s[i + 1] - time_s[i])
