@@ -25,6 +25,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     and with free rollers and one cage.
     """
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers use all cores already
         paper = [*(paper_scene(solver={"name": name}) for name in METHODS), paper_scene(model="planar")]
         free = load_scene("rig", {"bodies": {"free_rollers": True, "cages": 1}})
         precompile(*paper, load_scene("rig"), load_scene("rig-oil"), free)

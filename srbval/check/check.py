@@ -29,6 +29,7 @@ from srbval.bearing import DEFAULT_BEARING, DEFECTS, RACE_DEFECTS, Fault, load_b
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import cage_readings
 from srbval.diagnosis.fault_verdict import diagnose
+from srbval.models.hierarchy import LEVELS
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor, band_rms
 from srbval.models.simulate import Step, simulate
@@ -36,12 +37,14 @@ from srbval.models.step_limits import predict
 from srbval.path import amplitudes
 from srbval.path.identify import Pair, identify
 from srbval.plan.measures import measure
+from srbval.plan.plan import refusal
 from srbval.plan.questions import answer_questions, error_pct
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import load_recording, recording_from_run
 from srbval.scene import BANDS_HZ, Scene, load_scene
+from srbval.scene.read import BUNDLED
 from srbval.storage import stored_result
 from srbval.storage.installation import git_revision, package_folder, shipped_folder
 from srbval.storage.json_files import write_json
@@ -219,6 +222,10 @@ def _probe_plan() -> ProbeOutputs:
         found |= {f"{name}: {key}": getattr(scene, key) for key in ("duration_s", "settle_s", "output_rate_hz")}
         for solver, limits in predict(scene, ("ode4", "imex2")).items():
             found |= {f"{name} {solver}: step limit {i}_s": limit for i, limit in enumerate(limits)}
+    for base in BUNDLED:
+        scene = load_scene(base)
+        why = {level.name: refusal(level, scene, load_bearing(scene.bearing)) for level in LEVELS}
+        found |= {f"{base} {model}: runs": str(reason is None) for model, reason in why.items()}
     found |= _checksum("sweep/paper_integration.toml")
     return {name: math.nan if value is None else value for name, value in found.items()}
 

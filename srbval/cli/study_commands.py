@@ -57,7 +57,8 @@ def _show_check(result: CheckResult) -> None:
         elif math.isnan(one.low):
             print(f"{one.name}: {one.value:.9g}, the reference has no value")
         else:
-            print(f"{one.name}: {one.value:.9g} is not within {one.low:.9g} to {one.high:.9g}")
+            value = "no value" if math.isnan(one.value) else f"{one.value:.9g}"
+            print(f"{one.name}: {value} is not within {one.low:.9g} to {one.high:.9g}")
     if len(wrong) > MAX_PRINTED_QUANTITIES:
         print(f"and {len(wrong) - MAX_PRINTED_QUANTITIES} more; --json lists all")
     for stale in result.stale:

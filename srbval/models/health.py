@@ -38,6 +38,7 @@ MIN_BALANCED_SHARE, MIN_PART_OF_BALANCE = 0.01, 0.5
 # share of the losses (sound runs up to 0.05, failed runs from 0.17), or no roller has contact for more than this share
 # of the time (sound runs 0.0001, failed runs from 0.87).
 MAX_ENERGY_GAP, MAX_IDLE_SHARE = 0.1, 0.5
+CHANCE_HIDES = "chance hides the error due to the step"
 CAUTION = "with caution: "  # precedes a reason for which the run's results may be wrong
 MAX_COST_FACTOR = 64  # highest cost of a recommended step, in the cost of the run
 MIN_CARRIED_SHARE = 0.99  # least share of the load that the rollers must carry if nothing else can
@@ -88,7 +89,7 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
     if error.undecided_estimates or slides:
         cautions = [f"up to {SLIDING:.0%} is accepted because rollers slide or rattle: {e}" for e in slides]
         if error.undecided_estimates:
-            cautions.append(f"chance hides the error due to the step: {'; '.join(map(str, error.undecided_estimates))}")
+            cautions.append(f"{CHANCE_HIDES}: {'; '.join(map(str, error.undecided_estimates))}")
         return status, f"{reason}; {'' if CAUTION in reason else CAUTION}{'; '.join(cautions)}"
     return status, reason
 

@@ -5,7 +5,7 @@ of which are not recorded. It yields pairs, each for some consecutive intervals:
 `outputs.Outputs`. The function adds its computing time to `stats`, see `RunStatistics.timed`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pkgutil import resolve_name
@@ -69,12 +69,12 @@ class FidelityLevel:
         return None if self.own_solver else 1 / (scene.output_rate_hz * self.steps_per_output(scene))
 
     @property
-    def run(self) -> Any:
+    def run(self) -> Callable[..., Iterator[tuple[int, col.Outputs]]]:
         """Function that runs a scene with this model; `srbval.models.hierarchy` describes its interface."""
         return resolve_name(self.place)
 
     @property
-    def make_parameters(self) -> Any:
+    def make_parameters(self) -> Callable[..., Any]:
         """Function that makes the model's parameters from scene and geometry; `ConfigurationError` if there is none."""
         if self.parameters is None:
             raise ConfigurationError(f"the task needs the full model's equations, not {self.name}: use --model full.")

@@ -11,10 +11,12 @@ The other methods take friction and contact damping implicitly, and contact stif
 place of the Jacobian contains only the damping matrix of `damping_kernel`. Friction and damping do not limit the step.
 
 - imex2 is of second order (Strang splitting; Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, sect.
-  II.5). The last step's change, with which it predicts velocities, is zero in the first step of a run; without the
-  prediction, sliding would begin too late. Its Rosenbrock method (Verwer, Spee, Blom & Hundsdorfer, A second-order
-  Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456) is L-stable for
-  gamma = 1 +- 1/sqrt 2. Steps are stable up to 2 over the largest natural angular frequency of the contacts.
+  II.5). The forces are linearised about velocities predicted for the middle of the step: the velocity at its start plus
+  half of the last step's change, which is zero in the first step of a run. Without this prediction, sliding would begin
+  too late. The velocities follow by a two-stage Rosenbrock method (Verwer, Spee, Blom & Hundsdorfer, A second-order
+  Rosenbrock method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999) 1456), which is
+  L-stable for gamma = 1 +- 1/sqrt 2. Steps are stable up to 2 over the largest natural angular frequency of the
+  contacts.
 - imex1 is of first order: the linearised implicit Euler method for the velocities, then the symplectic Euler method for
   the positions (ibid., sect. I.1.2), with the same limit of the step as imex2. It is the cheapest and the most damped:
   slow sliding is accurate to first order only.

@@ -19,7 +19,7 @@ import pandas as pd
 
 from srbval.campaign.cases import cost_of
 from srbval.errors import ConfigurationError
-from srbval.models.health import default_solver
+from srbval.models.health import CHANCE_HIDES, default_solver
 from srbval.models.jit import expected_compile_s
 from srbval.models.outside.names import is_outside, solvers_of
 from srbval.models.outside.run import OWN_SOLVER
@@ -53,6 +53,7 @@ BENCH_SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
 # Divisors of a second. Bisection runs the middle one first: the paper's, so that every line has a run at its step.
 STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
 RUN_PASSAGES, MIN_RUN_S = 4.0, 0.25  # roller passages in a run of the stability map, and its least duration
+CELL = ("scene", "model", "solver", "rpm", "steps_per_s")  # columns that name a run of the map
 PREDICTED = ("predicted_limit_dt_s", "predicted_elastic_limit_dt_s")
 NONE: BenchRow = dict.fromkeys(PREDICTED)
 DEFAULT = default_solver()
@@ -99,7 +100,7 @@ def bench(
         return _scene(case, compared_s)
 
     def in_turns(case: Case) -> tuple[Scene, ...]:
-        usual = {**case, "model": _own_model(case["scene"]), "solver": DEFAULT}
+        (usual,) = _cases([case["scene"]], [("", DEFAULT)], [case["steps_per_s"]])
         return (1 + TIMED_PAIRS) * (_scene(usual, timed_s), _scene(case, timed_s))
 
     scenes_to_run = [*map(whole, (*fine, *own_fine, *cases)), *(one for row in cases for one in in_turns(row))]
@@ -144,7 +145,8 @@ def stability(
     """Find the largest stable step of `model` or of the bundled solvers by bisection, by scene, solver and speed.
 
     A bundled run is stable if `srbval simulate` accepts it, a run of `model` if its step errors are within
-    `ERROR_LIMITS`. `how`: `jobs`, `progress`.
+    `ERROR_LIMITS`. A largest step is `certain` unless random scatter of this run hides whether the step's errors are
+    within their tolerances. `how`: `jobs`, `progress`.
     """
     check_names(scenes, () if model else solvers)
     models = _own_solvers(model, solvers) or [("", name) for name in solvers or SOLVERS]
@@ -161,6 +163,8 @@ def stability(
     groups, steps = pd.DataFrame(finest).drop(columns="steps_per_s"), pd.Series(STEPS_PER_S, name="steps_per_s")
     how["step"] = Step.UNCHECKED if model else Step.CHECKED
     lines, cells = bisect(groups, steps, passing_scene, measures, lambda cell: judged(cell)["stable"], **how)
+    hidden = {tuple(map(cell.get, CELL)) for cell in records(cells) if CHANCE_HIDES in cell["reason"]}
+    lines["certain"] = [tuple(map(line.get, CELL)) not in hidden for line in records(lines)]
     lines = lines.assign(series=lines.apply(_series, axis=1), largest_stable_dt_s=1 / lines["steps_per_s"])
     table = lines.pivot(index=["scene", "series"], columns="rpm", values="steps_per_s")
     text = "Fewest steps per second of a stable run, by speed [rpm] (-: no tried step is stable):\n\n"
@@ -286,17 +290,13 @@ def _series(row: Mapping[str, Any]) -> str:
     return f"{Path(row['model']).name} {row['solver']}" if is_outside(row["model"]) else row["solver"]
 
 
-def _own_model(scene: str) -> str:
-    return load_scene(base_of(scene)).model
-
-
 def _cases(
     scenes: Sequence[str], models: Models, steps_per_s: Sequence[int], rpm: Sequence[float | None] = (None,)
 ) -> list[BenchRow]:
     """List the runs for every combination of scene, model with solver, speed (None: the scene's own) and step."""
     return [
-        {"scene": scene, "model": model or _own_model(scene), "solver": solver, "rpm": speed, "steps_per_s": steps}
-        for scene, (model, solver), speed, steps in itertools.product(scenes, models, rpm, steps_per_s)
+        dict(zip(CELL, (scene, model or load_scene(base_of(scene)).model, solver, *rest), strict=True))
+        for scene, (model, solver), *rest in itertools.product(scenes, models, rpm, steps_per_s)
     ]
 
 

@@ -16,7 +16,7 @@ from srbval.studies.stability.study import claims
 from srbval.sweep.scenes import PAPER
 
 CELL_KEYS = {"model", "solver", "dt_s", "rpm", "status", "reason", "stable", "predicted_limit_dt_s"}
-LIMIT_KEYS = {"model", "solver", "rpm", "largest_stable_dt_s", "predicted_limit_dt_s", "runs"}
+LIMIT_KEYS = {"model", "solver", "rpm", "largest_stable_dt_s", "predicted_limit_dt_s", "runs", "certain"}
 LOWER = [(f"ode{n}", 710.0) for n in (1, 2, 3)]
 
 
@@ -37,6 +37,8 @@ def test_cells_and_limits(result):
     assert limits["ode1"]["largest_stable_dt_s"] is None
     assert {limit["runs"] for limit in limits.values()} == {2}
     assert all(cell["stable"] == works(cell["status"]) for cell in result["cells"])
+    reasons = {(cell["solver"], cell["steps_per_s"]): cell["reason"] for cell in result["cells"]}
+    assert limits["imex2"]["certain"] is ("chance hides" not in reasons["imex2", 61440])
 
 
 def test_a_cell_ends_as_simulate_does(result):

@@ -36,6 +36,7 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.columns import state_indices
+from srbval.models.full.frames_kernel import roller_in
 from srbval.models.full.second_cage_kernel import relative_load
 from srbval.models.full.vectors_kernel import (
     along_axes,
@@ -45,7 +46,6 @@ from srbval.models.full.vectors_kernel import (
     inertia_in,
     plus,
     plus_outer,
-    roller_in,
     store_vector,
     tensor_times,
     times,
@@ -74,16 +74,16 @@ def factor(weight, model, totals, factors):
     for p in range(np.uint64(model.slots)):
         q = p + col.INNER
         reach = distance + space[col.SLIDE + p]
-        o_x, o_y, o_p = vector_at(space, col.D_XX, p), vector_at(space, col.D_YY, p), vector_at(space, col.D_XP, p)
+        o_x, from_yy, o_p = vector_at(space, col.D_XX, p), vector_at(space, col.D_YY, p), vector_at(space, col.D_XP, p)
         o_xs, o_ys = space[col.D_XS + p], space[col.D_YS + p]
         b_xx, b_xy, b_xz = plus(o_x, 1.0, vector_at(space, col.D_XX, q))
-        b_yy, b_yz, b_zz = plus(o_y, 1.0, vector_at(space, col.D_YY, q))
+        b_yy, b_yz, b_zz = plus(from_yy, 1.0, vector_at(space, col.D_YY, q))
         b_xp, b_yp, b_zp = plus(o_p, 1.0, vector_at(space, col.D_XP, q))
         b_xs, b_ys = o_xs + space[col.D_XS + q], o_ys + space[col.D_YS + q]
         b_pp = space[col.D_PP + p] + space[col.D_PP + q]
         b_ps = space[col.D_PS + p] + space[col.D_PS + q]
         b_ss = space[col.D_SS + p] + space[col.D_SS + q]
-        o_y, o_z = (o_x[1], o_y[0], o_y[1]), (o_x[2], o_y[1], o_y[2])
+        o_y, o_z = (o_x[1], from_yy[0], from_yy[1]), (o_x[2], from_yy[1], from_yy[2])
         # inverse of the roller's block
         u_u, u_s, s_s = mass + b_xx, b_xs, axial + b_ss
         inverse = 1.0 / (u_u * s_s - u_s * u_s)

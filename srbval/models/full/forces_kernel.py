@@ -13,6 +13,7 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import contact_columns, place_of_point, with_friction
+from srbval.models.full.frames_kernel import roller_in
 from srbval.models.full.search_kernel import scatter_sums
 from srbval.models.full.slices_kernel import evaluate_slices
 from srbval.models.full.vectors_kernel import (
@@ -22,7 +23,6 @@ from srbval.models.full.vectors_kernel import (
     dot,
     plus,
     point_at,
-    roller_in,
     to_world,
     vector_at,
 )

@@ -12,7 +12,7 @@ import numpy as np
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import LONGEST_ONSET_M
 from srbval.models.full.second_cage_kernel import cage_of_row, cage_turns
-from srbval.models.full.vectors_kernel import along_axes, cross, entries_from, plus, roller_in, store_vector, times
+from srbval.models.full.vectors_kernel import along_axes, cross, entries_from, plus, store_vector, times
 from srbval.models.jit import inlined, kernel_part
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race has no candidates
@@ -21,6 +21,12 @@ EMPTY_SLOT_M = -1.0  # depth in a slot without a roller
 NEEDS_ONE, NEEDS_TWO, NEEDS_THREE, OWN_POINTS = 1.0, 64.0, 4096.0, 1048576.0
 FACING_RAD = 0.6  # half angle within which a roller may meet a race, up to a depth of a sixth of its radius
 PROFILE_SLOPE = 0.1  # above the sine of half the tilt, by which the outer circles' normals lean
+
+
+@kernel_part
+def roller_in(slot: Any, rollers: Any) -> Any:
+    """Convert a roller's number `slot`, with both rows alternating, to its number in the state: row 1, then row 2."""
+    return slot // 2 + (slot % 2) * (rollers // 2)
 
 
 class CageTilt(NamedTuple):

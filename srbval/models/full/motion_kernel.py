@@ -18,6 +18,7 @@ from srbval.models.full.frames_kernel import (
     gimbal_rates,
     read_rollers,
     roller_frames,
+    roller_in,
 )
 from srbval.models.full.oil_kernel import add_oil_forces
 from srbval.models.full.search_kernel import (
@@ -37,7 +38,6 @@ from srbval.models.full.vectors_kernel import (
     entries_from,
     plus,
     plus_dyad,
-    roller_in,
     tensor_times,
     times,
     to_world,

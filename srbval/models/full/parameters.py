@@ -305,7 +305,8 @@ def _drive(scene: Scene) -> Drive:
     load = np.array([[0.0], [scene.load.radial_n], [scene.load.axial_n]])
     if (profile := scene.load_profile) is not None:
         load = np.array([np.array(profile.time_s) + scene.settle_s, profile.radial_n, profile.axial_n])
-    return Drive(np.stack([time, speed, angle]), load, math.cos(direction), math.sin(direction))
+    cosine, sine = math.cos(direction), math.sin(direction)
+    return Drive(np.stack([time, speed, angle]), load, direction_cosine=cosine, direction_sine=sine)
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:

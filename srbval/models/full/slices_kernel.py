@@ -22,8 +22,9 @@ from srbval.models.full.contact_kernel import (
     place_of_point,
     with_friction,
 )
+from srbval.models.full.frames_kernel import roller_in
 from srbval.models.full.oil_kernel import film_drag, film_on_race, law_in_film, rolling_speed
-from srbval.models.full.vectors_kernel import axes_at, dot, plus, roller_in, store_vector, times, to_world, vector_at
+from srbval.models.full.vectors_kernel import axes_at, dot, plus, store_vector, times, to_world, vector_at
 from srbval.models.jit import inlined, kernel_part
 
 # x^(1/9) over x^(1/8), for the first guess of one Newton step; error after it 1.6e-6 from 1e-11 m to 1 mm.

@@ -14,12 +14,6 @@ SECOND_ROW, THIRD_ROW = np.uint64(STRIDE), np.uint64(2 * STRIDE)
 
 
 @kernel_part
-def roller_in(slot: Any, rollers: Any) -> Any:
-    """Convert a roller's number `slot`, with both rows alternating, to its number in the state: row 1, then row 2."""
-    return slot // 2 + (slot % 2) * (rollers // 2)
-
-
-@kernel_part
 def vector_at(space: Any, row: Any, j: Any) -> Vector:
     """Read the vector of column `j` whose first component is in `row` of the workspace."""
     return space[row + j], space[row + SECOND_ROW + j], space[row + THIRD_ROW + j]

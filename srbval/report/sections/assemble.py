@@ -11,6 +11,7 @@ from srbval.report.prose import Prose, literal
 from srbval.report.sections.answer import verdict_box
 from srbval.report.sections.figures import figures_section
 from srbval.report.sections.table6 import near_section, table6_section
+from srbval.signal import NORMAL_95
 from srbval.storage.json_files import to_json
 
 RECORD_TEXTS, LIMIT_TEXTS, COMMAND_TEXTS = (
@@ -50,7 +51,7 @@ def records_blocks(findings: Findings) -> Iterator[Block]:
         more = [RECORD_TEXTS.text("more", more=len(rows) - MAX_LISTED)] if len(rows) > MAX_LISTED else []
         yield Listing((*(RECORD_TEXTS.text("problem", **row) for row in rows[:MAX_LISTED]), *more))
     readings = findings.frame("cage_readings")
-    ci95 = 1.96 * (readings["reading_u"] ** 2 + readings["speed_u"] ** 2) ** 0.5
+    ci95 = NORMAL_95 * (readings["reading_u"] ** 2 + readings["speed_u"] ** 2) ** 0.5
     names = [record_words(Path(record).stem) for record in readings["record"]]
     yield RECORD_TEXTS.table("records", readings.assign(name=names, ratio_ci95=ci95))
 
