@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from srbval.cli import run_command_line
+from srbval.cli import LIBRARY_THREADS, run_command_line
 from srbval.models.jit import precompile
 from srbval.models.solvers import METHODS
 from srbval.processes.machine import usable_cores
@@ -21,14 +21,13 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before the workers start, so that no two of them compile the same.
 
-    Tests use no other ones in the short form: points with one cage and every solver, slices with two cages, with oil,
-    and with free rollers and one cage.
+    Points with one cage and every solver, slices with two cages, with and without oil. In the short form one file of
+    tests alone needs another, of free rollers.
     """
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers use all cores already
+        os.environ |= dict.fromkeys(LIBRARY_THREADS, "1")  # the workers use all cores already
         paper = [*(paper_scene(solver={"name": name}) for name in METHODS), paper_scene(model="planar")]
-        free = load_scene("rig", {"bodies": {"free_rollers": True, "cages": 1}})
-        precompile(*paper, load_scene("rig"), load_scene("rig-oil"), free)
+        precompile(*paper, load_scene("rig"), load_scene("rig-oil"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -36,7 +36,7 @@ RAY = np.arange(0.005, 12.0, 0.005)  # values of |h lambda| that are tested; no 
 ROUNDING = 1e-9  # excess of |R| over one that counts as stable
 # Growth of a step's map beyond that of the system which counts as stable [1/s]; negligible in any run.
 GROWTH_PER_S = 1.0
-MIN_STEP_S, MAX_STEP_S = 1e-7, 1e-2  # shortest and longest step tested for implicit methods
+MIN_STEP_S, MAX_STEP_S = 1e-6, 1e-2  # shortest and longest step tested for implicit methods
 PER_OCTAVE = 2
 BISECTIONS = 10
 # Changes for central differences: far above rounding, and far below the smoothing width of a point, 1e-8 m, and the

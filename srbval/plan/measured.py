@@ -23,7 +23,7 @@ MIN_DURATION_SHARE = 0.6  # shortest run, as a share of the measured duration, w
 # Axes of the table, and settings that change an answer only through the length of the record.
 AXIS_KEYS = {"model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed"}
 AXIS_KEYS |= {"solver.step_s", "load.radial_n", "contact.roller_fit", "defect.kind", "defect.height_m"}
-STORED_KEYS = ("reference", "turns", "least_s", "ranges", "values", "pace")  # of the stored table of a scene
+STORED_KEYS = ("reference", "seconds", "ranges", "values", "pace")  # of the stored table of a scene
 BoundKey = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
 
@@ -57,16 +57,15 @@ class Bound:
 class MeasuredErrors:
     """Measured errors of models on scenes near the bundled scene `base`, against the model `reference` at a finer step.
 
-    Each run lasts `turns` shaft revolutions, but at least `least_s` seconds. `ranges` contains the least and
-    greatest value of each axis (varied setting). `values` contains, by dotted key, the settings of the scene `base`
-    at the time of measurement. `pace` is the wall time of each model per simulated second [s/s]. `models` are
-    sorted from the simplest to the most detailed.
+    Runs last up to `seconds`, at the lowest speed. `ranges` contains the least and greatest value of each axis
+    (varied setting). `values` contains, by dotted key, the settings of the scene `base` at the time of measurement.
+    `pace` is the wall time of each model per simulated second [s/s]. `models` are sorted from the simplest to the
+    most detailed.
     """
 
     base: str
     reference: str
-    turns: float
-    least_s: float
+    seconds: float
     ranges: Mapping[str, tuple[float, float]]
     values: Mapping[str, Any]
     models: tuple[str, ...]
@@ -116,10 +115,8 @@ class MeasuredErrors:
             low, high = self.ranges[axis]
             if not (low <= value <= high or _nearly_equal(value, low) or _nearly_equal(value, high)):
                 yield f"{axis.replace('_', ' in ')} = {value:.6g} is outside the measured range, {low:g} to {high:g}"
-        seconds, turns = scene.duration_s, scene.duration_s * scene.shaft_hz
-        if seconds < MIN_DURATION_SHARE * self.least_s or turns < MIN_DURATION_SHARE * self.turns:
-            measured = f"{self.turns:g} shaft turns, and {self.least_s:g} s or longer"
-            yield f"{seconds:g} s is too short ({turns:.2g} shaft turns): errors were measured in runs of {measured}"
+        if scene.duration_s < MIN_DURATION_SHARE * self.seconds:
+            yield f"{scene.duration_s:g} s is too short: errors were measured in runs of up to {self.seconds:.3g} s"
         if scene.solver.step_s > step_s * (1 + 1e-6):
             yield f"the step, {scene.solver.step_s:.4g} s, is coarser than in the measurements, {step_s:.4g} s"
 

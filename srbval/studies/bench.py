@@ -45,7 +45,7 @@ Models = list[tuple[str, str]]  # model and solver; the model "" is the scene's 
 Extent = tuple[tuple[int, ...], float, float]
 FULL, QUICK = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)
 MAX_SETTLE_S = 0.25  # before each run, at most a quarter of its time
-TIMED_PAIRS = 2  # pairs of timed runs, after one that does not count
+TIMED_PAIRS = 2  # pairs of timed runs
 FINER_BUNDLED, FINER_STEPS = 4, 2  # steps of a converged run per step of the finest: bundled model, other model
 ERROR_LIMITS = {"line_error_pct": 0.1, "band_rms_error_db": 0.42}  # what a rig's record of some seconds resolves
 ERROR_UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
@@ -101,7 +101,7 @@ def bench(
 
     def in_turns(case: Case) -> tuple[Scene, ...]:
         (usual,) = _cases([case["scene"]], [("", DEFAULT)], [case["steps_per_s"]])
-        return (1 + TIMED_PAIRS) * (_scene(usual, timed_s), _scene(case, timed_s))
+        return TIMED_PAIRS * (_scene(usual, timed_s), _scene(case, timed_s))
 
     scenes_to_run = [*map(whole, (*fine, *own_fine, *cases)), *(one for row in cases for one in in_turns(row))]
     planned_s, compile_s = _estimate_time(scenes_to_run, first)
@@ -210,10 +210,10 @@ def measures(_: Case, own: Attempt) -> BenchRow:
 def measure_cost(_: Case, *pairs: Attempt) -> BenchRow:
     """Least times per simulated second of a solver, None if a run ended early, and its CPU time over the default's.
 
-    `pairs` are runs of the default solver and of the solver, alternately; the first two do not count.
+    `pairs` are runs of the default solver and of the solver, alternately.
     """
-    runs = [one.run for one in pairs[2:] if one.run is not None and one.run.samples == one.scene.samples]
-    if len(runs) < len(pairs) - 2:
+    runs = [one.run for one in pairs if one.run is not None and one.run.samples == one.scene.samples]
+    if len(runs) < len(pairs):
         return dict.fromkeys(COSTS + RATIOS)
     ratios = [row.cpu_s / usual.cpu_s for usual, row in zip(runs[::2], runs[1::2], strict=True)]
     least = {name: min(getattr(run, name) for run in runs[1::2]) for name in COSTS}

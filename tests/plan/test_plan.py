@@ -29,8 +29,8 @@ def candidate(plan: Plan, model: str) -> Candidate:
 def made(largest: float | None, scenes: int = 19) -> MeasuredErrors:
     """A table about the paper's scene: the line model's errors on line frequencies, outer race and play."""
     ranges = {"rpm": [353.0, 997.0], "radial_kn": [62.4, 124.8], "height_mm": [0.1, 0.2]}
-    about = {"reference": "full", "turns": 10.0, "least_s": 1.0, "models": ["line", "full"], "ranges": ranges}
-    about |= {"pace": {"line": 0.1, "full": 0.4}, "values": scene_values(load_scene("paper"))}
+    about = {"reference": "full", "seconds": 2.0, "models": ["line", "full"], "pace": {"line": 0.1, "full": 0.4}}
+    about |= {"ranges": ranges, "values": scene_values(load_scene("paper"))}
     row = {"base": "paper", "fit": "play", "kind": "outer", "model": "line", "question": "lines", "scenes": scenes}
     row |= {"silent": int(largest is None), "error_pct": largest, "median_pct": 0.1, "ci95_pct": [0.05, 0.2]}
     return read_errors({"bases": {"paper": about}, "bounds": [row]})["paper"]

@@ -14,7 +14,7 @@ from srbval.studies.harness import StudyResult
 from srbval.sweep.scenes import PAPER, base_of
 
 SCENES = ("interference-outer", "play0-outer", "play0-healthy", "rig-outer")
-EXTENT = ((40960, 61440, 122880), 0.3, 4.0)  # as `srbval.studies.bench.Extent`
+EXTENT = ((40960, 61440, 122880), 0.3, 3.0)  # as `srbval.studies.bench.Extent`
 
 
 def mark_of(row: Mapping[str, Any]) -> str:
