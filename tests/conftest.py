@@ -19,11 +19,7 @@ REPORT = "tests/report"
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels before the workers start, so that no two of them compile the same.
-
-    Points with one cage and every solver, slices with two cages, with and without oil. In the short form one file of
-    tests alone needs another, of free rollers.
-    """
+    """Compile the kernels before the workers start, so that no two of them compile the same."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
         os.environ |= dict.fromkeys(LIBRARY_THREADS, "1")  # the workers use all cores already
         paper = [*(paper_scene(solver={"name": name}) for name in METHODS), paper_scene(model="planar")]

@@ -1,9 +1,8 @@
 """Runs of the bundled model, and the counterpart of each recording: a run at the recording's own speed and load."""
 
-import dataclasses
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
@@ -14,7 +13,7 @@ from srbval.models.simulate import Step, stored_run
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analysis_once
 from srbval.recordings import recording_from_run
-from srbval.scene import Scene, load_scene, paper_scene
+from srbval.scene import Scene, load_scene, paper_scene, with_points
 from srbval.sweep.pool import side_by_side
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
@@ -73,23 +72,6 @@ def run_cases(
     return {case.id: run for case, run in runs.items()}
 
 
-def with_points(scene: Scene, points: int) -> Scene:
-    """Copy a scene of the model `full` with another number of contact points on each circle around a race.
-
-    The stiffness and damping of all points together, and the length of the defect, stay the same.
-    """
-    factor = points / scene.contact.points_per_circle
-    contact = dataclasses.replace(
-        scene.contact,
-        points_per_circle=points,
-        stiffness_n_m=scene.contact.stiffness_n_m / factor,
-        damping_ns_m=scene.contact.damping_ns_m / factor,
-    )
-    in_points = scene.defect.extent_m is None
-    defect = dataclasses.replace(scene.defect, points=max(1, round(scene.defect.points * (factor if in_points else 1))))
-    return dataclasses.replace(scene, contact=contact, defect=defect)
-
-
 def converged(scene: Scene) -> Scene:
     """Scene with at least `CONVERGED_POINTS` contact points per race circle, if its model has such points."""
     coarse = scene.model == "full" and scene.contact.points_per_circle < CONVERGED_POINTS
@@ -144,7 +126,7 @@ def analyse_run(
     """
     order = compute_line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
-        bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
+        bearing = replace(bearing, orders=replace(bearing.orders, bsf=order / 2))
     analysis = analysis_once(recording_from_run(run), bearing, band_hz=band_hz)
     values = read_quantities(analysis, case.state, order, quantities)
     return AnalysedRun(case=case, run=run, analysis=analysis, values=values)

@@ -26,7 +26,7 @@ roller in the full model. It cannot simulate defects on rollers.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.point_cloud import inner_circle, outer_circle
-from srbval.scene import Contact, Defect, Scene
+from srbval.scene import Contact, Scene, with_points
 
 DENSER = 4  # number of points near a defect for each point of the full model
 
@@ -44,7 +44,7 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     """Assemble the parameters of the line model; raises `ConfigurationError` for a defect on a roller."""
     if any(d.kind is Fault.ROLLER for d in scene.defects):
         raise ConfigurationError("a defect on a roller: the line model cannot simulate it; use --model full.")
-    model = make_parameters(_with_denser_points(scene), geometry)
+    model = make_parameters(with_points(scene, DENSER * scene.contact.points_per_circle), geometry)
     plain = model.races.plain
     model.races.starts[:, :plain] = np.arange(len(CIRCLES) + 1)
     for race, circle in enumerate((outer_circle, inner_circle)):
@@ -54,20 +54,6 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     radius = roller_diameter_m(scene, geometry) / 2
     both = [patches(geometry, scene.contact, radius, inner=inner) for inner in (False, True)]
     return model._replace(patch=np.array([[_patch_constants(patch) for patch in race] for race in both]))
-
-
-def _with_denser_points(scene: Scene) -> Scene:
-    """Replace the points of the races by `DENSER` times as many, with the same stiffness and damping per length."""
-
-    def denser(defect: Defect) -> Defect:  # a defect that is given by its number of points keeps its length
-        return defect if defect.extent_m is not None else replace(defect, points=DENSER * defect.points)
-
-    own = scene.contact
-    stiffness, damping = own.stiffness_n_m / DENSER, own.damping_ns_m / DENSER
-    count = DENSER * own.points_per_circle
-    contact = replace(own, points_per_circle=count, stiffness_n_m=stiffness, damping_ns_m=damping)
-    further = tuple(map(denser, scene.further_defects))
-    return replace(scene, contact=contact, defect=denser(scene.defect), further_defects=further)
 
 
 def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:

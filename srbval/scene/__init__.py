@@ -13,6 +13,6 @@ from srbval.scene.read import (
     scene_table,
     sobol,
 )
-from srbval.scene.scene import Scene
+from srbval.scene.scene import Scene, with_points
 from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SENSOR_AXIS, SensorPath, parts_along_sensor
 from srbval.scene.surface import Surface

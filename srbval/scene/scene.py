@@ -4,7 +4,7 @@ Values have no defaults here: they come from `paper.toml` (Giraudo et al. 2025, 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
@@ -143,3 +143,20 @@ class Scene(Limited):
     def samples(self) -> int:
         """Number of recorded samples."""
         return round(self.duration_s * self.output_rate_hz)
+
+
+def with_points(scene: Scene, points: int) -> Scene:
+    """Copy a scene with another number of contact points on each circle around a race, for models with such points.
+
+    The stiffness and damping of all points together, and the length of each defect, stay the same.
+    """
+    own, factor = scene.contact, points / scene.contact.points_per_circle
+
+    def same_length(defect: Defect) -> Defect:
+        in_points = defect.extent_m is None
+        return replace(defect, points=max(1, round(factor * defect.points))) if in_points else defect
+
+    stiffness, damping = own.stiffness_n_m / factor, own.damping_ns_m / factor
+    contact = replace(own, points_per_circle=points, stiffness_n_m=stiffness, damping_ns_m=damping)
+    further = tuple(map(same_length, scene.further_defects))
+    return replace(scene, contact=contact, defect=same_length(scene.defect), further_defects=further)

@@ -15,7 +15,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.planar.ring import make_ring
 from srbval.models.run import not_validated
 from srbval.models.run_file import scene_dict
-from srbval.scene import DefectShape, LoadPath, Surface, Traction, load_scene, paper_scene, rig_inputs
+from srbval.scene import DefectShape, LoadPath, Surface, Traction, load_scene, paper_scene, rig_inputs, with_points
 from srbval.scene.read import bundled_table
 from srbval.scene.surface import RoughnessClass
 from srbval.storage.tables import walk_leaves
@@ -116,9 +116,10 @@ def test_a_roller_defect_is_as_wide_as_the_drill_unless_told():
 
 def test_several_defects_each_over_the_papers():
     inner = {"kind": "inner", "height": "-0.5 mm", "extent": "2 mm"}
-    scene = paper_scene(defect={"kind": "outer"}, further_defects=[inner])
-    assert [d.kind.value for d in scene.defects] == ["outer", "inner"]
+    scene = paper_scene(defect={"kind": "outer"}, further_defects=[inner, {"kind": "outer"}])
+    assert [d.kind.value for d in scene.defects] == ["outer", "inner", "outer"]
     assert scene.defects[1].height_m == pytest.approx(-5e-4)
+    assert [d.points for d in with_points(scene, 1000).defects] == [4, 2, 4], "of the same length on denser points"
 
 
 def test_the_mean_of_a_profile_is_over_the_recorded_time():

@@ -77,11 +77,10 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     yield prose.paragraph("intro", **values, **vars(PAPER), steps_per_s=1 / PAPER.step_s)
     yield prose.figure("speed-accuracy-chart", Panel(chart, runs), badge="simulated")
     shown = runs[runs["scene"].isin(CHART_SCENES) & (runs["mark"] != "")]
-    noted = shown.assign(
-        steps_per_s=1 / shown["dt_s"], solver_note=shown["mark"], scene=shown["scene"].map(CHART_SCENES)
-    )
+    shown = shown.assign(steps_per_s=1 / shown["dt_s"], solver_note=shown["mark"], line_pct=100 * shown["cage_error"])
     tones = ["good" if ok else "bad" for ok in shown["ok"]]
-    yield prose.table("speed-accuracy-table", noted.assign(line_pct=100 * shown["cage_error"], status_tone=tones))
+    shown = shown.assign(scene=shown["scene"].map(CHART_SCENES), status_tone=tones)
+    yield prose.table("speed-accuracy-table", shown)
 
 
 PAGE = Page(__package__, 50, blocks, lambda content, _: {"speed_accuracy": content["runs"]})

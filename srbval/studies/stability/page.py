@@ -22,22 +22,17 @@ RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # in the tile: speed of the paper
 
 
 def chart(limits: pd.DataFrame) -> PanelData:
-    """Plot the fewest steps per simulated second of a stable run by shaft speed; dashed: predicted without friction.
-
-    Filled markers are certain. Speeds at which no tried step is stable are crosses at the upper edge.
-    """
+    """Plot the fewest steps per simulated second of a stable run by shaft speed; the caption explains the marks."""
     figure, names = new_figure(SIZE_INCHES), list(limits["scene"].unique())
-    limits = limits.assign(series=limits.get("series", limits["solver"]), certain=limits.get("certain", True)).astype(
-        dict.fromkeys(LIMITS, float)
-    )
+    limits = limits.assign(certain=limits.get("certain", True)).astype(dict.fromkeys(LIMITS, float))
     looks = dict(zip(limits["series"].unique(), cycle(SERIES), strict=False))
     for axes, name in zip(figure.subplots(1, len(names), sharey=True, squeeze=False)[0], names, strict=True):
         for series, line in limits[limits["scene"] == name].groupby("series", sort=False):
             mark, colour = looks[str(series)]
             look = {"color": colour, "ms": 5}
-            steps_per_s = 1 / line["largest_stable_dt_s"]
-            axes.plot(line["rpm"], steps_per_s, f"{mark}-", mfc="none", lw=1, label=series, **look)
-            axes.plot(line["rpm"].where(line["certain"].astype(bool)), steps_per_s, mark, **look)
+            axes.plot(line["rpm"], 1 / line["largest_stable_dt_s"], f"{mark}-", mfc="none", lw=1, label=series, **look)
+            certain = line[line["certain"].astype(bool)]
+            axes.plot(certain["rpm"], 1 / certain["largest_stable_dt_s"], mark, **look)
             axes.plot(line["rpm"], 1 / line["predicted_elastic_limit_dt_s"], "--", color=colour, lw=0.7)
             none = line["rpm"][line["largest_stable_dt_s"].isna()]
             axes.plot(none, 0.98 + 0 * none, "x", transform=axes.get_xaxis_transform(), **look)
