@@ -23,7 +23,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
         os.environ |= dict.fromkeys(LIBRARY_THREADS, "1")  # the workers use all cores already
         paper = [*(paper_scene(solver={"name": name}) for name in METHODS), paper_scene(model="planar")]
-        precompile(*paper, load_scene("rig"), load_scene("rig-oil"))
+        free = load_scene("rig", {"bodies": {"free_rollers": True, "cages": 1}})
+        precompile(*paper, load_scene("rig"), load_scene("rig-oil"), free)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
