@@ -28,7 +28,7 @@ LEFT_OUT = {  # words of commands that are not run here, with the reason
     "python3 -m venv": "installs",
     "doctor": "of the environment that the line before installed",
     "activate": "the environment of a cluster",
-    "sphinx-build": ".ci/run does it",
+    "sphinx-build": ".ci/run reads the same pages",
     "srbval check": "takes minutes, or replaces the reference: .ci/run does it",
     "srbval evidence": "takes minutes: tests/studies",
     "srbval bench": "takes minutes: tests/studies",

@@ -14,7 +14,7 @@ from srbval.studies.model_levels import study
 from srbval.studies.model_levels.page import cheapest_model, question_table
 from srbval.sweep.sweep import sweep
 
-LEAST_HELD, FRESH_SEED = 0.9, 8  # share of the bounds; the seed of the stored errors is 0
+LEAST_HELD, FRESH_SEED = 0.9, 8  # share of bounds on forty scenes not used to measure them; their seed is 0
 
 
 def test_scenes_are_drawn_within_the_ranges_and_fresh_ones_differ():
@@ -28,10 +28,11 @@ def test_scenes_are_drawn_within_the_ranges_and_fresh_ones_differ():
 
 def test_the_reference_takes_half_the_step():
     for name, base in study.BASES.items():
-        case = study.cases(1, 0).set_index("base", drop=False).loc[name].iloc[0].to_dict()
+        case = study.cases(1, 0).set_index("base", drop=False).loc[name].iloc[0].to_dict() | {"rpm": 997.0}
         right, own = study.scene_of(case, Fault.OUTER), study.scene_of({**case, "model": base.reference}, Fault.OUTER)
         assert right.solver.step_s == own.solver.step_s / 2
         assert right.line_contact.slices == 21 > own.line_contact.slices
+        assert base.kinds[1:] == () or not measured_errors()[name].list_gaps(own), "not even of the shortest run"
 
 
 def test_errors_are_those_of_what_the_reference_answers():
@@ -66,7 +67,6 @@ def test_the_page_names_the_cheapest_model_that_is_enough():
 @pytest.mark.long_form
 @pytest.mark.timeout(3600)
 def test_bounds_hold_on_fresh_scenes():
-    """The planner's bounds hold for nine of ten answers on forty scenes that were not used to measure them."""
     found, held = study.errors(sweep(study.cases(4, FRESH_SEED), study.scenes_of, study.measure, task="models")), []
     for row in found.to_dict("records"):
         own = study.scene_of(row | {"model": study.BASES[row["base"]].reference}, Fault(row["kind"]))
