@@ -6,6 +6,7 @@ contains the run's summary as JSON, so that `read_summary` and `read_run_file` r
 
 import dataclasses
 import json
+import math
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -21,11 +22,14 @@ from srbval.models.outside.names import content_of, is_outside
 from srbval.models.run import VARIABLES, Run, RunStatus, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
+from srbval.storage.json_files import to_json
 
 ROWS_PER_CHUNK = 4096  # rows of an HDF5 chunk
 SENSOR_SIGNAL = "acceleration_sensor_m_s2"
 NOT_KEPT = ("scene", "step_error", "stored_utc")  # fields of a summary that are not in its JSON text
-DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
+PROFILE_STEP_S = 1e-3
+DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
+DIMENSIONS |= {"shaft_speed_hz": ("shaft_time_s",)}
 
 
 class RunWriter:
@@ -62,11 +66,15 @@ class RunWriter:
             self._scale("race", np.arange(2), "1", "0 outer, 1 inner")
             self._scale("roller", np.arange(self._file["spin_rad_s"].shape[1]) + 1, "1", "row 1 first")
             self._scale("circle", np.arange(3) + 1, "1", "of a raceway, from the mid-plane outwards")
+        if (profile := profile_signal(summary)) is not None:
+            self._extend("shaft_speed_hz", profile[0], "Hz", "prescribed shaft speed")
+            self._scale("shaft_time_s", np.arange(len(profile[0])) / profile[1], "s", "time of the shaft speed")
+            self._file.attrs["shaft_rate_hz"] = profile[1]
         for name, dataset in self._file.items():
             if not dataset.is_scale:
-                for dimension, scale in enumerate(DETAIL_DIMENSIONS.get(name, ("time_s",))):
+                for dimension, scale in enumerate(DIMENSIONS.get(name, ("time_s",))):
                     dataset.dims[dimension].attach_scale(self._file[scale])
-        self._file.attrs.update({"fs_hz": fs_hz, **_attributes(summary)})
+        self._file.attrs.update({"fs_hz": fs_hz, **_attributes(summary, sensor=SENSOR_SIGNAL in self._file)})
         kept = {name: getattr(summary, name) for name in RunSummary.__dataclass_fields__ if name not in NOT_KEPT}
         error = summary.step_error and dataclasses.asdict(summary.step_error)
         own = {"chosen_step_s": summary.scene.solver.step_s, "step_error": error}
@@ -137,22 +145,49 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     return json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))
 
 
-def _attributes(run: RunSummary) -> dict[str, Any]:
-    scene, known = run.scene, {}
-    bearing = bearing_of_run(scene)
-    if bearing is not None:  # for readers without the bearing's file
-        known = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
-        known |= vars(bearing.orders)
-    return {
-        "srbval_kind": "run",
+def run_facts(run: RunSummary, *, sensor: bool) -> dict[str, Any]:
+    """Facts about a run's signals by the names of the fields of `Recording`, as `storage.tables.build` reads them.
+
+    With `sensor` the signal at the sensor is analysed, otherwise the outer ring's accelerations along x and y.
+    """
+    scene, note = run.scene, f"the run ended {run.status}: {run.reason}"
+    facts = {
         "name": f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
+        "origin": "simulated",
+        "channel": "sensor" if sensor else None,
+        "axes": None if sensor else ["x", "y"],
+        "fs_hz": scene.output_rate_hz,
         "unit": "m/s2",
+        "speed": {"value_hz": scene.shaft_hz, "ci95_hz": 0.0, "source": "prescribed"},
         "bearing": scene.bearing,
-        **{f"bearing_{key}": value for key, value in known.items()},
+        "own_bearing": bearing_of_run(scene),  # for readers without the bearing's file
         "state": scene.defect.kind.value,
-        "shaft_speed_hz": scene.shaft_hz,
         "radial_n": scene.load.radial_n,
         "axial_n": scene.load.axial_n,
+        "cage_hz": run.cage_ratio * scene.shaft_hz,
+        "interval_means": True,
+        "notes": [*([note] if run.status != "ok" else []), f"not validated: {'; '.join(run.not_validated)}"],
+    }
+    return {name: to_json(value) for name, value in facts.items()}
+
+
+def profile_signal(run: RunSummary) -> tuple[FloatArray, float] | None:
+    """Prescribed shaft speed [Hz] of a run in steps of about `PROFILE_STEP_S`, and its rate [Hz]; None if constant."""
+    profile = run.scene.speed_profile
+    if profile is None:
+        return None
+    count = math.ceil(run.seconds / PROFILE_STEP_S) + 1
+    values = np.interp(np.linspace(0, run.seconds, count), profile.time_s, profile.speed_rad_s) / (2 * math.pi)
+    return values, (count - 1) / run.seconds
+
+
+def _attributes(run: RunSummary, *, sensor: bool) -> dict[str, Any]:
+    scene, facts = run.scene, run_facts(run, sensor=sensor)
+    return {
+        "srbval_kind": "run",
+        "facts": json.dumps(facts),
+        **{name: facts[name] for name in ("name", "unit", "bearing", "state", "radial_n", "axial_n")},
+        "shaft_speed_hz": scene.shaft_hz,
         "scene": json.dumps(scene_dict(scene)),
         "status": run.status.value,
         "reason": run.reason,

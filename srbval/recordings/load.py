@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError, OpenQuestion, SrbvalError
 from srbval.models.run import Run
+from srbval.models.run_file import profile_signal, run_facts
 from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.datasets.generic import read_generic, with_named_signals
 from srbval.recordings.datasets.known import READERS
-from srbval.recordings.datasets.srbval_files import SENSOR_CHANNEL, read_srbval_file, status_note
+from srbval.recordings.datasets.srbval_files import read_srbval_file
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading, sample_cautions
@@ -28,10 +29,11 @@ from srbval.recordings.settings import (
     open_questions,
     settings_of,
 )
-from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal, tachometer_speed
+from srbval.recordings.speed import tachometer_speed
 from srbval.recordings.times import time_column
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json
+from srbval.storage.tables import build
 
 if TYPE_CHECKING:
     import pandas
@@ -110,26 +112,12 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 
 def recording_from_run(run: Run) -> Recording:
     """Create a recording of a run, even a failed one: outer ring accelerations and any simulated sensor signal."""
-    scene, profile = run.scene, run.scene.speed_profile
-    shown = {SENSOR_CHANNEL: run.sensor_m_s2} if run.sensor_m_s2.size else {}
-    return Recording(
-        name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * RPM_PER_HZ:.6g} rpm",
-        origin=Origin.SIMULATED,
-        channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")} | shown,
-        channel=SENSOR_CHANNEL if shown else None,
-        axes=None if shown else ("x", "y"),
-        fs_hz=scene.output_rate_hz,
-        unit="m/s2",
-        speed=prescribed_speed(scene.shaft_hz),
-        speed_signal=profile_signal(profile.time_s, profile.speed_rad_s, run.seconds) if profile else None,
-        bearing=scene.bearing,
-        state=scene.defect.kind,
-        radial_n=scene.load.radial_n,
-        axial_n=scene.load.axial_n,
-        cage_hz=run.cage_ratio * scene.shaft_hz,
-        interval_means=True,
-        notes=(*status_note(run.status.value, run.reason), f"not validated: {'; '.join(run.not_validated)}"),
-    )
+    channels = {axis: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, axis in enumerate("xyz")}
+    channels |= {"sensor": run.sensor_m_s2} if run.sensor_m_s2.size else {}
+    known = run_facts(run, sensor="sensor" in channels) | {"channels": channels}
+    profile = profile_signal(run)
+    signal = None if profile is None else SpeedSignal(values_hz=profile[0], rate_hz=profile[1])
+    return dataclasses.replace(build(Recording, known, "run"), speed_signal=signal)
 
 
 def read_file(path: Path) -> Reading:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,7 +14,6 @@ RPM_PER_HZ = 60.0
 Z95 = 1.96
 STATED_CI95_RPM = 1.0  # a speed in a file or given by the user counts as rounded to about 1 rpm
 MIN_TACHOMETER_SAMPLES = 8
-PROFILE_STEP_S = 1e-3
 LIMIT_HZ = 2000.0  # above the speed of any rolling bearing
 # Scale error of the speed by a counting tachometer (95 %): quartz clocks of tachometer and recorder, 50 parts in a
 # million each, with a margin for temperature and age. An assumption; an analogue tachometer may be worse.
@@ -73,13 +71,6 @@ def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
 def _white_error(times_s: FloatArray) -> float:
     """Standard deviation [s] of independent errors in evenly spaced times, estimated from second differences."""
     return math.sqrt(float(np.mean(np.diff(times_s, 2) ** 2)) / 6)
-
-
-def profile_signal(time_s: Sequence[float], speed_rad_s: Sequence[float], seconds: float) -> SpeedSignal:
-    """Sample a prescribed speed, linear between `time_s`, for `seconds` [s] in steps of about `PROFILE_STEP_S`."""
-    count = math.ceil(seconds / PROFILE_STEP_S) + 1
-    values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
-    return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)
 
 
 def prescribed_speed(value_hz: float) -> ShaftSpeed:

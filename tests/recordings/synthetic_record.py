@@ -12,6 +12,8 @@ import numpy as np
 from scipy.signal import fftconvolve
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
+from srbval.recordings import Origin, Recording
+from srbval.recordings.speed import prescribed_speed
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 FS_HZ = 20480.0  # the rig's
@@ -30,11 +32,21 @@ def write_synthetic_record(path, *, state=Fault.OUTER, shaft_hz=14.3, seconds, s
     """Write a record at a steady speed in srbval's own format, with origin `Origin.STAND_IN`."""
     turns = np.arange(round(seconds * FS_HZ)) / FS_HZ * shaft_hz
     signal = vibration(state, load_bearing(DEFAULT_BEARING).orders, turns, np.random.default_rng(seed))
-    facts = {"srbval_kind": "stand-in", "name": "SYNTHETIC", "fs_hz": FS_HZ, "unit": "m/s2", "state": state.value}
-    facts |= {"bearing": DEFAULT_BEARING, "shaft_speed_hz": shaft_hz, "band_low_hz": 1400.0, "band_high_hz": 2800.0}
+    record = Recording(
+        name="SYNTHETIC",
+        origin=Origin.STAND_IN,
+        channels={"acceleration": signal},
+        channel="acceleration",
+        fs_hz=FS_HZ,
+        unit="m/s2",
+        speed=prescribed_speed(shaft_hz),
+        bearing=DEFAULT_BEARING,
+        state=state,
+        band_hz=(1400.0, 2800.0),
+    )
     with new_hdf5(path) as file:
-        file.attrs.update(facts)
-        file.create_dataset("acceleration_m_s2", data=signal, **CHECKED)
+        file.attrs.update(record.facts())
+        file.create_dataset("acceleration", data=signal, **CHECKED)
 
 
 def vibration(state, orders, turns, rng):

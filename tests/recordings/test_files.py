@@ -50,26 +50,25 @@ def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
 
 
 def run_file(path, **attributes):
-    defaults = {"schema_version": 1, "srbval_kind": "run", "name": "a run", "fs_hz": 61440.0, "unit": "m/s2"}
-    more = {"bearing": "skf-22240", "state": "outer", "shaft_speed_hz": 11.8333, "radial_n": 124800.0}
     with h5py.File(path, "w") as file:
-        file.attrs.update(defaults | more | attributes)
+        file.attrs.update({"srbval_kind": "run", "fs_hz": 61440.0, "facts": FACTS % "outer"} | attributes)
         for i, axis in enumerate("xyz"):
             file[f"acceleration_{axis}_m_s2"] = files.vibration(seed=i)
         file["cage_speed_rad_s"] = files.vibration(seed=9)
     return path
 
 
-SCENES = ("[" * 50_000, '{"speed_profile": 1' + "0" * 5000 + "}", "[]", '{"speed_profile": [[]]}')
+FACTS = '{"name": "a run", "origin": "simulated", "fs_hz": 61440.0, "unit": "m/s2", "axes": ["x", "y"], "state": "%s"}'
+BAD_FACTS = ("[" * 50_000, '{"radial_n": 1' + "0" * 5000 + "}", "[]", '{"speed": [[]]}', FACTS.replace("y", "w"), "")
 
 
 @pytest.mark.parametrize(
     ("attributes", "message"),
     [
         ({"srbval_kind": "other"}, "srbval_kind is 'other'"),
-        ({"state": "rusty"}, "state 'rusty'"),
+        ({"facts": FACTS % "rusty"}, "'rusty' is not known"),
         ({"status": "cage-lost", "reason": "the cage stopped"}, r"run failed \(cage-lost: the cage stopped\)"),
-        *(({"scene": scene}, "scene stored with the run") for scene in SCENES),
+        *(({"facts": facts}, r"facts about the run cannot be read .*Simulate it again") for facts in BAD_FACTS),
     ],
 )
 def test_run_that_cannot_be_read(tmp_path, attributes, message):

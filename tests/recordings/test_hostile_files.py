@@ -8,6 +8,7 @@ reads them ends. Long run: ``SRBVAL_FUZZ=10000 pytest tests/recordings/test_host
 import contextlib
 import io
 import itertools
+import json
 import os
 import pickle
 import runpy
@@ -317,12 +318,14 @@ def test_hostile_names_within_files_are_shown_as_plain_text(tmp_path, srbval_tex
     analysed = [["analyse", tmp_path / f"{i}.h5", *given] for i in (2, len(HOSTILE) - 1)]  # control characters; markup
     for words in (["data", "list"], ["data", "list", "--json"], *analysed):
         assert "\x1b" not in "".join(srbval_text(*words))
-    with h5py.File(tmp_path / "run.h5", "w") as file:  # a path in an attribute leads nowhere
-        file.attrs.update({"srbval_kind": "stand-in", "fs_hz": 8000.0, "name": SCRIPT + "b" * 10_000})
-        file.attrs.update({"bearing": "../../../secret.toml", "state": "outer"})
-        file["acceleration_m_s2"] = files.vibration()
-    run = load_recording(tmp_path / "run.h5")
-    assert (run.bearing, len(run.name) <= 80) == (None, True)
+    facts = {"name": SCRIPT + "b" * 10_000, "origin": "simulated", "fs_hz": 8000.0, "unit": "m/s2", "channel": "x"}
+    facts |= {"bearing": "../../../secret.toml", "notes": ["\x1b[2J"]}  # a path leads nowhere
+    for kind, name in (("run", "acceleration_x_m_s2"), ("recording", "x")):
+        with h5py.File(tmp_path / "own.h5", "w") as file:
+            file.attrs.update({"srbval_kind": kind, "fs_hz": 8000.0, "facts": json.dumps(facts)})
+            file[name] = files.vibration()
+        own = load_recording(tmp_path / "own.h5")
+        assert (own.bearing, len(own.name) <= 80, own.notes) == (None, True, ("?[2J",))
 
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="limits as POSIX has them")
