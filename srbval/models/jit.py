@@ -187,7 +187,6 @@ def _compilers() -> tuple[Any, Any]:
     def compiler(library: type, lowering: type) -> type:
         class Compiler(CompilerBase):
             def define_pipelines(self) -> Any:
-                _resolve_operators_once(self.state.typingctx)
                 self.state.library = library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
                 self.state.library.enable_object_caching()
                 self.state.type_annotation = None
@@ -200,25 +199,6 @@ def _compilers() -> tuple[Any, Any]:
         return Compiler
 
     return compiler(JITCodeLibrary, KernelLowering), compiler(Part, typed.NativeLowering)
-
-
-@cache
-def _resolve_operators_once(context: Any) -> None:
-    """Cache numba's search for an operator of two numeric types, which otherwise repeats at each use."""
-    from numba.core import types
-
-    resolve, known = context.resolve_function_type, {}
-
-    def resolve_once(function: Any, args: Any, kws: Any) -> Any:
-        module = getattr(getattr(function, "typing_key", None), "__module__", None)
-        if module != "_operator" or not all(isinstance(one, types.Number) for one in args):
-            return resolve(function, args, kws)
-        key = id(function), tuple(args)
-        if key not in known:
-            known[key] = function, resolve(function, args, kws)  # keeps the function, so that its id stays unique
-        return known[key][1]
-
-    context.resolve_function_type = resolve_once
 
 
 def _machine_code(file: Path) -> bytes | None:
@@ -304,7 +284,7 @@ def kernels_of(scene: Scene) -> list[str]:
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []
-    parts = (RING,) if scene.model == "planar" else (RATES, FAMILIES[METHODS[scene.solver.name].coefficients.family])
+    parts = (RING,) if scene.model == "planar" else (RATES, FAMILIES[METHODS[scene.solver.name].family])
     end = ("" if scene.oil is None else OIL_SUFFIX) + (FREE_SUFFIX if scene.bodies.free_rollers else "")
     model = "full" if scene.model == "line" else scene.model
     return [f"{model}-{part}-{scene.bodies.cages}{end}" for part in parts]

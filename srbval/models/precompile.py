@@ -33,7 +33,7 @@ def compile_kernel(model: str, part: str, cages: str, *more: str) -> None:
     if part == RATES:
         rates(parameters, 0.0, state)
     else:
-        method = next(method for method in METHODS.values() if FAMILIES[method.coefficients.family] == part)
+        method = next(method for method in METHODS.values() if FAMILIES[method.family] == part)
         take_steps(parameters, state, method, step_s=scene.solver.step_s, intervals=range(0))
 
 

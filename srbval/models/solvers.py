@@ -1,4 +1,4 @@
-"""Methods of time integration, by name in `METHODS`: properties, and coefficients for the kernels.
+"""Methods of time integration, by name in `METHODS`: coefficients for the kernels, and properties.
 
 The equations are on the page "Time integration" of the theory.
 
@@ -26,7 +26,6 @@ point over two steps, see `contact_columns`.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -39,8 +38,8 @@ ONSET_STEPS = 2.0  # implicit methods average the force of a point that comes in
 GAMMA_IMEX2 = 1 - 1 / math.sqrt(2)  # the smaller root is more accurate; the linear equation contains no positions
 
 
-class Coefficients(NamedTuple):
-    """Coefficients of a method with s stages for the kernels; `family`: index in `FAMILIES`.
+class Method(NamedTuple):
+    """Method of time integration with s stages, as kernels read it; `family`: index in `FAMILIES`.
 
     `a`, [s, s]: weights of earlier stages in a stage's state; `b`, [s]: weights of the stages in the result; `c`, [s]:
     times of the stages, in steps from the step's start; `implicit_coefficient`: gamma of imex2, 1 for imex1, 0 for
@@ -60,48 +59,34 @@ class Coefficients(NamedTuple):
     ahead: float
     onset: float
 
-
-@dataclass(frozen=True, kw_only=True)
-class Method:
-    """Method of time integration: its name, `order` of consistency and coefficients."""
-
-    name: str
-    order: int
-    coefficients: Coefficients
-
     @property
     def evaluations(self) -> int:
         """Number of evaluations of the right-hand side in a step."""
-        return len(self.coefficients.c)
+        return len(self.c)
 
     @property
     def implicit(self) -> bool:
         """True if friction and damping are integrated implicitly."""
-        return self.coefficients.family != RUNGE_KUTTA
+        return self.family != RUNGE_KUTTA
 
 
-def explicit(name: str, order: int, a: list[list[float]], b: list[float]) -> Method:
+def explicit(a: list[list[float]], b: list[float]) -> Method:
     """Make an explicit Runge-Kutta method from its Butcher tableau: `a`, rows after the first, and `b`, the weights."""
     matrix = np.zeros((len(b), len(b)))
     matrix[np.tril_indices(len(b), -1)] = [weight for row in a for weight in row]
-    numbers = (matrix, np.array(b), matrix.sum(axis=1), 0.0, 0.0, 0.0)
-    return Method(name=name, order=order, coefficients=Coefficients(RUNGE_KUTTA, *numbers))
+    return Method(RUNGE_KUTTA, matrix, np.array(b), matrix.sum(axis=1), 0.0, 0.0, 0.0)
 
 
-def _leapfrog(name: str, b: list[float], before: float, gamma: float, ahead: float) -> Method:
-    numbers = (np.zeros((1, 1)), np.array(b), np.array([before]), gamma, ahead, ONSET_STEPS)
-    return Method(name=name, order=len(b), coefficients=Coefficients(LEAPFROG, *numbers))
+def _leapfrog(b: list[float], before: float, gamma: float, ahead: float) -> Method:
+    return Method(LEAPFROG, np.zeros((1, 1)), np.array(b), np.array([before]), gamma, ahead, ONSET_STEPS)
 
 
 METHODS = {
-    method.name: method
-    for method in (
-        explicit("ode1", 1, [], [1.0]),
-        explicit("ode2", 2, [[1.0]], [0.5, 0.5]),
-        explicit("ode3", 3, [[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9]),
-        explicit("ode4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]),
-        _leapfrog("imex1", [1.0], 0.0, 1.0, 0.0),
-        _leapfrog("imex2", [1.5, 0.5], 0.5, GAMMA_IMEX2, 0.5),
-    )
+    "ode1": explicit([], [1.0]),
+    "ode2": explicit([[1.0]], [0.5, 0.5]),
+    "ode3": explicit([[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9]),
+    "ode4": explicit([[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]),
+    "imex1": _leapfrog([1.0], 0.0, 1.0, 0.0),
+    "imex2": _leapfrog([1.5, 0.5], 0.5, GAMMA_IMEX2, 0.5),
 }
 SOLVERS = tuple(METHODS)

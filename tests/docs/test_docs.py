@@ -139,9 +139,9 @@ def test_code_runs(title):
 
 def test_the_tableau_is_of_its_order():
     """Weights and squares of the stages' times: the order conditions of the quadrature."""
-    coefficients = example("A tableau")["RK38"].coefficients
+    method = example("A tableau")["RK38"]
     for power in range(4):
-        assert coefficients.b @ coefficients.c**power == pytest.approx(1 / (power + 1), abs=ORDER_CONDITION)
+        assert method.b @ method.c**power == pytest.approx(1 / (power + 1), abs=ORDER_CONDITION)
 
 
 def test_the_data_set_is_a_description(tmp_path):

@@ -2,7 +2,6 @@
 
 import functools
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -128,7 +127,7 @@ def stepped(
     Without its averaging of contact onsets, which is a matter of the contact law: `tests/models/full/test_contact.py`.
     """
     state, memory, states, powers = y.copy(), np.zeros_like(y), [], []
-    plain = replace(METHODS[method], coefficients=METHODS[method].coefficients._replace(onset=0.0))
+    plain = METHODS[method]._replace(onset=0.0)
     for i in range(first, first + steps):
         out = take_steps(model, state, plain, step_s=step_s, intervals=range(i, i + 1), memory=memory).out
         states.append(state.copy())

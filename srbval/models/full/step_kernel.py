@@ -211,7 +211,7 @@ def advance_with(name, take_step):
         """Advance the state `y` in place by steps of `step` [s], the first of which is number `first_step` of the run.
 
         Fills `out`: a row for each output interval of `steps_per_output` steps, with the columns of `models.outputs`.
-        `method`: `solvers.Coefficients`; `model`: `Parameters`; `work`: `WorkingSpace`. Means in `out` weight a
+        `method`: `solvers.Method`; `model`: `Parameters`; `work`: `WorkingSpace`. Means in `out` weight a
         step's stages with `method.b`, so that the energy balance closes to the order of the method.
         """
         interval = step * steps_per_output

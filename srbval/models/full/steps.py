@@ -60,11 +60,11 @@ def take_steps(
     details = len(starts) if intervals_per_detail else 0
     out, spins = np.zeros((len(intervals), out_col.COLUMN_COUNT)), np.zeros((details, rollers))
     loads = np.zeros((details, 2, rollers, CIRCLES_PER_RACE))
-    coefficients, work = method.coefficients, working_space(memory, len(method.coefficients.b))
-    model = model._replace(law=model.law._replace(onset_s=coefficients.onset * step_s))
+    work = working_space(memory, len(method.b))
+    model = model._replace(law=model.law._replace(onset_s=method.onset * step_s))
     for number, first in enumerate(starts or (intervals.start,)):
         step, rows = first * steps_per_output, out[number * length :][:length]
         if number < details:
             spins[number], loads[number] = state[layout_of(state).spin], rates(model, step * step_s, state).load_n
-        ADVANCE[coefficients.family](state, step, step_s, steps_per_output, coefficients, model, work, rows)
+        ADVANCE[method.family](state, step, step_s, steps_per_output, method, model, work, rows)
     return Outputs(out=out, spin_rad_s=spins, load_n=loads)
