@@ -245,8 +245,6 @@ class SlicedContact:
 
     def _defect_ends(self, defect: Defect) -> tuple[float, float, float]:
         """Ends of a defect along the roller, limited to the roller's ends, and the defect's middle [m]."""
-        if defect.shape is DefectShape.COSINE:
-            raise ConfigurationError("defect shape = 'cosine': the slices model simulates only 'flat' and 'hole'.")
         half, gap = self.geometry.roller_width_m / 2, self.geometry.raceway_radius_m * self.geometry.tilt_rad / 2
         width = defect.extent_m if defect.shape is DefectShape.HOLE else defect.width_m
         middle = defect.axial_m if defect.axial_m is not None else (defect.circle - 2) * gap

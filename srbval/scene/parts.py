@@ -139,10 +139,9 @@ class Load(Limited):
 
 
 class DefectShape(enum.StrEnum):
-    """Shape of a defect: flat (constant height), raised cosine along the rolling direction, or round hole."""
+    """Shape of a defect: flat (constant height) or round hole."""
 
     FLAT = "flat"
-    COSINE = "cosine"
     HOLE = "hole"
 
 

@@ -20,7 +20,7 @@ PER_OUTPUT = 2
 
 def damaged() -> Parameters:
     """A damaged roller, whose contacts know its angle about its axis, in working space of its own."""
-    defect = {"kind": "roller", "extent": "6 mm", "height": "0.04 mm", "shape": "cosine"}
+    defect = {"kind": "roller", "extent": "6 mm", "height": "0.04 mm"}
     return parameters(paper_scene(contact=PRINTED_FIT, defect=defect))
 
 

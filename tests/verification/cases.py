@@ -13,8 +13,8 @@ DEFECTS = {
     "healthy": {"kind": "none"},
     "outer": {"kind": "outer", "row": 1, "circle": 2, "points": 3, "height": "0.05 mm"},
     "inner": {"kind": "inner", "row": 2, "circle": 3, "points": 3, "height": "0.05 mm"},
-    "roller": {"kind": "roller", "extent": "6 mm", "height": "0.04 mm", "shape": "cosine"},
-    "fine": {"kind": "inner", "extent": "3 mm", "height": "-0.02 mm", "shape": "cosine", "refinement": 5},
+    "roller": {"kind": "roller", "extent": "6 mm", "height": "0.04 mm"},
+    "fine": {"kind": "inner", "extent": "3 mm", "height": "-0.02 mm", "refinement": 5},
 }
 EVERYTHING: dict[str, Any] = {  # all forces at once, none along an axis of symmetry
     "load": {"radial": "124.8 kN", "axial": "30 kN", "direction": "-70 deg", "gravity": True},

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from srbval.bearing import Fault, SphericalRollerGeometry
-from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
+from srbval.scene import Defect, LoadPath, RollerFit, Scene
 from tests.verification.harness import geometry, layout_of
 
 FloatArray = NDArray[np.float64]
 P = (0.5, 1.0, 1.5)
 GRAVITY = 9.80665
 SLICES = 20_000
-ANGLE_RAD = 1e-6
 NEAR_M = 0.04  # no point further than this from a roller's centre can touch it: sqrt(20^2 + 15^2) mm = 25 mm
 
 
@@ -52,7 +51,6 @@ class Touching(NamedTuple):
 
     `arm` from the roller's centre, `normal` off the roller, `slide` along its surface: [n, 3]. Normal force `press` and
     its elastic part `spring` [N], friction over slip `drag` and coefficient of the damper that acts `damper` [N s/m].
-    `flank`, [n, 3] [N]: what the slope of a defect on the roller adds, at the race's unlifted point `foot`.
     """
 
     roller: NDArray[np.int64]
@@ -66,8 +64,6 @@ class Touching(NamedTuple):
     press: FloatArray
     drag: FloatArray
     damper: FloatArray
-    foot: FloatArray
-    flank: FloatArray
 
 
 class World:
@@ -177,8 +173,7 @@ class World:
         for race, p in enumerate(both):
             push = -p.press[:, None] * p.normal
             f = push + p.drag[:, None] * p.slide
-            parts = (f + p.flank, np.cross(p.arm, f) + np.cross(p.foot, p.flank))
-            for sums, part in zip(on_rollers[race], parts, strict=True):
+            for sums, part in zip(on_rollers[race], (f, np.cross(p.arm, f)), strict=True):
                 np.add.at(sums, p.roller, part)
             np.add.at(load[race], (p.roller, p.circle), push)
         (outer, _), (inner, turning) = on_rollers
@@ -219,7 +214,7 @@ class World:
         to_arc += along[:, None] * axes[j]
         depth = self.g.raceway_radius_m - np.linalg.norm(to_arc, axis=1)
         hit = depth > 0
-        j, i, foot, arm, depth = j[hit], i[hit], foot[hit], arm[hit], depth[hit]
+        j, i, arm, depth = j[hit], i[hit], arm[hit], depth[hit]
         normal = to_arc[hit] / np.linalg.norm(to_arc[hit], axis=1)[:, None]
         relative = rate[i] - self.centre_rates(y)[j] - np.cross(self.roller_omega(y)[j], arm)
         closing = -(relative * normal).sum(axis=1)
@@ -229,11 +224,6 @@ class World:
         damper = smooth * c.damping_ns_m
         press = np.maximum(spring + damper * closing, 0.0)
         slide = relative + closing[:, None] * normal
-        # turning the race's point about the roller's axis lifts it: the spring resists (by differences, no formula)
-        ahead, back = (Rotation.from_rotvec(a * axes[j]).apply(foot) for a in (ANGLE_RAD, -ANGLE_RAD))
-        rise = (self._met_height(y, j, ahead) - self._met_height(y, j, back)) / (2 * ANGLE_RAD)
-        per_angle = np.cross(axes[j], foot) / (np.cross(axes[j], foot) ** 2).sum(axis=1)[:, None]
-        flank = -(spring * (normal * out[i]).sum(axis=1) * rise)[:, None] * per_angle
         slip = np.linalg.norm(slide, axis=1)
         return Touching(
             roller=j,
@@ -247,8 +237,6 @@ class World:
             press=press,
             drag=press * friction_per_slip(self.scene, slip),
             damper=np.where(press > 0, damper, 0.0),
-            foot=foot,
-            flank=flank,
         )
 
     def _met_height(self, y: FloatArray, j: NDArray[np.int64], arm: FloatArray) -> FloatArray:
@@ -334,8 +322,7 @@ def _from(middle: float, angle: FloatArray) -> FloatArray:
 
 def _height(d: Defect, place: FloatArray) -> FloatArray:
     """Height of an extended defect at a distance along the race from its middle [m]."""
-    shape = np.cos(np.pi * place / d.extent_m) ** 2 if d.shape is DefectShape.COSINE else 1.0
-    return np.where(np.abs(place) <= d.extent_m / 2, d.height_m * shape, 0.0)
+    return np.where(np.abs(place) <= d.extent_m / 2, d.height_m, 0.0)
 
 
 def _roller_radius(scene: Scene, g: SphericalRollerGeometry) -> float:

@@ -92,9 +92,9 @@ COPY_FROM, COPY_TO, COPY_POINTS = range(3)
 SINGLE_RACE, SINGLE_WINDOW, SINGLE_FROM, SINGLE_BASE = range(4)  # base: window of the race with the original points
 
 # Defects of the rollers (`roller_defects`): number of the roller, angle about its axis [rad], position along it [m],
-# height [m], extent [m], 1 if cosine-shaped.
-DEFECT_ROLLER, DEFECT_ANGLE, DEFECT_AXIAL, DEFECT_HEIGHT, DEFECT_EXTENT, DEFECT_COSINE = range(6)
-DEFECT_COLUMNS = 6
+# height [m], extent [m].
+DEFECT_ROLLER, DEFECT_ANGLE, DEFECT_AXIAL, DEFECT_HEIGHT, DEFECT_EXTENT = range(5)
+DEFECT_COLUMNS = 5
 
 # Continuous contact of a circle (`patch`), see `srbval.models.line`: force over d^(3/2), damper over d^(1/2), spread of
 # the slip over W d, square of the patch's half length over d.

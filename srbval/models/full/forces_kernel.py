@@ -1,10 +1,6 @@
 """Kernels: forces of all contacts between rollers and races, damaged rollers included.
 
-A piece of roller surface raised by h acts as if the race's point were higher by h along the race's normal n_p. The
-height h depends on the angle th about the roller's axis from the defect to the point: if th grows by d(th), the
-penetration changes by -(n . n_p) h'(th) d(th), with the roller's normal n. Besides the spring force S in direction -n,
-the roller therefore gets the force -S (n . n_p) h'(th) / rho in the direction in which th grows, with the distance rho
-of the point from the roller's axis (virtual work: Goldstein, Poole & Safko, Classical Mechanics, 2002, sect. 1.4).
+A piece of roller surface raised by h acts as if the race's point were higher by h along the race's normal.
 """
 
 import math
@@ -16,16 +12,7 @@ from srbval.models.full.contact_kernel import contact_columns, place_of_point, w
 from srbval.models.full.frames_kernel import roller_in
 from srbval.models.full.search_kernel import scatter_sums
 from srbval.models.full.slices_kernel import evaluate_slices
-from srbval.models.full.vectors_kernel import (
-    add_vector,
-    axes_at,
-    cross,
-    dot,
-    plus,
-    point_at,
-    to_world,
-    vector_at,
-)
+from srbval.models.full.vectors_kernel import plus, point_at
 from srbval.models.jit import kernel_part
 
 CIRCLES_PER_RACE = 3
@@ -38,8 +25,7 @@ def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_ci
 
     A raceway is modelled by three circles of points for each row of rollers, numbered 0 to 2: circles `first_circle` to
     `end_circle` - 1 are evaluated (in the slices model, thirds of a contact's length along the roller). `first_time`:
-    `FIRST_TIME` in the first call after `plan_contacts`, otherwise None. Only the first call looks up defects and adds
-    the forces along the race from the slopes of rollers' defects.
+    `FIRST_TIME` in the first call after `plan_contacts`, otherwise None. Only the first call looks up rollers' defects.
     """
     points, patch, slices = model.races.points, model.patch, model.slices
     evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
@@ -75,8 +61,6 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
         window, stop = plan[row, col.SINGLE_WINDOW], start + col.LANES
         first, end = starts[race, base, first_circle], starts[race, base, end_circle]
         contact_columns(law, points, race, window, first, end, space, start, stop, damping, None)
-        if first_time is not None and damaged:
-            flank_forces(model, roller, rotation[roller], race, base, window, space, start, damping)
 
 
 @kernel_part
@@ -106,7 +90,7 @@ def raised_points(model, roller, rotation, race, window, spare, space, column):
     table, raised = model.races.points[race, window], model.races.points[race, spare]
     for i in range(model.races.starts[race, window, CIRCLES_PER_RACE]):
         point, normal = point_at(table, col.POINT_RADIAL, i), point_at(table, col.NORMAL_RADIAL, i)
-        lift, _ = lift_at(model, roller, rotation, place_of_point(point, space, np.uint64(column)))
+        lift = lift_at(model, roller, rotation, place_of_point(point, space, np.uint64(column)))
         point = plus(point, lift, normal)
         raised[col.POINT_RADIAL, i], raised[col.POINT_TANGENTIAL, i], raised[col.POINT_AXIAL, i] = point
         raised[col.POINT_SHARE, i] = table[col.POINT_SHARE, i]
@@ -114,56 +98,18 @@ def raised_points(model, roller, rotation, race, window, spare, space, column):
 
 @kernel_part
 def lift_at(model, roller, rotation, place):
-    """Compute height [m] and slope along the circumference [m/rad] of a roller's defects at a point of its surface.
+    """Compute the height [m] of a roller's defects at a point of its surface.
 
     `place` from the roller's centre [m]: outwards, along race, along axis; `rotation` about the axis [rad].
     """
     x, y, z = place
     radius, defects = model.law.roller_radius, model.roller_defects
-    lift, rise = 0.0, 0.0
+    lift = 0.0
     for d in range(defects.shape[0]):
         if defects[d, col.DEFECT_ROLLER] != roller or abs(z - defects[d, col.DEFECT_AXIAL]) > model.circle_half_gap:
             continue
         away = math.atan2(y, x) - rotation - defects[d, col.DEFECT_ANGLE]
         away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
-        away *= radius / defects[d, col.DEFECT_EXTENT]
-        if abs(away) <= 0.5:
-            cosine = 0.5 + 0.5 * math.cos(2.0 * math.pi * away)
-            lift += defects[d, col.DEFECT_HEIGHT] * (cosine if defects[d, col.DEFECT_COSINE] > 0.0 else 1.0)
-            if defects[d, col.DEFECT_COSINE] > 0.0:
-                per_radian = math.pi * radius / defects[d, col.DEFECT_EXTENT]
-                rise -= defects[d, col.DEFECT_HEIGHT] * per_radian * math.sin(2.0 * math.pi * away)
-    return lift, rise
-
-
-@kernel_part
-def flank_forces(model, roller, rotation, race, window, spare, space, column, damping):
-    """Add the forces along the race on a `roller` from the slopes of its defects to the sums of contact `column`.
-
-    `window`: number of a list of race points; `spare`: number of the list with these points raised by `raised_points`.
-    A point's force is computed in the column after `column`, which no contact uses; it is the spring's force, without
-    the damper's.
-    """
-    points = model.races.points
-    j = np.uint64(column)
-    alone = j + np.uint64(1)
-    table, axes = points[race, window], axes_at(space, col.A_X, j)
-    spring = with_friction(model.law, 0.0, 0.0, 0.0, model.law.critical_velocity)
-    for row in range(col.FRAME_ROWS):
-        start = np.uint64(row * col.STRIDE)
-        space[start + alone] = space[start + j]
-    for i in range(model.races.starts[race, window, CIRCLES_PER_RACE]):
-        place = place_of_point(point_at(table, col.POINT_RADIAL, i), space, j)
-        _, rise = lift_at(model, roller, rotation, place)
-        if rise == 0.0:
-            continue
-        x, y, _ = place
-        space[col.F_X + alone] = space[col.F_Y + alone] = space[col.F_Z + alone] = 0.0
-        contact_columns(spring, points, race, spare, i, i + 1, space, column + 1, column + 2, damping, None)
-        normal = to_world(point_at(table, col.NORMAL_RADIAL, i), axes)
-        # e_th / rho = (-y, x) / rho^2
-        push = dot(vector_at(space, col.F_X, alone), normal) * rise / (x * x + y * y)
-        force = -push * y, push * x, 0.0
-        add_vector(space, col.F_X, j, force)
-        add_vector(space, col.T_X, j, cross(place, force))
-    space[col.O_X + alone] = col.FAR_M
+        if abs(away * radius / defects[d, col.DEFECT_EXTENT]) <= 0.5:
+            lift += defects[d, col.DEFECT_HEIGHT]
+    return lift

@@ -24,7 +24,7 @@ from srbval.models.full.point_cloud import (
 )
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.outputs import DEPTH_LIMIT_M
-from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
+from srbval.scene import LoadPath, RollerFit, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 POCKETS = 19  # second word of the seed for the offsets in the cage's pockets
@@ -317,8 +317,8 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
             if d.roller > count:
                 raise ConfigurationError(f"defect roller = {d.roller}: must be 1 to {count}, the rollers of a row.")
             axial = _axial_position(geometry, d.circle) * (3 - 2 * d.row)
-            roller, cosine = (d.row - 1) * count + d.roller - 1, d.shape is DefectShape.COSINE
-            rows.append((roller, d.angle_rad, axial, d.height_m, d.extent_m or 0.0, cosine))
+            roller = (d.row - 1) * count + d.roller - 1
+            rows.append((roller, d.angle_rad, axial, d.height_m, d.extent_m or 0.0))
     return np.array(rows, dtype=np.float64).reshape(-1, col.DEFECT_COLUMNS)
 
 

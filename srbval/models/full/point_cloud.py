@@ -10,7 +10,7 @@ from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.scene import Defect, DefectShape
+from srbval.scene import Defect
 
 MOST_POINTS = 500_000  # in a circle
 MAX_CANDIDATE_BYTES = 2e8  # candidate points of both races; the paper's scene has 200 kB
@@ -70,8 +70,7 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
         else:
             points = _refined(points, count, middle, defect.extent_m / radius_m, defect.refinement)
             across = wrapped(points.angle - middle) * radius_m / defect.extent_m
-            height = 0.5 + 0.5 * np.cos(2 * np.pi * across) if defect.shape is DefectShape.COSINE else 1.0
-            points = points._replace(lift=points.lift + defect.height_m * np.where(np.abs(across) <= 0.5, height, 0.0))
+            points = points._replace(lift=points.lift + np.where(np.abs(across) <= 0.5, defect.height_m, 0.0))
     return points
 
 

@@ -365,11 +365,8 @@ def tabulate_bump(
 
     The defect is on the race, or on a roller that touches the race with it. The approaches begin at `plain.start_m`, in
     steps of `DEFECT_STEPS` times `plain.step_m`. Positions are distances from roller to defect along the race, from 0,
-    since defects are symmetric. Also returns the race's radius and the step of the positions [m]. Raises
-    `ConfigurationError` for a cosine shape.
+    since defects are symmetric. Also returns the race's radius and the step of the positions [m].
     """
-    if defect.shape is DefectShape.COSINE:
-        raise ConfigurationError("defect shape = 'cosine': planar and impulse simulate only 'flat' and 'hole'.")
     raised = slot.place_on_race(defect, race, plain.deepest_m)
     position = np.linspace(0.0, raised.reach_m, POSITIONS)
     approach = np.arange(plain.start_m, plain.deepest_m, DEFECT_STEPS * plain.step_m)
