@@ -10,7 +10,7 @@ import scipy.fft  # scipy.signal takes half a second: scipy loads it at its firs
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
-from srbval.models.sensor import BAND_FILTER_ORDER
+from srbval.butterworth import FILTER_ORDER
 from srbval.path.locked import locked_powers
 from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
@@ -148,7 +148,7 @@ def kurtoses(recording: Recording) -> Amplitudes:
     """Kurtosis of a record in each of `KURTOSIS_BANDS`; intervals by the jackknife over blocks (Efron & Stein 1981)."""
     found = {}
     for name, band in KURTOSIS_BANDS.items():
-        sections = scipy.signal.butter(BAND_FILTER_ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
+        sections = scipy.signal.butter(FILTER_ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
         passed = drop_ends(scipy.signal.sosfiltfilt(sections, one_signal(recording)), recording.fs_hz, end_s(WHOLE_HZ))
         parts = np.array_split(passed, KURTOSIS_BLOCKS)
         without = np.array([kurtosis(np.concatenate([*parts[:i], *parts[i + 1 :]])) for i in range(KURTOSIS_BLOCKS)])

@@ -3,7 +3,7 @@
 from srbval.scene.oil import Oil
 from srbval.scene.parts import Contact, Defect, DefectShape, LoadPath, RollerFit, SpeedProfile, Traction
 from srbval.scene.read import (
-    RigInput,
+    UncertainInput,
     changes_at,
     draw_rig_changes,
     load_scene,

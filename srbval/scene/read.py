@@ -5,7 +5,7 @@ The bundled scene `rig` models the paper's test rig; `rig_inputs.toml` contains 
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -180,53 +180,72 @@ def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RigInput:
-    """Uncertain input of the scene `rig`: its value is between `low` and `high`, in `unit` as in a scene file.
+class UncertainInput:
+    """Uncertain input of a scene, with its probability distribution.
 
-    `key`: dotted path in a scene file; `points`: number of evenly spaced values that a study tries; `stands_for`:
-    physical meaning of the input. `high_from`: key of an earlier input whose value replaces `high` and `nominal`, e.g.
-    the inner osculation is at most the outer one.
+    `keys`: dotted paths in a scene file that all get the same value, in `unit`. The value is uniform from `low` to
+    `high`, log-uniform if `log`, and a factor on the scene's own value if `relative`. With two `points`, it is `low` or
+    `high`. Or it is one of `choices`, equally likely; `with_choice` contains other values that change with a choice, by
+    dotted path. `points`: number of evenly spaced values that a study tries; `stands_for`: physical meaning.
+    `high_from`: key of an earlier input whose value replaces `high` and `nominal`, e.g. the inner osculation is at most
+    the outer one.
     """
 
-    key: str
-    nominal: float
-    low: float
-    high: float
-    points: int
-    stands_for: str
+    keys: tuple[str, ...]
     source: str
+    name: str = ""
+    nominal: float = math.nan
+    low: float = 0.0
+    high: float = 0.0
+    points: int = 3
     unit: str = ""
     high_from: str = ""
+    stands_for: str = ""
+    log: bool = False
+    relative: bool = False
+    choices: tuple[str, ...] = ()
+    with_choice: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Values that a study tries, as shares of the range from 0 (`low`) to 1 (`high`)."""
-        return tuple(i / (self.points - 1) for i in range(self.points))
+        """Values that a study tries, as shares of the range from 0 to 1: cumulative probabilities."""
+        points = len(self.choices) or self.points
+        return tuple(i / (points if self.choices else points - 1) for i in range(points))
 
-    @property
-    def nominal_share(self) -> float:
-        """Nominal value as a share of the range from `low` (0) to `high` (1)."""
-        return 1.0 if self.high_from else (self.nominal - self.low) / (self.high - self.low)
+    def value(self, share: float, high: float) -> float | str:
+        """Value of the input, or its factor if `relative`, at a share (0 to 1) of the range that ends at `high`."""
+        if self.choices:
+            return self.choices[min(int(share * len(self.choices)), len(self.choices) - 1)]
+        if self.log:
+            return float(self.low * (high / self.low) ** share)
+        return self.low + (float(round(share)) if self.points == 2 else share) * (high - self.low)
 
-    def changes(self, value: float) -> dict[str, Any]:
-        """Build the `changes` for `load_scene` that set this input to `value`, a number in `unit`."""
-        return nest_value(self.key, f"{value!r} {self.unit}" if self.unit else value)
 
-
-def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
+def rig_inputs(kind: str = "input") -> tuple[UncertainInput, ...]:
     """Read one group of the rig's uncertain inputs: ``oil``, ``position`` (of the defect) or ``input`` (all others)."""
     tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
-    return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
+    return tuple(build(UncertainInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
-def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Build scene changes that set each input to a share (0 to 1) of its range; if it has two values, to the nearer."""
-    values: dict[str, float] = {}
+def changes_at(
+    inputs: Sequence[UncertainInput], shares: Sequence[float | None], base: Mapping[str, float] | None = None
+) -> dict[str, Any]:
+    """Build the `changes` for `load_scene` that set each input to a share (0 to 1) of its range; None: nominal value.
+
+    `base` contains the scene's own values by dotted path, which are required for `relative` inputs.
+    """
+    values: dict[str, Any] = {}
     changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):
-        high = values.get(one.high_from, one.high)
-        values[one.key] = one.low + (float(round(share)) if one.points == 2 else share) * (high - one.low)
-        changes = merge(changes, one.changes(values[one.key]))
+        values[one.keys[0]] = one.nominal
+        if share is None and not one.high_from:
+            continue
+        value = one.value(1.0 if share is None else share, values.get(one.high_from, one.high))
+        values[one.keys[0]] = value
+        own = {key: (base or {})[key] * float(value) if one.relative else value for key in one.keys}
+        own |= one.with_choice.get(str(value), {})
+        for key, changed in own.items():
+            changes = merge(changes, nest_value(key, f"{changed!r} {one.unit}" if one.unit else changed))
     return changes
 
 
@@ -238,6 +257,6 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
     return [shares.tolist() for shares in sequence.random_base2(power)]
 
 
-def draw_rig_changes(inputs: Sequence[RigInput], power: int) -> list[dict[str, Any]]:
+def draw_rig_changes(inputs: Sequence[UncertainInput], power: int) -> list[dict[str, Any]]:
     """Draw ``2**power`` value sets of all inputs from a Sobol sequence, each as scene changes (see `changes_at`)."""
     return [changes_at(inputs, row) for row in sobol(len(inputs), power)]

@@ -3,7 +3,6 @@
 from srbval.signal.comb import LEAST_SNR, LineReading, is_improbable, peak_snr, read_comb
 from srbval.signal.envelope import (
     analytic_signal,
-    butterworth_gain,
     drop_ends,
     end_s,
     normalise,

@@ -6,9 +6,9 @@ import numpy as np
 import scipy.fft
 
 from srbval.arrays import ComplexArray, FloatArray
+from srbval.butterworth import FILTER_ORDER, butterworth_gain, warped_edges
 from srbval.errors import ConfigurationError, DataError
 
-FILTER_ORDER = 4  # of the Butterworth prototype, not stated by Giraudo et al. 2025; the two-way pass doubles the slope
 # The record's ends spoil the envelope for this time and this many periods of the bandwidth: the slowest pole decays
 # at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
 MIN_END_S, END_PERIODS = 0.05, 12.0
@@ -92,28 +92,12 @@ def squared_envelope_one_pass(
     return analytic.real**2 + analytic.imag**2, fs_hz * reduced / length
 
 
-def butterworth_gain(frequency_hz: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
-    """Gain of the two-way digital Butterworth band-pass (bilinear transform), 1/2 at both edges, in closed form."""
-    warped = np.tan(np.pi * frequency_hz / fs_hz)
-    low, high = _warped_edges(band_hz, fs_hz)
-    with np.errstate(divide="ignore"):
-        prototype = (warped - low * high / warped) / (high - low)
-    # To the power 2 ORDER = 8 by squaring: numpy's own power takes as long as a transform.
-    gain: FloatArray = 1 / (1 + np.square(np.square(np.square(prototype))))
-    return gain
-
-
-def _warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, float]:
-    """Edges of the band after the bilinear transform, tan(pi f / fs)."""
-    return math.tan(math.pi * band_hz[0] / fs_hz), math.tan(math.pi * band_hz[1] / fs_hz)
-
-
 def _band_lines(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, int, int]:
     """Band-passed spectrum of the analytic signal, its first bin (gain above `_LEAST_GAIN`), and the padded length."""
     check_band(band_hz, fs_hz)
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples, n=length)
-    first_edge, last_edge = _warped_edges(band_hz, fs_hz)
+    first_edge, last_edge = warped_edges(band_hz, fs_hz)
     half = (1 / _LEAST_GAIN - 1) ** (1 / (2 * FILTER_ORDER)) * (last_edge - first_edge) / 2
     root = math.sqrt(half**2 + first_edge * last_edge)
     low, high = (math.atan(root + side * half) * fs_hz / math.pi for side in (-1, 1))

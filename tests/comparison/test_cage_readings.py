@@ -9,12 +9,8 @@ import pytest
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.cage_means import cage_means, covariance, random_effects
 from srbval.comparison.cage_readings import cage_reading, cage_readings
-from srbval.comparison.open_inputs import BAND_KEYS, open_inputs, scene_at_shares
-from srbval.models.run_file import scene_dict
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.load import load_recording
-from srbval.scene import paper_scene
-from srbval.storage.tables import walk_leaves
 
 BEARING = load_bearing("skf-22240")
 FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 14.3
@@ -144,16 +140,3 @@ def test_the_rig_s_records_are_read_and_its_cage_slows_less_at_low_speed(recordi
     means = cage_means(found)
     low, high = np.quantile(means.draws[:, 0] - means.draws[:, -1], (0.025, 0.975))
     assert 0 < low < means.means[0] - means.means[-1] < high
-
-
-SCENE = paper_scene(defect={"kind": "outer"})
-
-
-def test_every_input_of_the_paper_s_scene_changes_it_at_either_end():
-    inputs = open_inputs()
-    named = {key for each in inputs for key in each.keys}
-    assert {"load.path", "contact.critical_velocity_m_s", "defect.extent_m", "band.low_hz"} <= named
-    ends = [scene_at_shares(inputs, SCENE, [share] * len(inputs)) for share in (0.0, 0.999)]
-    low, high = (dict(walk_leaves(scene_dict(scene))) | dict(zip(BAND_KEYS, band, strict=True)) for scene, band in ends)
-    assert [key for key in named if low[key] == high[key]] == []
-    assert all(each.source for each in inputs)

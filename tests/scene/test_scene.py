@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,17 @@ from srbval.errors import ConfigurationError
 from srbval.models.planar.ring import make_ring
 from srbval.models.run import not_validated
 from srbval.models.run_file import scene_dict
-from srbval.scene import DefectShape, LoadPath, Surface, Traction, load_scene, paper_scene, rig_inputs, with_points
+from srbval.scene import (
+    DefectShape,
+    LoadPath,
+    Surface,
+    Traction,
+    changes_at,
+    load_scene,
+    paper_scene,
+    rig_inputs,
+    with_points,
+)
 from srbval.scene.read import bundled_table
 from srbval.scene.surface import RoughnessClass
 from srbval.storage.tables import walk_leaves
@@ -153,7 +164,7 @@ def test_nothing_that_is_not_described_holds_the_ring(base, changes, described):
 CLEARANCE_M = 92.5e-6  # the middle of the mounted clearance that the tables allow
 # Of the gap at a roller; the scene's play has four digits, and the gap is not quite linear in the ring's displacement.
 SAME_GAP = 1e-3
-INPUTS = {one.key: one for one in rig_inputs()}
+INPUTS = {one.keys[0]: one for one in rig_inputs()}
 
 
 def test_scenes_by_name():
@@ -201,12 +212,13 @@ def test_the_play_at_a_roller_follows_from_the_rings_clearance():
 @pytest.mark.parametrize("key", INPUTS)
 def test_each_input_is_the_scenes(key):
     """The nominal value is the scene's value, and every value of the range makes a valid scene."""
-    one = INPUTS[key]
-    assert load_scene("rig", one.changes(one.nominal)) == load_scene("rig")
+    one = replace(INPUTS[key], high_from="")
+    assert load_scene("rig", changes_at([replace(one, low=one.nominal)], [0.0])) == load_scene("rig")
     assert one.low <= one.nominal <= one.high > one.low
     assert one.points >= 2
-    for value in (one.low + share * (one.high - one.low) for share in one.shares):
-        assert (load_scene("rig", one.changes(value)) == load_scene("rig")) == (value == one.nominal)
+    for share in one.shares:
+        is_nominal = load_scene("rig", changes_at([one], [share])) == load_scene("rig")
+        assert is_nominal == (one.value(share, one.high) == one.nominal)
     assert one.stands_for
     assert one.source
 
@@ -249,7 +261,7 @@ def test_the_box_of_the_rig_has_the_reduced_mass_less_the_ring():
         reduced = box * shaft / (box + shaft)
         hz = math.sqrt(stiffness / reduced) / (2 * math.pi)
     short = inner + STEEL_KG_M3 * area * 0.098
-    scene, ranges = load_scene("rig"), {one.key: one for one in rig_inputs()}
+    scene, ranges = load_scene("rig"), {one.keys[0]: one for one in rig_inputs()}
     mass, damping = ranges["housing.mass"], ranges["housing.damping"]
     assert scene.housing.mass_kg == pytest.approx(reduced - ring, abs=ROUNDED_KG)
     assert mass.low == pytest.approx(box * short / (box + short) - ring, abs=ROUNDED_KG)

@@ -6,9 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from srbval.bearing import Fault
 from srbval.comparison.comparison import STUDY
 from srbval.errors import NumericsError
+from srbval.models.run_file import scene_dict
 from srbval.scene import changes_at, load_scene, rig_inputs, sobol
+from srbval.storage.tables import walk_leaves
 from srbval.studies.inputs import study
 from tests.comparison.test_verdicts import NAMES, readings, variant
 
@@ -67,6 +70,22 @@ def test_scenes_are_nominal_finer_and_drawn():
     assert (fine.solver.step_s, fine.contact.points_per_circle) == (paper.solver.step_s / 2, 4000)
     drawn = [changes_at(rig_inputs(), row)["line_contact"] for row in sobol(len(rig_inputs()), 6)]
     assert all(0.96 <= one[INNER] <= one[OUTER] <= 0.985 for one in drawn)  # one roller has one profile radius
+
+
+def test_every_input_of_the_paper_s_scene_changes_it_at_either_end():
+    inputs, case = study.paper_inputs(), study.records([Fault.OUTER])[0] | {"scene": "paper", "turns": 3.0}
+    named = {key for each in inputs for key in each.keys}
+    assert {"load.path", "contact.critical_velocity_m_s", "defect.extent_m", "band.low_hz"} <= named
+    ends = [study.drawn_scene(case | {"shares": [share] * len(inputs)}) for share in (0.0, 0.999, None)]
+    low, high, own = (
+        dict(walk_leaves(scene_dict(scene))) | dict(zip(("band.low_hz", "band.high_hz"), band, strict=True))
+        for scene, band in ends
+    )
+    assert [key for key in named if low[key] == high[key]] == []
+    assert (own["band.low_hz"], own["band.high_hz"]) == (500.0, 1500.0)
+    assert high["load.radial_n"] / own["load.radial_n"] == pytest.approx(1.02, rel=1e-4), "a factor"
+    assert low["contact.critical_velocity_m_s"] == 1e-3
+    assert all(each.source for each in inputs)
 
 
 def test_effects_are_as_large_as_they_are(monkeypatch):

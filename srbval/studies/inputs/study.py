@@ -24,18 +24,17 @@ from srbval.bearing import DEFAULT_BEARING, DEFECTS, RACE_DEFECTS, Fault, load_b
 from srbval.comparison.cage_means import cage_means, covariance
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.compared_quantities import COMPARED
-from srbval.comparison.comparison import STUDY, Row
+from srbval.comparison.comparison import BUDGET, STUDY, Row
 from srbval.comparison.counterpart import DETAIL_HZ, TURNS, SimulationCase, analyse_run, converged, with_points
-from srbval.comparison.open_inputs import DrawnScene as Drawn
-from srbval.comparison.open_inputs import of_reading, open_inputs
-from srbval.comparison.open_inputs import scene_at_shares as drawn
 from srbval.comparison.table6 import published_speeds
 from srbval.comparison.verdicts import endpoints, of_model, verdict
 from srbval.errors import NumericsError
+from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings.registry import load_entry, rig_recordings
-from srbval.scene import Scene, changes_at, load_scene, merge, paper_scene, rig_inputs, sobol
+from srbval.scene import Scene, UncertainInput, changes_at, load_scene, merge, paper_scene, rig_inputs, sobol
+from srbval.storage.tables import build, read_toml, walk_leaves
 from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import Case, Measures, sweep
@@ -61,20 +60,27 @@ def records(states: Sequence[Fault]) -> list[Row]:
     ]
 
 
-def drawn_scene(case: Case) -> Drawn:
+def drawn_scene(case: Case) -> tuple[Scene, tuple[float, float]]:
     """Scene (input of a simulation) with the speed and drawn values of a case, and the band of the envelope [Hz]."""
     rpm, state, shares = case["shaft_rpm"], Fault(case["state"]), case["shares"]
     if case["scene"] == "rig":
-        listed, own = rig_inputs(), {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm"}
-        at = [one.nominal_share if share is None else share for one, share in zip(listed, shares, strict=True)]
-        return load_scene("rig", merge(merge(own, RIG_RUN), changes_at(listed, at))), SIMULATED_BAND_HZ
+        own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm"}
+        return load_scene("rig", merge(merge(own, RIG_RUN), changes_at(rig_inputs(), shares))), SIMULATED_BAND_HZ
     scene = paper_scene(
         shaft_speed_rad_s=2 * math.pi * rpm / 60,
         duration_s=60 * case["turns"] / rpm,
         defect={"kind": state},
         detail_rate_hz=DETAIL_HZ.get(state, 0.0),
     )
-    return drawn(open_inputs()[: len(shares)], converged(scene), shares)
+    table = scene_dict(converged(scene))
+    changes = changes_at(paper_inputs()[: len(shares)], shares, dict(walk_leaves(table)))
+    band = dict(zip(("low_hz", "high_hz"), SIMULATED_BAND_HZ, strict=True)) | changes.pop("band", {})
+    return build(Scene, merge(table, changes), BUDGET.name), (band["low_hz"], band["high_hz"])
+
+
+def paper_inputs() -> tuple[UncertainInput, ...]:
+    """Uncertain inputs of the paper's scene; the last ones are the ends of the envelope's band, ``band.low_hz``."""
+    return tuple(build(UncertainInput, row, f"{BUDGET.name} {row['name']}") for row in read_toml(BUDGET)["input"])
 
 
 def scene_of(case: Case) -> Scene:
@@ -116,8 +122,8 @@ def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
     `at`, shape [draws, inputs], contains cumulative probabilities of the inputs. Input values at which a run fails are
     left out and counted. Raises `NumericsError` if a nominal run fails.
     """
-    of_scene = [(one.key, one.shares) for one in rig_inputs()]
-    of_scene = of_scene if name == "rig" else [(one.name, one.shares) for one in open_inputs()[: len(at[0])]]
+    inputs = rig_inputs() if name == "rig" else paper_inputs()[: len(at[0])]
+    of_scene = [(one.name or one.keys[0], one.shares) for one in inputs]
     of, none = records(CAGE_STATES), [None] * len(of_scene)
     alone = [(i, share) for i, (_, shares) in enumerate(of_scene) for share in shares]
     asked: list[Shares] = [none, *([*none[:i], share, *none[i + 1 :]] for i, share in alone), *at]
@@ -200,8 +206,8 @@ def read_again(readings: Sequence[CageReading], ratios: FloatArray, rng: np.rand
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
     """Compute how uncertain inputs change the results, and how often verdicts detect errors planted in simulations."""
-    of_band = sum(of_reading(one) for one in open_inputs())  # these come last
-    cage_at = sobol(len(open_inputs()) - of_band, STUDY.paper_power)
+    of_band = sum(one.keys[0].startswith("band.") for one in paper_inputs())  # these come last
+    cage_at = sobol(len(paper_inputs()) - of_band, STUDY.paper_power)
     at = [[*one, *band] for one, band in zip(cage_at, sobol(of_band, STUDY.paper_power, seed=SEED), strict=True)]
     on = {"jobs": options.jobs, "progress": progress}
     effects = list(quantity_effects(at, **on))
