@@ -219,7 +219,7 @@ def write_files() -> None:
         'title = "b"\nsource = "s"\n[elements]\nrolling_elements = 9\nelement_diameter = "0.3126 in"\n'
         'pitch_diameter = "1.537 in"\ncontact_angle = "0 deg"\n'
     )
-    Path("machine.toml").write_text('title = "m"\nbearing = "own.toml"\n[set_point]\nspeed = "1500 rpm"\n')
+    Path("machine.toml").write_text('title = "m"\nbearing = "own.toml"\nrpm = 1500\n')
     Path("scene.toml").write_text(
         'duration = "0.1 s"\nsettle = "0 s"\n[speed_profile]\ntime = ["0 s", "1 s"]\nspeed = ["800 rpm", "900 rpm"]\n'
     )
