@@ -179,6 +179,8 @@ ARGUMENT_TYPES = {
     "elements": partial(_inline_bearing, "elements"),
     "orders": partial(_inline_bearing, "orders"),
     "finite": partial(_read_number, float, -LARGEST, LARGEST),
+    "kN": lambda text: _read_number(float, -LARGEST, LARGEST, text) * 1e3,  # [N]
+    "mm": lambda text: _read_number(float, -LARGEST, LARGEST, text) * 1e-3,  # [m]
     "positive": partial(_read_number, float, SMALLEST, LARGEST),
     "count": partial(_read_number, int, 1, 10**9),
     "jobs": partial(_read_number, int, 1, 1024),

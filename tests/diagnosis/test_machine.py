@@ -36,8 +36,7 @@ REFUSED = {
 
 def test_options_written_to_a_file_are_read_from_it_again(tmp_path):
     """Every one of them, and in another folder with the paths of that."""
-    folder = tmp_path / "other"
-    folder.mkdir()
+    (folder := tmp_path / "other").mkdir()
     (folder / "m.toml").write_text(machine_toml("m", ALL | {"healthy": str(tmp_path / "before.npy")}, folder))
     read = machine_options(folder / "m.toml")
     assert Path(read.pop("healthy")).resolve() == tmp_path / "before.npy"
