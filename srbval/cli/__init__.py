@@ -58,7 +58,7 @@ def run_command_line(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: list[str]) -> int:
-    from srbval.cli.arguments import apply_machine_file, build_parser
+    from srbval.cli.arguments import build_parser
 
     options = build_parser().parse_args(given)
     if options.command is None:
@@ -68,6 +68,8 @@ def _run(given: list[str]) -> int:
     from srbval.storage.content_store import stored_results
 
     if getattr(options, "machine", None):
+        from srbval.cli.machine_file import apply_machine_file  # imports slow modules
+
         apply_machine_file(options)
     module, _, function = options.run.partition(":")
     command = getattr(importlib.import_module(f"srbval.cli.{module}"), function)

@@ -105,18 +105,6 @@ def build_parser() -> Parser:
     return top
 
 
-def apply_machine_file(options: argparse.Namespace) -> None:
-    """Add the settings of the machine file to `options`; an option given on the command line keeps its value."""
-    from srbval.cli.machine_file import BELONGS_TO, machine_options  # imports slow modules
-
-    given = {name for name, value in vars(options).items() if value}
-    if options.command == "identify":
-        given.add("band")  # its option --band belongs to the path
-    for name, value in machine_options(options.machine).items():
-        if not given & {name, BELONGS_TO.get(name, name)}:
-            setattr(options, name, value)
-
-
 def _suggest(word: str, known: Sequence[str]) -> str:
     close = closest_word(word, known)
     return f" Did you mean {close}?" if close else ""
@@ -191,6 +179,8 @@ ARGUMENT_TYPES = {
     "elements": partial(_inline_bearing, "elements"),
     "orders": partial(_inline_bearing, "orders"),
     "finite": partial(_read_number, float, -LARGEST, LARGEST),
+    "kN": lambda text: _read_number(float, -LARGEST, LARGEST, text) * 1e3,  # [N]
+    "mm": lambda text: _read_number(float, -LARGEST, LARGEST, text) * 1e-3,  # [m]
     "positive": partial(_read_number, float, SMALLEST, LARGEST),
     "count": partial(_read_number, int, 1, 10**9),
     "jobs": partial(_read_number, int, 1, 1024),

@@ -70,7 +70,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 
     side = str | tuple[str, ...] | Source  # file names, or a table with the key `file`
     hints: dict[Any, Any] = {Fault: ("none", "ball"), (ValidationCase, "path"): None}
-    hints |= {(Campaign, "scene"): Scene, (Scene, "sensor_path"): str | SensorPath}
+    hints |= {(Campaign, "scene"): Scene, (Scene, "sensor_path"): str | SensorPath, (Machine, "bearing"): str | dict}
     hints |= {(CasePair, "simulated"): side, (CasePair, "measured"): side, (Source, "file"): str | tuple[str, ...]}
     kinds = {"scene": Scene, "case": ValidationCase, "campaign": Campaign, "machine": Machine}
     return {name: json_schema(kind, hints) for name, kind in kinds.items()}

@@ -4,6 +4,7 @@ import argparse
 import math
 import sys
 from dataclasses import replace
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,12 @@ from srbval.models.simulate import Step, stored_summary
 from srbval.models.solvers import METHODS
 from srbval.progress import ProgressDisplay
 from srbval.progress.tables import text_rows, text_table
-from srbval.scene import LoadPath, Scene, load_scene, paper_scene, scene_table
+from srbval.scene import LoadPath, Scene, load_scene, merge, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
 from srbval.storage.files import check_suffix
 from srbval.storage.hdf5_files import HDF5
 from srbval.storage.json_files import to_json
+from srbval.storage.tables import nest_value
 
 # Attributes of a run that are printed under their names.
 RUN_QUANTITIES = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz"]
@@ -32,37 +34,20 @@ FAULT_LINES = ("bpfo", "bpfi", "bsf", "ftf")
 BEARINGS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, FAULT_LINES), "models up to", "title")
 NOT_TABULATED = ["reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s"]
 NOT_TABULATED += ["roller_load_share"]
+SCENE_OPTIONS = ("bearing", "duration_s", "model", "seed", "sensor_path")  # options that are keys of a scene
 UNIT_BY_SUFFIX = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by suffix
 
 
 def scene_from_options(options: argparse.Namespace) -> Scene:
     """Load the named scene (default: the paper's) and apply the options; raises the errors of `load_scene`."""
-
-    def si(name: str, unit: float) -> float | None:
-        value = getattr(options, name)
-        return None if value is None else value * unit
-
-    changes = {
-        "bearing": options.bearing,
-        "model": getattr(options, "model", None),  # `plan` has no such option: it chooses the model
-        "seed": options.seed,
-        "duration_s": options.seconds,
-        "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,
-        "sensor_path": options.sensor_path,
-        "surface": {"roughness_class": options.roughness}
-        | {f"{body}_waviness_m": si("waviness_nm", 1e-9) for body in ("outer", "inner", "roller")},
-        "defect": {"kind": options.defect, "height_m": si("defect_height_mm", 1e-3)},
-        "load": {"radial_n": si("radial_kn", 1e3), "axial_n": si("axial_kn", 1e3)},
-        "solver": {"name": options.solver, "step_s": None if options.dt == AUTO_STEP else options.dt},
-    }
-    given = _without_none(changes)
-    return load_scene(options.scene, given) if options.scene else paper_scene(**given)
-
-
-def _without_none(table: dict[str, Any]) -> dict[str, Any]:
-    """Copy nested tables without None and without tables that become empty."""
-    filled = {k: _without_none(v) if isinstance(v, dict) else v for k, v in table.items()}
-    return {k: v for k, v in filled.items() if v is not None and v != {}}
+    given = {key: value for key, value in vars(options).items() if key in SCENE_OPTIONS or "." in key}
+    given["shaft_speed_rad_s"] = options.rpm and options.rpm * 2 * math.pi / 60
+    waviness_m = options.waviness_nm and options.waviness_nm * 1e-9
+    given |= {f"surface.{body}_waviness_m": waviness_m for body in ("outer", "inner", "roller")}
+    given["solver.step_s"] = None if options.dt == AUTO_STEP else options.dt
+    tables = (nest_value(key, value) for key, value in given.items() if value is not None)
+    changes = reduce(merge, tables, dict[str, Any]())
+    return load_scene(options.scene, changes) if options.scene else paper_scene(**changes)
 
 
 def run_simulate_command(options: argparse.Namespace) -> int:

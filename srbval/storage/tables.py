@@ -1,4 +1,4 @@
-"""Convert tables of TOML and JSON files to frozen dataclasses, and check names, types, units and limits.
+"""Convert tables of TOML and JSON files to frozen dataclasses, and check names, types, units and limits; write TOML.
 
 The name of a field declared with `quantity(dimension)` ends with its SI unit (``radial_n``). Its table may contain
 ``radial_n = 124800.0`` (a number in SI) or ``radial = "124.8 kN"`` (text with a unit). A number without unit under the
@@ -8,6 +8,7 @@ inherits from `Limited`, which checks each new instance, including the result of
 
 import dataclasses
 import enum
+import json
 import math
 import re
 import tomllib
@@ -50,7 +51,7 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
             raise ConfigurationError(f"{setting_and_value} is not a number with a unit; write e.g. {_example(units)}.")
         number, unit = found
         if unit not in units:
-            known = ", ".join(u for u in units if u) or "no unit"
+            known = ", ".join(u or "none (the number alone)" for u in units)
             raise UnknownNameError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
         number *= units[unit]
     elif isinstance(value, int | float) and not isinstance(value, bool):
@@ -141,6 +142,29 @@ def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
         why = "nested too deep" if isinstance(error, RecursionError) else str(error)
         why = "an integer beyond 64 bits" if why.startswith("Exceeds the limit") else why  # limit on digits in Python
         raise ConfigurationError(f"{path}: not a valid TOML file: {why}.") from None
+
+
+def toml_text(table: Mapping[str, Any]) -> str:
+    """TOML document of a JSON `table` without empty texts, lists and tables; a list of tables becomes ``[[key]]``."""
+    document = _drop_empty(table)
+    lists = {key: value for key, value in document.items() if isinstance(value, list) and isinstance(value[0], dict)}
+    lines = [f"{key} = {_toml_value(value)}" for key, value in document.items() if key not in lists]
+    for key, row in ((key, row) for key, rows in lists.items() for row in rows):
+        lines += ["", f"[[{key}]]", *(f"{name} = {_toml_value(value)}" for name, value in row.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _drop_empty(value: Any) -> Any:
+    """Remove None, empty texts, lists and tables from a JSON value."""
+    if isinstance(value, Mapping):
+        return {key: kept for key, one in value.items() if (kept := _drop_empty(one)) not in (None, "", [], {})}
+    return [_drop_empty(one) for one in value] if isinstance(value, list) else value
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
+    return json.dumps(value, ensure_ascii=False)  # valid in TOML too
 
 
 def walk_leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -8,7 +8,6 @@ those in the tables `[simulated]` and `[measured]` of the case.
 
 import dataclasses
 import glob
-import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +25,7 @@ from srbval.recordings.settings import settings_of
 from srbval.storage.files import atomic_write
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import to_json
-from srbval.storage.tables import Limited, build, limited, read_toml
+from srbval.storage.tables import Limited, build, limited, read_toml, toml_text
 
 USES = ("fit", "withheld", "blind")
 IN_PLACE = ("elements", "orders")  # tables of a bearing that a case may contain
@@ -234,23 +233,5 @@ def _find_files(name: str, folder: Path, side: str) -> Sequence[str]:
 
 def write_case(case: ValidationCase, path: Path) -> None:
     """Write a case as a TOML file that `load_case` reads back unchanged."""
-    document = _drop_empty(to_json(dataclasses.replace(case, path=None)))
-    lists = {key: document.pop(key) for key in ("pair", "published") if key in document}
-    text = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
-    for key, row in ((key, row) for key, rows in lists.items() for row in rows):
-        text += ["", f"[[{key}]]", *(f"{name} = {_toml_value(value)}" for name, value in row.items())]
     with atomic_write(path) as part:
-        part.write_text("\n".join(text) + "\n", encoding="utf-8")
-
-
-def _drop_empty(value: Any) -> Any:
-    """Remove None, empty texts, lists and tables from a JSON value."""
-    if isinstance(value, dict):
-        return {key: kept for key, one in value.items() if (kept := _drop_empty(one)) not in (None, "", [], {})}
-    return [_drop_empty(one) for one in value] if isinstance(value, list) else value
-
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
-    return json.dumps(value, ensure_ascii=False)  # valid in TOML too
+        part.write_text(toml_text(to_json(dataclasses.replace(case, path=None))), encoding="utf-8")

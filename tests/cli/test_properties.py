@@ -49,7 +49,7 @@ LONG = (  # functions that take long, or change this machine; everything before 
 OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records can be analysed
 SHARES = {"kinematics": 150, "simulate": 60, "plan": 150, "report": 6, "bearing list": 10, "analyse": 60}
 OTHERS = 30  # examples of each other command, of 1,000 in all
-ALWAYS = {"simulate": "seconds model", "report": "files", "data add": "folder"}
+ALWAYS = {"simulate": "duration_s model", "report": "files", "data add": "folder"}
 RECORDS = "record.csv record.csv record.csv healthy.npy tacho.npz run.h5 text.csv nowhere.csv"
 CHEAP = "kinematic kinematic kinematic impulse impulse planar"
 # Words of an option by its name, its metavar or its type.
@@ -73,7 +73,7 @@ P: none rig path.toml
 none|outer|inner|roller: none outer inner roller ball
 N1..N12: N1 N2 N5 N12
 model: {CHEAP} {" ".join(level.name for level in LEVELS)} auto
-solver: {" ".join(METHODS)}
+solver.name: {" ".join(METHODS)}
 Q: {" ".join(Question)}
 C: acc tacho 2
 U: g g m/s2 m/s² mg
@@ -92,17 +92,18 @@ TEXT: 222 skf zzz
 KIND: kernels nothing
 FILE|DIR|NAME: records records/b.npy nowhere.csv
 rpm: 1500 1500 1500 100 1797 6000
-seconds: 0.02 0.1 0.3
+duration_s: 0.02 0.1 0.3
 fs: 12000 12000 6000
 pulses_per_rev: 1 2 60
 band: 100 500 1000 2000 3000 5999
 cage_slip: 0.1 1 6
 rpm_tolerance: 0.1 1 12
-defect_height_mm: 0.01 0.3 1.1
+mm: 0.01 0.3 1.1
 step: auto 1/61440 1e-5 4.069010416666667e-06 2e-5
 tolerance: 1e-3 0.5 10 100 3dB 1dB
 positive: 0.01 0.3 4 100 1000
 finite: 0.01 0.3 4 100 1000 -2
+kN: 0.01 0.3 4 100 1000 -2
 elements: 9,7.94,39.04,0 19,40.1,283.62,10 9,7.94
 orders: 8.177,10.823,3.468,0.4304 8,10,3,0.4
 count: 1 5 20 50
@@ -219,7 +220,7 @@ def write_files() -> None:
         'title = "b"\nsource = "s"\n[elements]\nrolling_elements = 9\nelement_diameter = "0.3126 in"\n'
         'pitch_diameter = "1.537 in"\ncontact_angle = "0 deg"\n'
     )
-    Path("machine.toml").write_text('title = "m"\nbearing = "own.toml"\n[set_point]\nspeed = "1500 rpm"\n')
+    Path("machine.toml").write_text('title = "m"\nbearing = "own.toml"\nrpm = 1500\n')
     Path("scene.toml").write_text(
         'duration = "0.1 s"\nsettle = "0 s"\n[speed_profile]\ntime = ["0 s", "1 s"]\nspeed = ["800 rpm", "900 rpm"]\n'
     )

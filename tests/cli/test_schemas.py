@@ -60,7 +60,7 @@ def test_files_that_the_program_reads_are_valid_and_misspelt_ones_not(kind: str,
         ("scene", {"load": {"radial_n": -1.0}}),
         ("scene", {"defect": {"kind": "cage"}}),
         ("campaign", {"name": "c", "scene": {"laod": {}}}),
-        ("machine", {"title": "m", "limits": {"zones": ["1 mm/s"]}}),
+        ("machine", {"title": "m", "zones_mm_s": [1.0]}),
         ("case", {"path": "x"}),
     ],
 )
