@@ -16,14 +16,14 @@ def readme_table(report: dict[str, Any]) -> str:
     """Table 6 with its sources, values and deviations, and the answer, from the content of ``report.json``."""
     table = next(one for one in report["tables"] if one["id"] == "table-6-sources")
     lines = ["| | outer race, BPFO | inner race, BPFI |", "| --- | --- | --- |"]
-    for source, *values in table["rows"]:
-        lines.append(f"| {source['value']}, {source['note']} | {' | '.join(map(_cell, values))} |")
+    for row in table["rows"]:
+        lines.append(f"| {row['source']}, {row['source_note']} | {_cell(row, 'outer')} | {_cell(row, 'inner')} |")
     return "\n".join([*lines, "", *report["headline"]["text"].replace(". ", ".\n").split("\n")]) + "\n"
 
 
-def _cell(cell: dict[str, Any]) -> str:
-    half = f" ± {cell['ci95']:.2f}" if "ci95" in cell else ""
-    return f"{cell['value']:.2f}{half} Hz" + (f" ({cell['note']})" if "note" in cell else "")
+def _cell(row: dict[str, Any], key: str) -> str:
+    half = f" ± {row[f'{key}_ci95']:.2f}" if f"{key}_ci95" in row else ""
+    return f"{row[key]:.2f}{half} Hz" + (f" ({row[f'{key}_note']})" if f"{key}_note" in row else "")
 
 
 def in_readme() -> str:

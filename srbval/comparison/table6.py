@@ -1,14 +1,12 @@
 """Table 6 of the paper, compared with our model at the paper's speed and at the measured speeds of the rig."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-import pandas as pd
-
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.compared_quantities import CAGE_RATIO
-from srbval.comparison.comparison import QuantityValue, Row, comparison_row, deviation_pct
+from srbval.comparison.compared_quantities import RACE_LINE
+from srbval.comparison.comparison import RIG_READING, RIG_SPEED, QuantityValue, Row, comparison_row, deviation_pct
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
@@ -61,56 +59,54 @@ def published_rows(
     """Compare our `runs` at the paper's speed, analysed in `paper`, with the `printed` Table 6 for each race defect.
 
     The paper states no uncertainty and no measured speed for its rig values, so the verdict is ``insufficient data``.
+    Raises `DataError` if a line cannot be read because its run is too short.
     """
     for fault in RACE_DEFECTS:
-        row, model = printed[fault], read_first_harmonic(paper[fault], fault)
+        row, line = printed[fault], paper[fault].line_of(fault)
         assert row.rig_hz is not None, "Table 6 states every value"
-        rig = QuantityValue(value=row.rig_hz, ci95=None, kinematic=row.kinematic_hz)
+        if line.found_hz is None:
+            raise DataError(f"{line.name} cannot be read; the run of {paper[fault].recording.name} is too short.")
+        made = comparison_row(
+            model=QuantityValue(value=line.found_hz, ci95=line.ci95_hz or 0.0),
+            rig=QuantityValue(value=row.rig_hz, ci95=None, kinematic=row.kinematic_hz),
+            error=deviation_pct(line.found_hz, row.rig_hz),
+            parts={},
+        )
         about = {"rig_source": "published", "shaft_rpm": row.rpm}
         about |= {f"paper_{name}": getattr(row, name) for name in PRINTED}
         about |= {f"paper_{name[:-3]}_recomputed_pct": pct for name, pct in row.deviations_pct().items()}
-        yield _build_line_row(fault, model, rig, runs[f"paper-{fault}"], {}) | about
+        yield _build_line_row(fault, made, 1.0, runs[f"paper-{fault}"]) | about
 
 
-def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: pd.DataFrame) -> Iterator[Row]:
+def measured_rows(comparisons: Iterable[Row], runs: Mapping[Fault, Run]) -> Iterator[Row]:
     """Compare our model with each recording at its measured speed; a state without a detected line gets no row.
 
-    An error of 1 % of the cage ratio c is an error of 1 % of BPFO and of c / (1 - c) % of BPFI.
+    `comparisons` are the rows of a validation for one recording per state, `runs` its runs at the recordings' speeds.
     """
-    of_cage = comparisons[comparisons["kind"] == CAGE_RATIO.kind].drop_duplicates("state").set_index("state")
-    for fault in (fault for fault in RACE_DEFECTS if fault in rig and fault in of_cage.index):
-        measured, speed = read_first_harmonic(rig[fault], fault), rig[fault].speed
-        c = float(of_cage.at[fault, "model"])
-        passing = c if fault is Fault.OUTER else 1 - c  # speed of the rollers past the race, over the shaft speed
-        model = QuantityValue(value=rig[fault].bearing.rolling_elements * speed.value_hz * passing)
-        parts = {name: c / passing * part for name, part in of_cage.at[fault, "parts"].items()}
-        rpm = 60 * speed.value_hz
-        about = {"rig_source": "measured", "shaft_rpm": rpm, "rig_shaft_rpm": rpm}
-        yield _build_line_row(fault, model, measured, runs[fault], parts) | about
+    lines = {row["state"]: row for row in comparisons if row["kind"] == RACE_LINE.kind and row["rig_present"]}
+    for fault in (fault for fault in RACE_DEFECTS if fault in lines):
+        shaft_hz = lines[fault]["speeds_hz"][1]
+        about = {"rig_source": "measured", "shaft_rpm": 60 * shaft_hz, "rig_shaft_rpm": 60 * shaft_hz}
+        yield _build_line_row(fault, lines[fault], shaft_hz, runs[fault]) | about
 
 
-def _build_line_row(
-    fault: Fault, model: QuantityValue, rig: QuantityValue, run: Run, parts: Mapping[str, float]
-) -> Row:
-    """Build the table row that compares the frequency of a fault line in model and rig [Hz].
+def _build_line_row(fault: Fault, made: Row, unit_hz: float, run: Run) -> Row:
+    """Build the table row of a fault line from the comparison `made` of its frequency in units of `unit_hz`.
 
-    `parts` are parts of the error's uncertainty [%]. The row also contains the frequency from the cage speed of `run`.
+    The row also contains the frequency from the cage speed of `run`.
     """
-    assert rig.kinematic is not None, "Table 6 states it, and so does every analysis"
-    error_pct = deviation_pct(model.value, rig.value)
-    made = comparison_row(model=model, rig=rig, error=error_pct, parts=parts)
     return {
         "defect": fault,
         "line": fault.line,
-        "kinematic_hz": rig.kinematic,
-        "model_hz": model.value,
-        "model_ci95_hz": model.ci95,
-        "model_deviation_pct": deviation_pct(model.value, rig.kinematic),
-        "rig_hz": rig.value,
-        "rig_ci95_hz": rig.ci95,
+        "kinematic_hz": unit_hz * made["kinematic"],
+        "model_hz": unit_hz * made["model"],
+        "model_ci95_hz": unit_hz * made["model_ci95"],
+        "model_deviation_pct": deviation_pct(made["model"], made["kinematic"]),
+        "rig_hz": unit_hz * made["rig"],
+        "rig_ci95_hz": made["rig_ci95"] and unit_hz * made["rig_ci95"],
         "rig_shaft_rpm": None,
-        "rig_deviation_pct": deviation_pct(rig.value, rig.kinematic),
-        "comparison_error_pct": error_pct,
+        "rig_deviation_pct": deviation_pct(made["rig"], made["kinematic"]),
+        "comparison_error_pct": made["error"],
         "validation_uncertainty_pct": made["uncertainty"],
         "uncertainty_parts_pct": made["parts"],
         "verdict": made["verdict"],
@@ -152,38 +148,23 @@ def check_race_sum(
     }
 
 
-def check_table6_sums(
-    printed: Mapping[Fault, Published],
-    paper: Mapping[Fault, Analysis],
-    runs: Mapping[str, Run],
-    rig: Mapping[Fault, Analysis],
-) -> Iterator[Row]:
-    """Check that BPFO + BPFI orders equal the number of rollers, for Table 6, our model and the rig's recordings."""
-    shaft_hz, rollers = printed[Fault.OUTER].rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
-    for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
-        orders = [getattr(printed[fault], f"{key}_hz") / shaft_hz for fault in RACE_DEFECTS]
-        yield check_race_sum(name, "published", rollers, orders, None, 60 * shaft_hz)
-    outer, inner = (runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS)
-    yield _check_recorded_sum("our model, two runs", "simulated", paper, rollers * (outer - inner))
-    if all(fault in rig and rig[fault].line_of(fault).detected for fault in RACE_DEFECTS):
-        rpm = rig[Fault.OUTER].recording.nominal_rpm
-        yield _check_recorded_sum(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
+def check_table6_sums(published: Sequence[Row], measured: Sequence[Row], rolling_elements: int) -> Iterator[Row]:
+    """Check that BPFO + BPFI orders equal the number of rollers, for Table 6, our model and the rig's recordings.
+
+    For `published` and `measured` see `published_rows` and `measured_rows`.
+    """
+    rpm, columns = published[0]["shaft_rpm"], ("kinematic_hz", "paper_model_hz", "paper_rig_hz")
+    for source, column in zip(("kinematic, as printed", "paper's model", "paper's rig"), columns, strict=True):
+        yield check_race_sum(source, "published", rolling_elements, _orders(published, column), None, rpm)
+    orders, ci95 = _orders(published, "model_hz"), math.hypot(*_orders(published, "model_ci95_hz"))
+    slip = sum(_orders(published, "model_cage_hz")) - rolling_elements
+    yield check_race_sum("our model, two runs", "simulated", rolling_elements, orders, ci95, rpm, slip)
+    if len(measured) == len(RACE_DEFECTS):
+        orders, rpm = _orders(measured, "rig_hz"), sum(row["shaft_rpm"] for row in measured) / len(measured)
+        shares = ([row["uncertainty_parts_pct"][part] / 100 for part in (RIG_READING, RIG_SPEED)] for row in measured)
+        ci95 = math.hypot(*(order * math.hypot(*of_line) for order, of_line in zip(orders, shares, strict=True)))
+        yield check_race_sum("rig recordings", "measured", rolling_elements, orders, ci95, rpm)
 
 
-def _check_recorded_sum(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> Row:
-    orders, ci95 = [], []
-    for fault in RACE_DEFECTS:
-        line, speed = read_first_harmonic(sides[fault], fault), sides[fault].speed
-        orders.append(line.value / speed.value_hz)
-        ci95.append(math.hypot((line.ci95 or 0.0) / line.value, speed.ci95_hz / speed.value_hz) * orders[-1])
-    rpm = 60 * sum(sides[fault].speed.value_hz for fault in RACE_DEFECTS) / 2
-    rollers = sides[Fault.OUTER].bearing.rolling_elements
-    return check_race_sum(source, origin, rollers, orders, math.hypot(*ci95), rpm, slip)
-
-
-def read_first_harmonic(analysis: Analysis, fault: Fault) -> QuantityValue:
-    """Read a fault line's frequency [Hz], and its value in pure rolling; `DataError` if the record is too short."""
-    line = analysis.line_of(fault)
-    if line.found_hz is None:
-        raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")
-    return QuantityValue(value=line.found_hz, ci95=line.ci95_hz or 0.0, kinematic=line.kinematic_hz)
+def _orders(rows: Iterable[Row], column: str) -> list[float]:
+    return [60 * row[column] / row["shaft_rpm"] for row in rows]

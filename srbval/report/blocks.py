@@ -14,6 +14,7 @@ CellValue = float | int | str | bool | None
 REPORT_SCHEMA = 1  # version of the keys of report.json
 MISSING = "–"
 ReportRow = Mapping[str, Any]  # a row of a list in report.json, by its keys
+OF_VALUE = ("", "_ci95", "_badge", "_tone", "_note")  # ends of the keys of a value in a table's row, see `ReportTable`
 
 
 class Tone(enum.StrEnum):
@@ -39,33 +40,13 @@ class TableColumn:
     format: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Cell:
-    """Cell of a table: a value with its 95 % interval (± `ci95`), source, judgement, and a remark printed below it.
-
-    A value that is None or not finite is printed as a dash. Decimals beyond the second significant digit of `ci95`
-    are not printed.
-    """
-
-    value: CellValue
-    ci95: float | None = None
-    badge: str | None = None  # source: measured, published, simulated, or stand-in (synthetic)
-    tone: Tone | None = None
-    note: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the cell's entry in ``report.json``: value, and interval, source, judgement and remark if given."""
-        further = {name: getattr(self, name) for name in ("ci95", "badge", "tone", "note")}
-        return {"value": self.value} | {name: given for name, given in further.items() if given not in (None, "")}
-
-    def text(self, column: TableColumn) -> str:
-        """Return the value and its 95 % interval as text, in the number format of `column`."""
-        spec, ci95 = column.format, self.ci95
-        fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
-        if fixed and ci95 and math.isfinite(ci95):
-            spec = f"{fixed[1]}.{min(int(fixed[2]), max(0, 1 - math.floor(math.log10(ci95))))}f"
-        shown = format_value(self.value, spec)
-        return shown if ci95 is None or shown == MISSING else f"{shown} ± {format_value(ci95, spec.lstrip('+'))}"
+def cell_text(value: CellValue, ci95: float | None, spec: str) -> str:
+    """Format a value and its 95 % half width `ci95`; decimals beyond the second significant digit of it are omitted."""
+    fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
+    if fixed and ci95 and math.isfinite(ci95):
+        spec = f"{fixed[1]}.{min(int(fixed[2]), max(0, 1 - math.floor(math.log10(ci95))))}f"
+    shown = format_value(value, spec)
+    return shown if ci95 is None or shown == MISSING else f"{shown} ± {format_value(ci95, spec.lstrip('+'))}"
 
 
 def format_value(value: CellValue, spec: str) -> str:
@@ -76,7 +57,7 @@ def format_value(value: CellValue, spec: str) -> str:
         return "yes" if value else "no"
     if isinstance(value, str):
         return value
-    shown = format(value, spec)
+    shown = format(int(value) if spec.endswith("d") and value == int(value) else value, spec)
     reads_as_zero = "0" in shown and not any(digit in shown for digit in "123456789")
     return shown.lstrip("+-") if reads_as_zero else shown
 
@@ -85,15 +66,17 @@ def format_value(value: CellValue, spec: str) -> str:
 class ReportTable:
     """Table with a caption; the first cell of each row is the header of the row.
 
-    `label` ("Table 6") precedes the caption, `notes` follow the table.
+    A row contains the values by the keys of `columns`. The keys ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note``, if
+    present, give the 95 % half width, the source (measured, published, simulated, stand-in), the judgement (`Tone`) and
+    the remark of the value ``X``. `label` ("Table 6") precedes the caption, `notes` follow the table.
     """
 
     JSON_OMITTED: ClassVar = ("notes",)
 
     id: str
     caption: str
-    columns: tuple[TableColumn, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    columns: Mapping[str, TableColumn]
+    rows: tuple[Mapping[str, Any], ...]
     label: str = ""
     notes: tuple[str, ...] = ()
 

@@ -20,11 +20,10 @@ from typing import Any
 import pandas as pd
 
 from srbval.report import blocks
-from srbval.report.blocks import Cell, Figure, FigureGrid, ReportTable, Section, TableColumn, Tone, format_value
+from srbval.report.blocks import OF_VALUE, Figure, FigureGrid, ReportTable, Section, TableColumn, Tone, format_value
 from srbval.report.figures.style import Drawing
 
 FIGURE_OPTIONS = ("badge", "wide", "small_of", "explore")
-WHOLE_NUMBER_FORMATS = ("d", ",d")  # a frame with gaps stores whole numbers as floats
 _TITLE = re.compile(r"#\s+(?P<title>.+?)\s*\{#(?P<id>[a-z0-9-]+)\}\s*")
 _PART_HEADING = re.compile(r"^##[ \t]+(\S+)[ \t]*$", re.MULTILINE)
 _ITEM_START = re.compile(r"^- ", re.MULTILINE)
@@ -109,25 +108,25 @@ class Prose:
     ) -> ReportTable:
         """Make a table with one row for each row of `frame`, a pandas frame or a list of mappings with the same keys.
 
-        The keys of `columns` are names of the frame's columns. The frame's columns ``X_ci95``, ``X_badge``, ``X_tone``
-        and ``X_note`` give the 95 % half width, the source, the judgement and the remark of each value in the column
-        ``X``. The texts, and by default the columns, are from the section's text file; `more_notes` precede the notes
-        in that file. Raises KeyError if the frame lacks a column.
+        The keys of `columns` are names of the frame's columns; for the frame's columns ``X_ci95``, ``X_badge``,
+        ``X_tone`` and ``X_note`` see `ReportTable`. The texts, and by default the columns, are from the section's text
+        file; `more_notes` precede the notes in that file. Raises KeyError if the frame lacks a column.
         """
         table = frame if isinstance(frame, pd.DataFrame) else pd.DataFrame(list(frame))
-        rows = table.astype(object).where(table.notna(), None).to_dict("records")
         shown = self.columns(name, **values) if columns is None else columns
         missing = next((key for key in shown if key not in table.columns), None)
         if missing and len(table):
             raise KeyError(f"table {name!r}: the frame has no column {missing!r}; it has {', '.join(table.columns)}.")
+        kept = table[[key for key in (f"{one}{of}" for one in shown for of in OF_VALUE) if key in table]]
+        rows = kept.astype(object).where(kept.notna(), None).to_dict("records")
         notes = self.items(f"{name}.notes", **values) if f"{name}.notes" in self._parts else ()
         return ReportTable(
             id=id or name,
             caption=self.text(f"{name}.caption", **values),
             label=self._optional(f"{name}.label", values),
             notes=tuple(filter(None, (*more_notes, *notes))),
-            columns=tuple(shown.values()),
-            rows=tuple(tuple(_cell(row, key, column) for key, column in shown.items()) for row in rows),
+            columns=shown,
+            rows=tuple({key: one for key, one in row.items() if key in shown or one not in (None, "")} for row in rows),
         )
 
     def columns(self, name: str, /, **values: Any) -> dict[str, TableColumn]:
@@ -159,12 +158,3 @@ class _Fill(Formatter):
 
 
 _FILL = _Fill()
-
-
-def _cell(row: Mapping[str, Any], name: str, column: TableColumn) -> Cell:
-    """Make the cell of a table row from the value `name` and its companions, such as ``NAME_ci95``."""
-    value, ci95, badge, tone, note = (row.get(f"{name}{of}") for of in ("", "_ci95", "_badge", "_tone", "_note"))
-
-    if column.format in WHOLE_NUMBER_FORMATS and isinstance(value, float) and value.is_integer():
-        value = int(value)
-    return Cell(value=value, ci95=ci95, badge=badge or None, tone=Tone(tone) if tone else None, note=note or "")

@@ -12,7 +12,7 @@ import itertools
 import json
 import re
 import tempfile
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import lru_cache, partial
 from importlib import resources
@@ -28,7 +28,7 @@ from srbval import __version__
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import in_processes
-from srbval.report.blocks import FIGURES_FOLDER, Cell, Report, ReportTable, TableColumn
+from srbval.report.blocks import FIGURES_FOLDER, OF_VALUE, Report, ReportTable, TableColumn, Tone, cell_text
 from srbval.report.figures.style import Panel, version_of, write_files
 from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.installation import import_library
@@ -44,7 +44,6 @@ LONG_WORD, MAX_WORD = r"\S{14,}", 28
 _SEPARATOR = re.compile(r"(?<=[/_])(?=\w)")
 Span = tuple[str, str]  # (kind, text); kind is one of "text", "strong", "code"
 MAX_OPEN_SECTIONS = 3  # sections of a page without folds; a page with more sections folds them
-UNSHOWN = {"draw", "value", "ci95"}  # fields that the renderers do not read: the text of a cell contains its numbers
 MARKUP = {"caption", "headline", "items", "kicker", "notes", "points", "text"}  # fields with inline markup
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
 # C0 and C1 controls but tab and newline, lone surrogates, direction overrides, non-characters.
@@ -101,17 +100,23 @@ def _plain(value: Any, name: str = "") -> Any:
     if not dataclasses.is_dataclass(value):
         return value
     names = (*(field.name for field in dataclasses.fields(value)), *getattr(value, "JSON_PROPERTIES", ()))
-    parts = {name: getattr(value, name) for name in names if name not in UNSHOWN}
+    parts = {name: getattr(value, name) for name in names if name != "draw"}
     if isinstance(value, ReportTable):
-        parts["rows"] = [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]
+        parts["rows"] = [list(_cells(row, value.columns)) for row in value.rows]
+        parts["columns"] = list(value.columns.values())
     found = {"kind": type(value).__name__} | {key: _plain(item, key) for key, item in parts.items()}
     if parts.get("tone"):
         found["sign"] = parts["tone"].sign
     return found
 
 
-def _cell(cell: Cell, column: TableColumn) -> dict[str, Any]:
-    return _plain(cell) | {"text": cell.text(column), "number": not isinstance(cell.value, str)}
+def _cells(row: Mapping[str, Any], columns: Mapping[str, TableColumn]) -> Iterator[dict[str, Any]]:
+    """Convert a row of a table to texts and judgements as the templates print them, with a dict for each cell."""
+    for key, column in columns.items():
+        value, ci95, badge, tone, note = (row.get(f"{key}{of}") for of in OF_VALUE)
+        cell = {"text": mask_controls(cell_text(value, ci95, column.format)), "number": not isinstance(value, str)}
+        sign = Tone(tone).sign if tone else ""
+        yield cell | {"badge": badge, "tone": tone, "sign": sign, "note": mask_controls(note or "")}
 
 
 def _template(name: str) -> str:
@@ -256,14 +261,13 @@ def draw_figures(report: Report, folder: Path) -> None:
 
 def write_csv(table: ReportTable, folder: Path) -> None:
     """Write a table as CSV, unrounded; half widths of intervals become columns of their own."""
-    found: dict[str, list[Any]] = {}
-    for place, column in enumerate(table.columns):
+    titles: dict[str, str] = {}
+    for place, (key, column) in enumerate(table.columns.items(), start=1):
         title = f"{column.title}, {column.unit}" if column.unit else column.title
-        title = f"{title} ({place + 1})" if title in found else title
-        cells = [row[place] for row in table.rows]
-        found[title] = [to_json(cell.value) for cell in cells]
-        if any(cell.ci95 is not None for cell in cells):
-            found[f"{title}, ±"] = [to_json(cell.ci95) for cell in cells]
+        titles[key] = f"{title} ({place})" if title in titles.values() else title
+        if any(f"{key}_ci95" in row for row in table.rows):
+            titles[f"{key}_ci95"] = f"{titles[key]}, ±"
+    frame = pd.DataFrame(to_json(table.rows), columns=list(titles))
     folder.mkdir(parents=True, exist_ok=True)
-    text = pd.DataFrame(found).to_csv(index=False, lineterminator="\n")
+    text = frame.to_csv(index=False, header=list(titles.values()), lineterminator="\n")
     (folder / f"{table.id}.csv").write_text(text, encoding="utf-8", errors="backslashreplace")

@@ -120,26 +120,25 @@ def report():
         draw=Panel(draw_spectrum, spectrum(view("simulated")), top=33.6),
         wide=False,
     )
-    model = blocks.Cell(value=96.998, ci95=0.004, badge="simulated", note="cage 96.997")
+    columns = {
+        "defect": blocks.TableColumn("Defect"),
+        "kinematic": blocks.TableColumn("Kinematic", "Hz", ".2f"),
+        "model": blocks.TableColumn("Model", "Hz", ".3f"),
+        "deviation": blocks.TableColumn("Deviation", "%", "+.2f"),
+        "verdict": blocks.TableColumn("Verdict"),
+    }
     rows = (
-        ("outer", 96.79, model, 0.2149, blocks.Cell(value="within", tone=blocks.Tone.GOOD)),
-        ("inner", 128.04, float("nan"), -0.164, blocks.Cell(value="outside", tone=blocks.Tone.BAD)),
+        ("outer", 96.79, 96.998, 0.2149, "within", "good", 0.004, "simulated", "cage 96.997"),
+        ("inner", 128.04, float("nan"), -0.164, "outside", "bad"),
         (HOSTILE, None, 1.0, 0.0, "A" * 10_000),
     )
+    keys = (*columns, "verdict_tone", "model_ci95", "model_badge", "model_note")
     table = blocks.ReportTable(
         id="table6",
         label="Table 6",
         caption="Fault frequencies.",
-        columns=(
-            blocks.TableColumn("Defect"),
-            blocks.TableColumn("Kinematic", "Hz", ".2f"),
-            blocks.TableColumn("Model", "Hz", ".3f"),
-            blocks.TableColumn("Deviation", "%", "+.2f"),
-            blocks.TableColumn("Verdict"),
-        ),
-        rows=tuple(
-            tuple(cell if isinstance(cell, blocks.Cell) else blocks.Cell(value=cell) for cell in row) for row in rows
-        ),
+        columns=columns,
+        rows=tuple(dict(zip(keys, row, strict=False)) for row in rows),
         notes=("Deviation from **kinematics**.",),
     )
     texts = (

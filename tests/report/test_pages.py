@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 
 import srbval
 from srbval.bearing import load_bearing
-from srbval.report import blocks
-from srbval.report.blocks import Callout, Paragraph, TableColumn
+from srbval.report.blocks import Callout, Paragraph, TableColumn, cell_text
 from srbval.report.findings.gather import select_at_paper_load, select_simulated
 from srbval.report.findings.records import fault_cursors
 from srbval.report.pages import Page, origin_line
@@ -177,13 +176,14 @@ def test_a_frame_is_shown_with_its_companions_and_its_gaps(prose):
     )
     frame = frame.assign(**{f"error_{name}": values for name, values in companions.items()})
     table = prose.table("limits", frame, COLUMNS, more_notes=["one", ""])
-    texts = [[cell.text(column) for cell, column in zip(row, table.columns, strict=True)] for row in table.rows]
+    shown = {key: column.format for key, column in COLUMNS.items()}
+    texts = [[cell_text(row[key], row.get(f"{key}_ci95"), shown[key]) for key in shown] for row in table.rows]
     assert texts == [["paper", "+0.12 ± 0.05", "3"], ["rig", "–", "–"]]
-    first, second = table.rows[0][1], table.rows[1][1]
-    assert (first.badge, first.tone, first.note) == ("measured", blocks.Tone.GOOD, "of 3")
-    assert (second.ci95, second.badge, second.tone, second.note) == (None, None, None, "")
+    known = {"error_ci95": 0.05, "error_badge": "measured", "error_tone": "good", "error_note": "of 3"}
+    assert table.rows[0] == {"name": "paper", "error": 0.123, "runs": 3} | known
+    assert table.rows[1] == {"name": "rig", "error": None, "runs": None}
     assert table.notes == ("one", "In seconds.")
-    assert table.columns == tuple(COLUMNS.values())
+    assert table.columns == COLUMNS
 
 
 def test_cursors_are_named_as_the_field_does():

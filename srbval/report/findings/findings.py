@@ -84,11 +84,12 @@ def compared_rows(
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     stored = stored_content(found.results, "inputs")
+    of_shown = (row for row in found.validation.comparisons if row["record"] in shown)
     measured = [
-        row | rig_scene_line(Fault(row["defect"]), rig[row["defect"]], stored)
-        for row in measured_rows(rig, model_runs, comparisons)
+        row | rig_scene_line(row["defect"], rig[row["defect"]], stored) for row in measured_rows(of_shown, model_runs)
     ]
-    lines = [*published_rows(printed, paper, runs), *measured]
+    published = list(published_rows(printed, paper, runs))
+    lines = [*published, *measured]
     keys = dict.fromkeys(key for one in lines for key in one)
     rows, means = verdicts(readings, stored), cage_means(readings)
     ratios = list(cage_ratio_rows(readings, means, stored, bearing.orders.ftf))
@@ -104,7 +105,7 @@ def compared_rows(
         "trend": change,
         "near": [*near_cage_rows(rows, ratios, change), *near_level_rows(levels, amplitudes)],
         "table6": [keys | row for row in lines],  # a missing value is None
-        "closure": tuple(check_table6_sums(printed, paper, runs, rig)),
+        "closure": tuple(check_table6_sums(published, measured, bearing.rolling_elements)),
         "comparisons": levels,
         "pairs": pairs,
         "recordings": tuple(registered),
