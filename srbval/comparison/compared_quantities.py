@@ -6,7 +6,7 @@ errors of the kind, their mean is used, since they share bearing, mounting and s
 """
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -134,14 +134,14 @@ ROLLER_LINE = ComparedQuantity(
     faults=(Fault.ROLLER,),
     margin=TOLERANCE.limit_pct,
 )
-# Not in `COMPARED`: the cage ratio contains the same information, and its errors may be averaged over races.
+# Its information is that of the cage ratio, whose errors may be averaged over races.
 RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
 HARMONIC = {
     number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", read=harmonic_level(number))
     for number in (2, 3, 4, 5)
 }
 SIDEBAND_LEVEL = ComparedQuantity(kind="sideband level", name="{line} sidebands", read=sideband_level)
-COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBAND_LEVEL)
+COMPARED: tuple[ComparedQuantity, ...] = (RACE_LINE, CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBAND_LEVEL)
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:
@@ -149,15 +149,13 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
-def read_quantities(
-    analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
-) -> dict[str, QuantityValue]:
-    """Read the `quantities` of a fault's line from the analysis of a signal; returns the values by quantity name.
+def read_quantities(analysis: Analysis, fault: Fault, order: float | None) -> dict[str, QuantityValue]:
+    """Read the compared quantities of a fault's line from the analysis of a signal; returns the values by name.
 
     If `order` (line frequency over shaft speed) is given, it replaces the order that was read from the signal.
     """
     found = {}
-    for row in (row for row in quantities if fault in row.faults):
+    for row in (row for row in COMPARED if fault in row.faults):
         value = None if row.read is None else row.read(analysis, fault)
         if row.value_of is not None:
             value = _line_value(analysis, fault, row.value_of, order)

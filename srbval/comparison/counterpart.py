@@ -1,12 +1,12 @@
 """Runs of the bundled model, and the counterpart of each recording: a run at the recording's own speed and load."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
-from srbval.comparison.compared_quantities import COMPARED, ComparedQuantity, read_quantities
+from srbval.comparison.compared_quantities import read_quantities
 from srbval.comparison.comparison import QuantityValue
 from srbval.models.run import Run
 from srbval.models.simulate import Step, stored_run
@@ -27,49 +27,36 @@ CONVERGED_POINTS = 2000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SimulationCase:
-    """Run to be simulated: id, purpose, bearing state, and scene."""
-
-    id: str
-    purpose: str
-    state: Fault
-    scene: Scene
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class AnalysedRun:
-    """Simulated case with its run, the analysis of this run, and the compared `values` by name."""
+    """A run, its analysis, and the compared `values` by name."""
 
-    case: SimulationCase
     run: Run
     analysis: Analysis
     values: Mapping[str, QuantityValue]
 
-
-def paper_cases(seconds: float) -> list[SimulationCase]:
-    """Runs of the paper's scene (710 rpm, 124.8 kN) of length `seconds`: healthy, outer-race and inner-race defect."""
-    scenes = [paper_scene(duration_s=seconds, defect=state.value) for state in PAPER_STATES]
-    return [
-        SimulationCase(id=f"paper-{one.defect.kind}", purpose="the paper's scene", state=one.defect.kind, scene=one)
-        for one in scenes
-    ]
+    @property
+    def state(self) -> Fault:
+        """State of the simulated bearing: the part with a defect, or healthy."""
+        return self.run.scene.defect.kind
 
 
-def run_simulation_case(case: SimulationCase, progress: Progress = silent) -> Run:
-    """Simulate one case or read its stored run; raises `NumericsError` with the case's id if the run fails."""
-    run = stored_run(
-        case.scene, step=Step.CHECKED, progress=lambda task, fraction: progress(f"{task} {case.id}", fraction)
-    )
-    return run.require_usable(f"case {case.id}: run")
+def paper_runs(seconds: float, *, jobs: int | None = None, progress: Progress = silent) -> dict[str, Run]:
+    """Simulate the paper's scene (710 rpm, 124.8 kN) for `seconds`, with `PAPER_STATES`; runs by name, ``paper-outer``.
+
+    The runs are parallel. Raises `NumericsError` if a run fails.
+    """
+    scenes = {f"paper-{state}": paper_scene(duration_s=seconds, defect=state.value) for state in PAPER_STATES}
+
+    def one(name: str, progress: Progress) -> Run:
+        return run_named(name, scenes[name], progress)
+
+    return side_by_side(scenes, one, task="Simulate", jobs=jobs, progress=progress)
 
 
-def run_cases(
-    cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
-) -> dict[str, Run]:
-    """Simulate all cases in parallel and return the runs by case id; raises `NumericsError` if a run fails."""
-    scenes = {case: case.scene for case in cases}
-    runs = side_by_side(scenes, run_simulation_case, task="Simulate", jobs=jobs, progress=progress)
-    return {case.id: run for case, run in runs.items()}
+def run_named(name: str, scene: Scene, progress: Progress = silent) -> Run:
+    """Simulate a scene or read its stored run; raises `NumericsError` with the run's `name` if it fails."""
+    run = stored_run(scene, step=Step.CHECKED, progress=lambda task, fraction: progress(f"{task} {name}", fraction))
+    return run.require_usable(f"case {name}: run")
 
 
 def converged(scene: Scene) -> Scene:
@@ -83,7 +70,6 @@ def run_counterpart(
     state: Fault,
     base: str = "paper",
     band_hz: tuple[float, float] | None = None,
-    quantities: Iterable[ComparedQuantity] = COMPARED,
     *,
     model: str = "",
     bearing_name: str = DEFAULT_BEARING,
@@ -108,28 +94,21 @@ def run_counterpart(
         changes["bearing"] = bearing_name
     if model:
         changes["model"] = model
-    scene, purpose = converged(load_scene(base, changes)), "at the recording's own speed and load"
-    case = SimulationCase(id=f"counterpart-{recording.name}", purpose=purpose, state=state, scene=scene)
-    return analyse_run(case, run_simulation_case(case, progress), bearing, band_hz, quantities)
+    run = run_named(f"counterpart-{recording.name}", converged(load_scene(base, changes)), progress)
+    return analyse_run(run, bearing, band_hz)
 
 
-def analyse_run(
-    case: SimulationCase,
-    run: Run,
-    bearing: Bearing,
-    band_hz: tuple[float, float] | None = None,
-    quantities: Iterable[ComparedQuantity] = COMPARED,
-) -> AnalysedRun:
-    """Analyse a run, by default in the paper's envelope band, and read the compared `quantities`.
+def analyse_run(run: Run, bearing: Bearing, band_hz: tuple[float, float] | None = None) -> AnalysedRun:
+    """Analyse a run, by default in the paper's envelope band, and read the compared quantities.
 
     The line of a roller fault is searched for at the order computed from the run (see `compute_line_order`).
     """
-    order = compute_line_order(run, case.state, bearing)
-    if case.state is Fault.ROLLER and order is not None:
+    state = run.scene.defect.kind
+    order = compute_line_order(run, state, bearing)
+    if state is Fault.ROLLER and order is not None:
         bearing = replace(bearing, orders=replace(bearing.orders, bsf=order / 2))
     analysis = analysis_once(recording_from_run(run), bearing, band_hz=band_hz)
-    values = read_quantities(analysis, case.state, order, quantities)
-    return AnalysedRun(case=case, run=run, analysis=analysis, values=values)
+    return AnalysedRun(run=run, analysis=analysis, values=read_quantities(analysis, state, order))
 
 
 def compute_line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:

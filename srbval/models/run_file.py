@@ -145,7 +145,7 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     return json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))
 
 
-def run_facts(run: RunSummary, *, sensor: bool) -> dict[str, Any]:
+def signal_facts(run: RunSummary, *, sensor: bool) -> dict[str, Any]:
     """Facts about a run's signals by the names of the fields of `Recording`, as `storage.tables.build` reads them.
 
     With `sensor` the signal at the sensor is analysed, otherwise the outer ring's accelerations along x and y.
@@ -182,7 +182,7 @@ def profile_signal(run: RunSummary) -> tuple[FloatArray, float] | None:
 
 
 def _attributes(run: RunSummary, *, sensor: bool) -> dict[str, Any]:
-    scene, facts = run.scene, run_facts(run, sensor=sensor)
+    scene, facts = run.scene, signal_facts(run, sensor=sensor)
     return {
         "srbval_kind": "run",
         "facts": json.dumps(facts),

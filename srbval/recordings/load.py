@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError, OpenQuestion, SrbvalError
 from srbval.models.run import Run
-from srbval.models.run_file import profile_signal, run_facts
+from srbval.models.run_file import profile_signal, signal_facts
 from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.datasets.generic import read_generic, with_named_signals
 from srbval.recordings.datasets.known import READERS
@@ -114,7 +114,7 @@ def recording_from_run(run: Run) -> Recording:
     """Create a recording of a run, even a failed one: outer ring accelerations and any simulated sensor signal."""
     channels = {axis: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, axis in enumerate("xyz")}
     channels |= {"sensor": run.sensor_m_s2} if run.sensor_m_s2.size else {}
-    known = run_facts(run, sensor="sensor" in channels) | {"channels": channels}
+    known = signal_facts(run, sensor="sensor" in channels) | {"channels": channels}
     profile = profile_signal(run)
     signal = None if profile is None else SpeedSignal(values_hz=profile[0], rate_hz=profile[1])
     return dataclasses.replace(build(Recording, known, "run"), speed_signal=signal)

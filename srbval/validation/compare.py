@@ -16,11 +16,18 @@ from scipy.special import stdtrit
 
 from srbval.bearing import Fault
 from srbval.comparison import comparison
-from srbval.comparison.compared_quantities import CAGE_RATIO, RACE_LINE, ROLLER_LINE, ComparedQuantity, Effects
+from srbval.comparison.compared_quantities import (
+    CAGE_RATIO,
+    COMPARED,
+    RACE_LINE,
+    ROLLER_LINE,
+    ComparedQuantity,
+    Effects,
+)
 from srbval.comparison.comparison import QuantityValue, Row, Verdict
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Tolerance, ValidationCase
-from srbval.validation.sides import QUANTITIES, SideReading
+from srbval.validation.sides import SideReading
 
 STATED_PART, REPEATS_PART = "simulation: stated", "simulation: repeats"
 LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
@@ -44,7 +51,7 @@ def compare_pair(
     simulated, measured = sides.get("simulated"), sides.get("measured")
     base = simulated.scene if simulated is not None else None
     speeds: list[Any] = [None if side is None else side.shaft_hz for side in (simulated, measured)]
-    for quantity in (one for one in QUANTITIES if state in one.faults):
+    for quantity in (one for one in COMPARED if state in one.faults):
         name = quantity.name_of(state)
         (own, repeats), (theirs, _) = (ensemble(side, name) for side in (simulated, measured))
         known = [own is not MISSING_VALUE, theirs is not MISSING_VALUE]
@@ -58,7 +65,7 @@ def compare_pair(
             parts[comparison.RIG_SPEED] = scale * theirs.speed_ci95
         else:
             parts[comparison.MOUNTING] = NORMAL_95 * comparison.PRIOR.mounting_db
-        studied = _effects(quantity, state, effects, case) if base == "paper" else None
+        studied = effects.get((state.value, name)) if base == "paper" else None
         if studied is not None:
             own = replace(own, value=own.value + studied["shift"])
             parts |= {comparison.INPUTS: scale * studied["inputs_ci95"], comparison.GRID: scale * studied["grid_ci95"]}
@@ -85,18 +92,6 @@ def compare_pair(
             for one, shaft_hz, shown in zip((own, theirs), speeds, known, strict=True)
         ]
         yield row | {"pair": number, "simulated_hz": hz[0], "measured_hz": hz[1], "speeds_hz": speeds}
-
-
-def _effects(
-    quantity: ComparedQuantity, state: Fault, effects: Effects, case: ValidationCase
-) -> Mapping[str, Any] | None:
-    """Effects of inputs, step and contact points on a quantity; those on BPFO and BPFI follow from the cage ratio."""
-    known = effects.get((state.value, (CAGE_RATIO if quantity is RACE_LINE else quantity).name_of(state)))
-    if quantity is not RACE_LINE or known is None:
-        return known
-    per_ratio = case.known_bearing.rolling_elements * (1 if state is Fault.OUTER else -1)
-    sizes = {name: abs(per_ratio) * known[name] for name in ("inputs_ci95", "grid_ci95")}
-    return sizes | {"shift": per_ratio * known["shift"]}
 
 
 def ensemble(side: SideReading | None, name: str) -> tuple[QuantityValue, float | None]:
@@ -148,7 +143,7 @@ def table_of(rows: Sequence[Row], tolerance: Tolerance) -> pd.DataFrame:
 
 
 def _table_row(row: Row, tolerance: Tolerance) -> Row:
-    quantity = next(one for one in QUANTITIES if one.kind == row["kind"])
+    quantity = next(one for one in COMPARED if one.kind == row["kind"])
     values = {"simulated": row["model"], "measured": row["rig"], "kinematic": row["kinematic"]}
     values |= {"simulated_ci95": row["model_ci95"] or None, "measured_ci95": row["rig_ci95"]}
     for side in ("simulated", "measured"):

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault
-from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, read_quantities
+from srbval.comparison.compared_quantities import read_quantities
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
 from srbval.errors import ConfigurationError, DataError
@@ -24,8 +24,6 @@ from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import is_unopened, listing, load_registered, registered_settings, rig_recordings
 from srbval.recordings.settings import BEARING_QUESTION, apply_settings
 from srbval.validation.case import CasePair, Source, ValidationCase, files_of_source
-
-QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,7 +89,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
         analyses.append(analysis_once(recording, bearing, auto_band=bool(chosen)))
         ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
-        values.append(read_quantities(analyses[-1], state, order, QUANTITIES))
+        values.append(read_quantities(analyses[-1], state, order))
     return SideReading(analyses=tuple(analyses), values=tuple(values))
 
 
@@ -105,7 +103,6 @@ def run_scene(
         state,
         case.beside(base),
         source.band_hz,
-        QUANTITIES,
         model=case.beside(file) + colon + case.beside(function),
         bearing_name=case.beside(case.bearing or DEFAULT_BEARING),
         progress=progress,

@@ -41,7 +41,7 @@ def test_band_filters_are_those_of_scipy(band, fs_hz, monkeypatch):
     passed = scipy.signal.sosfilt(sections, samples)
     assert levels.rms()[band] == pytest.approx(math.sqrt(np.mean(passed**2)), rel=ENDS)
     expected = scipy.signal.sosfiltfilt(sections, samples) ** 2
-    found, end = band_squares(samples, fs_hz, BANDS_HZ[band]), round(0.02 * fs_hz)
+    found, end = band_squares(samples, fs_hz, BANDS_HZ[band]), round(0.1 * fs_hz)
     np.testing.assert_allclose(found[end:-end], expected[end:-end], rtol=0, atol=1e-6 * expected.max())
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from srbval import Analysis, analyse, load_bearing, recordings, simulate, write_run
 from srbval.bearing import DEFECTS, Fault
-from srbval.comparison.counterpart import SimulationCase, analyse_run, compute_line_order
+from srbval.comparison.counterpart import analyse_run, compute_line_order
 from srbval.diagnosis.fault_verdict import Finding, fault_verdict
 from srbval.reading.analyse import analysis_once
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, bands_of_record, declared_band
@@ -264,7 +264,7 @@ def test_the_model_s_roller_and_cage_are_read_from_its_vibration():
     damaged = {"contact": {"roller_fit": "printed"}, "defect": {"kind": "roller", "height": "-0.1 mm"}}
     scene = paper_scene(duration_s=3.0, detail_rate_hz=1024.0, **damaged)
     run = simulate(scene)
-    side = analyse_run(SimulationCase(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
+    side = analyse_run(run, BEARING)
     line, shaft_hz = side.analysis.line("2xBSF"), scene.shaft_hz
     order = compute_line_order(run, Fault.ROLLER, BEARING)
     assert line.detected

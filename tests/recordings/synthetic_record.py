@@ -7,6 +7,7 @@ faults, J. Vib. Acoust. 125, 2003).
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import fftconvolve
@@ -32,21 +33,11 @@ def write_synthetic_record(path, *, state=Fault.OUTER, shaft_hz=14.3, seconds, s
     """Write a record at a steady speed in srbval's own format, with origin `Origin.STAND_IN`."""
     turns = np.arange(round(seconds * FS_HZ)) / FS_HZ * shaft_hz
     signal = vibration(state, load_bearing(DEFAULT_BEARING).orders, turns, np.random.default_rng(seed))
-    record = Recording(
-        name="SYNTHETIC",
-        origin=Origin.STAND_IN,
-        channels={"acceleration": signal},
-        channel="acceleration",
-        fs_hz=FS_HZ,
-        unit="m/s2",
-        speed=prescribed_speed(shaft_hz),
-        bearing=DEFAULT_BEARING,
-        state=state,
-        band_hz=(1400.0, 2800.0),
-    )
+    stated = {"fs_hz": FS_HZ, "unit": "m/s2", "bearing": DEFAULT_BEARING, "state": state, "band_hz": (1400.0, 2800.0)}
+    known = {"name": "SYNTHETIC", "origin": Origin.STAND_IN, "speed": prescribed_speed(shaft_hz)}
     with new_hdf5(path) as file:
-        file.attrs.update(record.facts())
-        file.create_dataset("acceleration", data=signal, **CHECKED)
+        file.attrs.update(replace(Recording.from_array(signal, **stated), **known).facts())
+        file.create_dataset("signal", data=signal, **CHECKED)
 
 
 def vibration(state, orders, turns, rng):

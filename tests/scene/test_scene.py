@@ -16,18 +16,8 @@ from srbval.errors import ConfigurationError
 from srbval.models.planar.ring import make_ring
 from srbval.models.run import not_validated
 from srbval.models.run_file import scene_dict
-from srbval.scene import (
-    DefectShape,
-    LoadPath,
-    Surface,
-    Traction,
-    changes_at,
-    load_scene,
-    paper_scene,
-    rig_inputs,
-    with_points,
-)
-from srbval.scene.read import bundled_table
+from srbval.scene import DefectShape, LoadPath, Surface, Traction, load_scene, paper_scene, rig_inputs, with_points
+from srbval.scene.read import bundled_table, changes_at
 from srbval.scene.surface import RoughnessClass
 from srbval.storage.tables import walk_leaves
 from tests.verification.harness import parameters

@@ -13,7 +13,7 @@ from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.compare import compare_pair, table_of
-from srbval.validation.sides import QUANTITIES, SideReading
+from srbval.validation.sides import SideReading
 
 PRINTED_RELATIVE = 1e-3  # 1.96 and 8.686 are printed with four digits
 EXACT_RELATIVE = 1e-6  # the same sum of squares, in another order
@@ -40,7 +40,7 @@ CASE = ValidationCase()
 
 
 def side(*analyses, scene=None, order=None, state=Fault.INNER):
-    values = tuple(read_quantities(one, state, order, QUANTITIES) for one in analyses)
+    values = tuple(read_quantities(one, state, order) for one in analyses)
     return SideReading(analyses=analyses, values=values, scene=scene)
 
 

@@ -295,9 +295,9 @@ def another_impulse_model(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
     made = dataclasses.replace(rig.recording, origin=Origin.SIMULATED, channels=channels, channel="x")
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
-    values = read_quantities(analysis, state, order, sides.QUANTITIES)
+    values = read_quantities(analysis, state, order)
     run = SimpleNamespace(cage_ratio=CAGE)
-    return AnalysedRun(case=None, run=run, analysis=analysis, values=values)
+    return AnalysedRun(run=run, analysis=analysis, values=values)
 
 
 def shipped_case(folder: Path, counterpart: Any = another_impulse_model) -> Validation:

@@ -14,7 +14,7 @@ from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import RACE_LINE, biases
 from srbval.comparison.comparison import VERDICT, Row, comparison_frame, plain_frame, verdict_on_error
-from srbval.comparison.counterpart import AnalysedRun, SimulationCase
+from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows, table6
 from srbval.comparison.verdicts import none_missed, verdicts
 from srbval.models.run import Run
@@ -66,7 +66,6 @@ class Findings:
 
 def compared_rows(
     found: Findings,
-    cases: Iterable[SimulationCase],
     models: Mapping[Fault, AnalysedRun],
     readings: Sequence[CageReading],
     register: RegisterListing,
@@ -74,7 +73,7 @@ def compared_rows(
 ) -> dict[str, Any]:
     """Compute the content of ``report.json``, without provenance and studies, from the runs and analyses in `found`.
 
-    `cases` are all simulated cases, `models` analysed runs at the speeds of the rig's recordings, `readings` cage
+    `models` are analysed runs at the speeds of the rig's recordings, `readings` cage
     ratios measured on the rig, `register` lists all known recordings, `registered` are those that the figures show.
     """
     printed, bearing, runs = table6(), found.bearing, found.runs
@@ -112,16 +111,16 @@ def compared_rows(
         "problems": list_problems(register, pairs),
         "bias": biases(every, used_for="withheld"),
         "pictures": [row for state in models for row in picture_rows(state, found.sides_of(state), levels)],
-        "runs": [run_facts(case, runs[case.id]) for case in cases],
+        "runs": [run_facts(name, run) for name, run in runs.items()],
         "scene": scene_dict(runs["paper-outer"].scene) | {"geometry": vars(bearing.geometry)},
     }
 
 
-def run_facts(case: SimulationCase, run: Run) -> Row:
-    """Describe a run for ``report.json``; the key ``numerics`` holds its estimated time-step error, or None."""
+def run_facts(name: str, run: Run) -> Row:
+    """Describe a run, by its `name`, for ``report.json``; ``numerics``: its estimated time-step error, or None."""
     scene, step_error = run.scene, run.step_error
     names = ("seconds", "status", "reason", "cpu_per_simulated_s", "cage_ratio", "energy_imbalance")
-    about = {"id": case.id, "purpose": case.purpose, "model": scene.model, "shaft_rpm": 60 * scene.shaft_hz}
+    about = {"id": name, "model": scene.model, "shaft_rpm": 60 * scene.shaft_hz}
     about |= {"solver": scene.solver.name, "step_s": scene.solver.step_s}
     return about | {name: getattr(run, name) for name in names} | {"numerics": step_error and step_error.to_dict()}
 

@@ -8,7 +8,7 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.comparison import Row
-from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
+from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_runs, run_counterpart
 from srbval.comparison.table6 import PAPER_CASE, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.progress import Progress, silent, stage
@@ -46,8 +46,7 @@ def gather(
     with stage(progress, "Look up the registered recordings"):
         register = listing()
         of_rig = select_at_paper_load(rig_recordings(register.recordings))
-    cases = paper_cases(seconds)
-    runs = dict(run_cases(cases, jobs=jobs, progress=progress))
+    runs = paper_runs(seconds, jobs=jobs, progress=progress)
     stored, entries = stored_content(results, "inputs"), {one.file: one for one in of_rig}
     read = defaultdict[float, dict[Fault, PairReading]](dict)  # at the paper's load, by nominal speed and state
 
@@ -76,8 +75,7 @@ def gather(
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analysis_once(recording_from_run(runs[f"paper-{s}"]), bearing) for s in PAPER_STATES}
     analyses = {"paper": paper, "model": {state: side.analysis for state, side in models.items()}, "rig": rig}
-    runs |= {side.case.id: side.run for side in models.values()}
-    cases += [side.case for side in models.values()]
+    runs |= {f"counterpart-{rig[state].recording.name}": side.run for state, side in models.items()}
     with stage(progress, "Prepare the records that figures show"):
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
     registered = [entries[one.recording.file or ""] for one in rig.values()]
@@ -92,7 +90,7 @@ def gather(
         results=results,
         provenance=provenance(runs.values(), registered),
     )
-    return dataclasses.replace(found, data=compared_rows(found, cases, models, readings, register, registered))
+    return dataclasses.replace(found, data=compared_rows(found, models, readings, register, registered))
 
 
 def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:

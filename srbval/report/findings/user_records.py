@@ -23,7 +23,7 @@ from srbval.report.findings.records import SpectrumView, first_lines, marked_lin
 from srbval.storage.json_files import to_json
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.compare import compare_pair, table_of
-from srbval.validation.sides import QUANTITIES, SideReading
+from srbval.validation.sides import SideReading
 
 OPEN_CAGE = 5e-3  # 95 % half width of a ball bearing's cage ratio: contact angles up to 18 degrees, and slip
 MAX_MODEL_BAND_HZ = 9216.0  # highest end of the model's band; the scenes' runs have 20,480 samples per second
@@ -55,7 +55,7 @@ class UserRecord(RecordReading):
         of_model: Any = {"failed": model} if isinstance(model, str) else None
         if isinstance(model, AnalysedRun):
             own = {name: getattr(model.run, name) for name in ("status", "cage_ratio", "bpfo_hz", "bpfi_hz")}
-            of_model = {"scene": base_scene(bearing), "model": model.run.scene.model, "state": model.case.state} | own
+            of_model = {"scene": base_scene(bearing), "model": model.run.scene.model, "state": model.state} | own
             of_model |= {"open_cage": 0.0 if bearing.geometry else OPEN_CAGE, "analysis": model.analysis}
         return super().to_dict() | {
             "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
@@ -112,7 +112,7 @@ def _model_side(
     band_hz = (low, min(high, MAX_MODEL_BAND_HZ)) if own.geometry is None else None
     told: dict[str, Any] = {"bearing_name": bearing, "progress": progress}
     try:
-        return run_counterpart(analysis, state, base_scene(own), band_hz, QUANTITIES, **told)
+        return run_counterpart(analysis, state, base_scene(own), band_hz, **told)
     except SrbvalError as error:
         return str(error)
 
@@ -125,13 +125,13 @@ def base_scene(bearing: Bearing) -> str:
 
 def compare_with_model(analysis: Analysis, model: AnalysedRun) -> pd.DataFrame | None:
     """Compare a record with the model as `validate` does; None if the record does not show the model's fault line."""
-    state = model.case.state
+    state = model.state
     if not state.line or not analysis.line_of(state).detected:
         return None
     stated = Tolerance() if analysis.bearing.geometry else Tolerance(cage_pct=100 * OPEN_CAGE)
     case = ValidationCase(bearing=model.run.scene.bearing, uncertainty=stated)
     sides = {
         "simulated": SideReading(analyses=(model.analysis,), values=(model.values,)),
-        "measured": SideReading(analyses=(analysis,), values=(read_quantities(analysis, state, None, QUANTITIES),)),
+        "measured": SideReading(analyses=(analysis,), values=(read_quantities(analysis, state, None),)),
     }
     return table_of(list(compare_pair(1, state, sides, case, {}, "withheld")), case.tolerance)

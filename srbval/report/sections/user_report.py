@@ -243,7 +243,7 @@ def _times(record: UserRecord, suffix: str) -> Block:
 def _model(record: UserRecord, model: AnalysedRun, suffix: str) -> Iterator[Block]:
     """Compare the lines of model and record as a validation does, and draw the model's envelope spectrum."""
     bearing, (low_hz, high_hz) = record.analysis.bearing, model.analysis.processed.band_hz
-    state = model.case.state
+    state = model.state
     if bearing.geometry is None:
         opened, scene = f"{USER_TEXTS.text('open-cage', percent=100 * OPEN_CAGE)} ", ""
     else:

@@ -25,7 +25,7 @@ from srbval.comparison.cage_means import cage_means, covariance
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.compared_quantities import COMPARED
 from srbval.comparison.comparison import BUDGET, STUDY, Row
-from srbval.comparison.counterpart import DETAIL_HZ, TURNS, SimulationCase, analyse_run, converged, with_points
+from srbval.comparison.counterpart import DETAIL_HZ, TURNS, analyse_run, converged, with_points
 from srbval.comparison.table6 import published_speeds
 from srbval.comparison.verdicts import endpoints, of_model, verdict
 from srbval.errors import NumericsError
@@ -100,8 +100,7 @@ def read_run(case: Case, tried: Attempt) -> Measures:
         return {"ratio": math.nan, "values": {}}
     values = {}
     if case["turns"] == TURNS:
-        own = SimulationCase(id="inputs", purpose="inputs", state=Fault(case["state"]), scene=tried.scene)
-        read = analyse_run(own, tried.run, load_bearing(tried.scene.bearing), drawn_scene(case)[1])
+        read = analyse_run(tried.run, load_bearing(tried.scene.bearing), drawn_scene(case)[1])
         values = {name: value.value for name, value in read.values.items()}
     return {"ratio": round(tried.run.cage_ratio, 8), "values": values}
 
@@ -158,7 +157,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)
     for state, (nominal, fine, *others) in found.groupby("state", sort=False)["values"]:
-        for row in (row for row in COMPARED if row.margin is not None):
+        for row in COMPARED:
             name = row.name_of(Fault(state))
             values = np.array([one[name] for one in others if name in one])
             if name not in nominal or values.size < STUDY.least_read * len(others):
