@@ -215,7 +215,7 @@ def _probe_plan() -> ProbeOutputs:
         for question, answer in of_right.items():
             found |= {f"{state} {question}: {number}": value for number, value in enumerate(answer or ())}
             found[f"{state} {question}: error_pct"] = error_pct(question, own[question], answer)
-        found |= {f"{state}: {name}": value for name, value in vars(measure(right)).items()}
+        found |= {f"{state}: {name}": value for name, value in measure(right).items()}
     for name in (f"{fit}-{Fault.OUTER}" for fit in FITS):
         scene = bench_scene(name, solver=PAPER.solver, step_s=PAPER.step_s)
         scene = lasting_passages(scene, 10.0, least_s=0.01, settle=1.0)

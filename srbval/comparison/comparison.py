@@ -16,7 +16,8 @@ from typing import Any
 import pandas as pd
 
 from srbval.bearing import Fault
-from srbval.storage.tables import read_toml
+from srbval.scene import UncertainInput
+from srbval.storage.tables import build, read_toml
 
 BUDGET = Path(__file__).with_name("budget.toml")
 PRIOR, TOLERANCE, VERDICT, STUDY = (
@@ -28,6 +29,11 @@ DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
 SIMULATION_READING = "simulation reading"  # no uncertainty of the simulation itself
 TEXT_COLUMNS = ("record", "kind", "quantity", "unit", "error_unit", "scene", "used_for")
 Row = dict[str, Any]  # one row of a table, by the names of its columns
+
+
+def paper_inputs() -> tuple[UncertainInput, ...]:
+    """Uncertain inputs of the paper's scene; the last ones are the ends of the envelope's band, ``band.low_hz``."""
+    return tuple(build(UncertainInput, row, f"{BUDGET.name} {row['name']}") for row in read_toml(BUDGET)["input"])
 
 
 class Verdict(enum.StrEnum):

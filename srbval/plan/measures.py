@@ -1,7 +1,6 @@
 """Quantities by which runs are compared: cage over shaft speed, noise floor of the envelope, RMS in a band."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
@@ -17,23 +16,17 @@ BAND_NAME = "{:g}-{:g}".format(*SIMULATED_BAND_HZ)  # name of the band in `Run.b
 MIN_SECONDS_FOR_FLOOR = 0.3  # shortest record with a noise floor
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunMeasures:
-    """Cage over shaft speed, noise floor of the envelope spectrum (None for runs under 0.3 s), RMS in 500-1500 Hz."""
+def measure(run: Run) -> dict[str, float | None]:
+    """Compute cage over shaft speed, noise floor of the envelope spectrum, and RMS in 500-1500 Hz of a complete run.
 
-    cage_ratio: float
-    noise_floor: float | None
-    band_rms_m_s2: float
-
-
-def measure(run: Run) -> RunMeasures:
-    """Compute cage ratio, noise floor and band RMS of a complete run; the envelope is computed as for a recording."""
+    The envelope is computed as for a recording; its noise floor is None for runs under `MIN_SECONDS_FOR_FLOOR`.
+    """
     floor = None
     if run.seconds >= MIN_SECONDS_FOR_FLOOR:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)
         floor = noise_floor(processed.envelope, processed.fs_hz)
     ratio = smooth_mean(run.cage_rad_s) / (2 * math.pi * run.scene.shaft_hz)
-    return RunMeasures(cage_ratio=ratio, noise_floor=floor, band_rms_m_s2=run.band_rms_m_s2[BAND_NAME])
+    return {"cage_ratio": ratio, "noise_floor": floor, "band_rms_m_s2": run.band_rms_m_s2[BAND_NAME]}
 
 
 def smooth_mean(values: FloatArray) -> float:

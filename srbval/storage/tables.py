@@ -52,7 +52,7 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
         number, unit = found
         if unit not in units:
             known = ", ".join(u or "none (the number alone)" for u in units)
-            raise UnknownNameError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
+            raise UnknownNameError(f"{where}: unit {unit!r} of {value!r} is not known here; known: {known}.")
         number *= units[unit]
     elif isinstance(value, int | float) and not isinstance(value, bool):
         number = float(value) if isinstance(value, float) or abs(value) < 2**1023 else math.inf
@@ -275,7 +275,12 @@ def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: st
             f"{where}: {quote_value(raw)} {what}. Write text with a unit as {without_unit(field)!r}, or the number in "
             f"SI as {field.name!r}."
         )
-    return parse_quantity(raw, dimension or "one", where)
+    return parse_quantity(raw, dimension or _number_without_dimension(field), where)
+
+
+def _number_without_dimension(field: dataclasses.Field[Any]) -> str:
+    """Key in `UNIT_FACTORS` of a field without a dimension, which is a share unless its name ends in ``_pct``."""
+    return "percentage" if field.name.endswith("_pct") else "one"
 
 
 JSON_TYPES = {bool: "boolean", int: "integer", str: "string", Path: "string"}  # all other types are tables
@@ -330,7 +335,7 @@ def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
     stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
     if dimension and key == field.name:
         return {"type": "number"} | stated
-    units = UNIT_FACTORS[dimension or "one"]
+    units = UNIT_FACTORS[dimension or _number_without_dimension(field)]
     of_units = "|".join(map(re.escape, units))
     text = {"pattern": rf"^\s*[-+]?{_DIGITS}(?:\s*/\s*{_DIGITS})?\s*(?:{of_units})\s*$"}
     if dimension is None:

@@ -202,7 +202,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
 
 def measures(_: Case, own: Attempt) -> BenchRow:
     """Step [s], cage ratio, noise floor and band RMS of a run; None for an incomplete run or an unknown quantity."""
-    known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
+    known = measure(own.run) if own.run is not None and own.measurable else {}
     found = {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
     return {"dt_s": own.scene.solver.step_s} | found
 

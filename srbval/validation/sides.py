@@ -30,8 +30,8 @@ from srbval.validation.case import CasePair, Source, ValidationCase, files_of_so
 class SideReading:
     """Results from the signals of one side, simulated or measured.
 
-    `model` is the run of a simulated scene, None for files. `scene` is the scene's name, None for files and for a scene
-    in which another model replaced the scene's own.
+    `model` is the run of a simulated scene, None for files. `scene` is the scene's name, None for files, for a scene
+    in which another model replaced the scene's own, and for another bearing than the rig's.
     """
 
     analyses: tuple[Analysis, ...]
@@ -107,7 +107,8 @@ def run_scene(
         bearing_name=case.beside(case.bearing or DEFAULT_BEARING),
         progress=progress,
     )
-    scene = None if source.model else base  # the effects of its inputs are known for its own model alone
+    of_rig = not source.model and case.known_bearing.name == RIG_BEARING  # effects of inputs are known for it alone
+    scene = base if of_rig else None
     return SideReading(analyses=(found.analysis,), values=(found.values,), scene=scene, model=found)
 
 

@@ -118,7 +118,7 @@ def test_own_recordings_are_refused_when_a_bit_has_flipped(tmp_path):
     with h5py.File(path, "r+") as file:
         del file.attrs["srbval_checksum"]
     after = load_recording(path)
-    np.testing.assert_array_equal(before.channels["acceleration"], after.channels["acceleration"])
+    np.testing.assert_array_equal(before.channels["signal"], after.channels["signal"])
 
 
 class Code(enum.Enum):

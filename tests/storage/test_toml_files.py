@@ -89,7 +89,7 @@ def test_every_kind_of_field_is_read():
         ({"parts": [{}]}, "missing key 'radial_n'"),
         ({"parts": [3]}, "expected a table"),
         ({"parts": [{"radial": "5 N", "count": True}]}, "expected integer"),
-        ({"parts": [{"radial": "2 s"}]}, r"t\.parts\[0\]\.radial: unit 's' of '2 s' is not a force unit"),
+        ({"parts": [{"radial": "2 s"}]}, r"t\.parts\[0\]\.radial: unit 's' of '2 s' is not known here; known: N"),
         ({"colour": 1}, r"unknown key 'colour'; known: .*side"),
     ],
 )

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from srbval.bearing import Fault
-from srbval.comparison.comparison import STUDY
+from srbval.comparison.comparison import STUDY, paper_inputs
 from srbval.errors import NumericsError
 from srbval.models.run_file import scene_dict
 from srbval.scene import changes_at, load_scene, rig_inputs, sobol
@@ -73,7 +73,7 @@ def test_scenes_are_nominal_finer_and_drawn():
 
 
 def test_every_input_of_the_paper_s_scene_changes_it_at_either_end():
-    inputs, case = study.paper_inputs(), study.records([Fault.OUTER])[0] | {"scene": "paper", "turns": 3.0}
+    inputs, case = paper_inputs(), study.records([Fault.OUTER])[0] | {"scene": "paper", "turns": 3.0}
     named = {key for each in inputs for key in each.keys}
     assert {"load.path", "contact.critical_velocity_m_s", "defect.extent_m", "band.low_hz"} <= named
     ends = [study.drawn_scene(case | {"shares": [share] * len(inputs)}) for share in (0.0, 0.999, None)]

@@ -8,7 +8,7 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.comparison.compared_quantities import cage_ratio_of_order, read_quantities
-from srbval.comparison.comparison import INPUTS, Verdict
+from srbval.comparison.comparison import Verdict
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Tolerance, ValidationCase
@@ -58,7 +58,8 @@ def outside(simulated, measured, **case):
 
 def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
     values = read_quantities(analysis(), Fault.INNER, None)
-    expected = {"cage ratio": 1 - 10.82 / 19, "2xBPFI": 20 * math.log10(0.5), "BPFI sidebands": 20 * math.log10(0.3)}
+    expected = {"BPFI": 10.82, "cage ratio": 1 - 10.82 / 19}
+    expected |= {"2xBPFI": 20 * math.log10(0.5), "BPFI sidebands": 20 * math.log10(0.3)}
     assert {name: value.value for name, value in values.items()} == pytest.approx(expected)
     # Two amplitudes of 200 times the noise: each scatters by one over the root of 400.
     assert values["2xBPFI"].ci95 == pytest.approx(1.96 * 8.686 * math.sqrt(2 / 400), rel=PRINTED_RELATIVE)
@@ -112,14 +113,10 @@ def test_a_stated_uncertainty_of_the_cage_widens_the_inner_race_line_by_less():
     assert parts.isna()["harmonic 2"]
 
 
-def test_effects_on_the_cage_ratio_are_effects_on_the_lines_of_both_races():
-    """The order of BPFI is Z (1 - c): a shift of c by 0.002 lowers it by 0.038."""
-    found = rows(analysis(), analysis(), (CAGE | {"shift": 0.002},))
-    line, cage = found["BPFI"], found["cage ratio"]
+def test_the_mean_over_the_inputs_is_compared():
+    cage = rows(analysis(), analysis(), (CAGE | {"shift": 0.002},))["cage ratio"]
     assert rows(analysis(), analysis())["cage ratio"]["error"] == 0.0
-    assert cage["error"] == pytest.approx(100 * 0.002 / cage["rig"]), "the mean over the inputs is compared"
-    assert line["model"] == pytest.approx(10.82 - 19 * 0.002)
-    assert line["parts"][INPUTS] / cage["parts"][INPUTS] == pytest.approx((1 - 10.82 / 19) / (10.82 / 19))
+    assert cage["error"] == pytest.approx(100 * 0.002 / cage["rig"])
 
 
 def test_repeats_scatter_about_their_mean_by_student_s_t():

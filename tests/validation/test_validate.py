@@ -76,8 +76,8 @@ def test_a_written_case_is_the_same_and_values_can_be_changed_by_their_keys(file
     write_case(case, file.with_name("again.toml"))
     again = load_case(file.with_name("again.toml"))
     assert dataclasses.replace(again, path=None) == dataclasses.replace(case, path=None)
-    changed = load_case(file, {"measured.channel": "BA", "tolerance.level_db": 3.0})
-    assert (changed.measured.channel, changed.tolerance.level_db) == ("BA", 3.0)
+    changed = load_case(file, {"measured.channel": "BA", "tolerance": {"level_db": 3.0, "cage_pct": "2 %"}})
+    assert (changed.measured.channel, changed.tolerance.level_db, changed.tolerance.cage_pct) == ("BA", 3.0, 2.0)
 
 
 def test_a_bearing_may_stand_in_the_case():
@@ -274,7 +274,7 @@ STATES, CAGE, LINES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER), 0.432, {"outer"
 KNOWN = {
     (defect, name): {"shift": 0.0, "inputs_ci95": size, "grid_ci95": 0.0}
     for defect, line in LINES.items()
-    for name, size in (("cage ratio", 0.0004), (f"2x{line}", 1.0), (f"{line} sidebands", 1.0))
+    for name, size in (("cage ratio", 0.0004), (line, 0.0076), (f"2x{line}", 1.0), (f"{line} sidebands", 1.0))
 }
 
 
@@ -329,6 +329,13 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
     for row in (CAGE_RATIO, HARMONIC[2]):  # higher harmonics need not show on both sides
         assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
     assert not select_comparisons(after.comparisons)["record"].str.contains("H_727").any()
+
+
+def test_effects_of_the_paper_s_inputs_hold_for_the_rig_s_bearing_alone(file, monkeypatch):
+    monkeypatch.setattr(sides, "run_counterpart", lambda *_, **__: SimpleNamespace(analysis=None, values={}))
+    for bearing, scene in (("skf-6205", None), ("skf-22240", "paper")):
+        case, against = dataclasses.replace(load_case(file), bearing=bearing), SimpleNamespace(analyses=(None,))
+        assert sides.run_scene(Source(scene="paper"), case, against, Fault.OUTER).scene == scene
 
 
 def test_a_healthy_record_costs_no_run_and_a_failed_run_leaves_the_record(tmp_path):

@@ -24,7 +24,7 @@ from srbval.bearing import DEFAULT_BEARING, DEFECTS, RACE_DEFECTS, Fault, load_b
 from srbval.comparison.cage_means import cage_means, covariance
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.compared_quantities import COMPARED
-from srbval.comparison.comparison import BUDGET, STUDY, Row
+from srbval.comparison.comparison import STUDY, Row, paper_inputs
 from srbval.comparison.counterpart import DETAIL_HZ, TURNS, analyse_run, converged, with_points
 from srbval.comparison.table6 import published_speeds
 from srbval.comparison.verdicts import endpoints, of_model, verdict
@@ -33,8 +33,8 @@ from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings.registry import load_entry, rig_recordings
-from srbval.scene import Scene, UncertainInput, changes_at, load_scene, merge, paper_scene, rig_inputs, sobol
-from srbval.storage.tables import build, read_toml, walk_leaves
+from srbval.scene import Scene, changes_at, load_scene, merge, paper_scene, rig_inputs, sobol
+from srbval.storage.tables import build, walk_leaves
 from srbval.studies.harness import StudyResult
 from srbval.sweep.pool import Attempt
 from srbval.sweep.sweep import Case, Measures, sweep
@@ -75,12 +75,7 @@ def drawn_scene(case: Case) -> tuple[Scene, tuple[float, float]]:
     table = scene_dict(converged(scene))
     changes = changes_at(paper_inputs()[: len(shares)], shares, dict(walk_leaves(table)))
     band = dict(zip(("low_hz", "high_hz"), SIMULATED_BAND_HZ, strict=True)) | changes.pop("band", {})
-    return build(Scene, merge(table, changes), BUDGET.name), (band["low_hz"], band["high_hz"])
-
-
-def paper_inputs() -> tuple[UncertainInput, ...]:
-    """Uncertain inputs of the paper's scene; the last ones are the ends of the envelope's band, ``band.low_hz``."""
-    return tuple(build(UncertainInput, row, f"{BUDGET.name} {row['name']}") for row in read_toml(BUDGET)["input"])
+    return build(Scene, merge(table, changes), "inputs"), (band["low_hz"], band["high_hz"])
 
 
 def scene_of(case: Case) -> Scene:
