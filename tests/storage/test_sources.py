@@ -177,7 +177,7 @@ def test_values_agree_within_their_tolerance():
         ("a", math.inf, math.inf, True),
         ("a: status", "ok", "skidding", False),
     ):
-        assert [found.ok for found in compare_part({name: one}, {name: other})] == [agree], (name, one, other)
+        assert [found["ok"] for found in compare_part({name: one}, {name: other})] == [agree], (name, one, other)
     found = compare_part({"b": 2.1, "c": 3.0}, {"a": 1.0, "b": 2.0})
-    assert [(one.name, one.ok) for one in found] == [("b", False), ("c", False), ("a", False)]
+    assert [(one["name"], one["ok"]) for one in found] == [("b", False), ("c", False), ("a", False)]
     assert fingerprint_of({"a": {"b": None}})["a"]["b"] != 0
