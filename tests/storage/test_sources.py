@@ -53,13 +53,13 @@ def test_the_version_changes_with_what_is_used_and_with_nothing_else(name, made)
 def code_of(folder: Path) -> str:
     code_sha256.cache_clear()
     module._statements.cache_clear()
-    return code_sha256(folder, folder)
+    return code_sha256(folder)
 
 
 IMPORTS = "from studies.bench import run_all\nfrom studies.harness import StudyResult\n\n"
 CODE = IMPORTS + "LIMIT = 2\n\n\ndef run(x):\n    return _twice(x)\n\n\ndef _twice(x):\n    return LIMIT * x\n"
 SAME = (
-    ("study.py", CODE.replace("return _", '"""Words."""\n    return _').replace("* x", "*   x  # why")),
+    ("study.py", CODE.replace("return _twice(x)", "'It\\'s \"so\".'\n    return (_twice(\n        x,\n    ))  # why")),
     ("study.py", CODE.replace("_twice", "_doubled")),
     ("moved.py", CODE),
     ("page.py", "shown = 1"),
