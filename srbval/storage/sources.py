@@ -111,7 +111,6 @@ def _imported(text: str) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
 
 
-@cache
 def _statements(source: Path) -> list[bytes]:
     """Hash of each top-level statement of a module, except imports and ``__all__``; one hash of a whole TOML file."""
     text = source.read_text(encoding="utf-8")

@@ -52,7 +52,6 @@ def test_the_version_changes_with_what_is_used_and_with_nothing_else(name, made)
 
 def code_of(folder: Path) -> str:
     code_sha256.cache_clear()
-    module._statements.cache_clear()
     return code_sha256(folder)
 
 
