@@ -54,8 +54,7 @@ def test_a_new_report_replaces_the_former_one_and_nothing_else(report, tmp_path)
     answer, *pictures = ({f"figures/{name}.{end}" for end in ("csv", "svg")} for name in ("answer", "fig11b", "fig12a"))
     assert set(listed) == {"report.html", "figures/table6.csv"}.union(answer, *pictures)
     (folder / "link").symlink_to(tmp_path)
-    beside = tmp_path / "beside.txt"
-    beside.write_text("mine")
+    (beside := tmp_path / "beside.txt").write_text("mine")
     hostile = [str(beside), "../beside.txt", "link/beside.txt", "figures/../report.json", "nul\0", "x" * 300]
     (folder / "report.json").write_text(json.dumps({"files": [*listed, *hostile]}))
     write_report(replace(report, sections=report.sections[:2]), folder, ("json",))
