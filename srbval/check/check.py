@@ -17,10 +17,9 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +48,6 @@ from srbval.storage import stored_result
 from srbval.storage.installation import git_revision, package_folder, shipped_folder
 from srbval.storage.json_files import write_json
 from srbval.storage.stored_result import (
-    CheckedQuantity,
     Fingerprint,
     FingerprintValue,
     compare_part,
@@ -264,38 +262,23 @@ PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
 """Function that probes each part of the program, by the name of the part."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class CheckResult:
-    """Result of the regression check: `checks` compare numbers with the reference, `stale` lists outdated results."""
+def run_check(now: Fingerprint | None = None, *, progress: Progress = silent) -> dict[str, Any]:
+    """Compare every part of the program with reference values, and list outdated stored results.
 
-    JSON_PROPERTIES: ClassVar = ("ok",)
-    JSON_OMITTED: ClassVar = ("now",)
-
-    checks: tuple[CheckedQuantity, ...]
-    stale: tuple[Mapping[str, str], ...]
-    now: Fingerprint
-
-    @property
-    def ok(self) -> bool:
-        """True if every number agrees with the reference and no stored result is outdated."""
-        return not self.stale and all(check.ok for check in self.checks)
-
-
-def run_check(*, progress: Progress = silent) -> CheckResult:
-    """Run every part of the program, compare the results with reference values, and list outdated stored results.
-
-    Raises the errors of running a bundled scene and of reading a shipped recording.
+    `now` is the program's `fingerprint`; by default it is computed. In the returned mapping, `checks` lists every
+    number as in `compare_part`, `stale` the `file` of each outdated result and `why`; `ok` is true if every number
+    agrees and no result is outdated. Raises the errors of running a bundled scene and of reading a shipped recording.
     """
-    known, now = reference_fingerprint(), fingerprint(progress=progress)
+    known, now = reference_fingerprint(), now or fingerprint(progress=progress)
     checks = [
-        replace(one, name=f"{part}: {one.name}")
+        one | {"name": f"{part}: {one['name']}"}
         for part, values in now.items()
         for one in compare_part(values, known.get(part, {}))
     ]
     shipped = map(read_result, sorted(shipped_folder(stored_result.REPORTS).glob("*.json")))
     reasons = ((one.path.name, one.why_stale(now)) for one in shipped if one is not None)
-    stale = tuple({"file": file, "why": why} for file, why in reasons if why is not None)
-    return CheckResult(checks=tuple(checks), stale=stale, now=now)
+    stale = [{"file": file, "why": why} for file, why in reasons if why is not None]
+    return {"checks": checks, "stale": stale, "ok": not stale and all(one["ok"] for one in checks)}
 
 
 def reference_path() -> Path:

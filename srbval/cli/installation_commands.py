@@ -42,13 +42,15 @@ def run_doctor_command(options: argparse.Namespace) -> int:
 
     def show() -> None:
         print(text_table(("item", "value"), list(found["facts"].items())))
-        rows = [(use.kind, use.files, f"{use.size_bytes / MEGABYTE:.1f}", use.folder) for use in found["cache"]]
+        rows = [
+            (use["kind"], use["files"], f"{use['size_bytes'] / MEGABYTE:.1f}", use["folder"]) for use in found["cache"]
+        ]
         print("\n" + text_table(("cache", "files", "MB", "folder"), rows))
         if found["cache"]:
             limit = f"{SCENE_RESULTS}: above {LIMIT_BYTES / MEGABYTE:,.0f} MB the least recently used files are removed"
             print(f"All content can be computed again. {limit}. To delete: srbval doctor --clear-cache KIND")
         for use in cleared or ():
-            print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB")
+            print(f"deleted: {use['folder']}, {use['files']} files, {use['size_bytes'] / MEGABYTE:.1f} MB")
         if warmed:
             print(f"compiled: {', '.join(warmed['compiled']) or 'nothing, all kernels were compiled already'}")
         print("\n".join(f"written: {path}" for path in written))

@@ -4,11 +4,11 @@ import argparse
 import math
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.check.check import CheckResult, fingerprint, reference_path, run_check, write_reference
+from srbval.check.check import fingerprint, reference_path, run_check, write_reference
 from srbval.cli.output import own_command, print_result
 from srbval.progress import Progress, ProgressDisplay, prefix_tasks, stage
 from srbval.progress.tables import text_rows, text_table
@@ -30,41 +30,41 @@ STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
 def run_check_command(options: argparse.Namespace) -> int:
     """Compare key results of srbval with a stored reference, or update it; exit code 1 if any differ or are stale."""
     with ProgressDisplay() as progress:
-        result = run_check(progress=prefix_tasks(progress, "Check"))
-    document = to_json(result)
+        now = fingerprint(progress=prefix_tasks(progress, "Check"))
+    document = run_check(now)
     if options.update:
         changed = [one for one in document["checks"] if not one["ok"]]
         replaced = bool(changed) and options.yes
         if replaced:
-            write_reference(result.now)
+            write_reference(now)
         left = "replaced" if replaced else "unchanged; --yes replaces it"
         text = f"{reference_path()}: {left if changed else 'nothing differs'}; {len(changed)} quantities differ"
         document |= {"reference": reference_path(), "replaced": replaced, "differences": changed}
         return print_result(options, document, text, code=0 if replaced or not changed else 1)
-    drifted = not all(one.ok for one in result.checks)
-    status = "drifted" if drifted else "stale" if result.stale else "ok"
-    return print_result(options, document, lambda: _show_check(result), status=status, code=0 if result.ok else 1)
+    ok, drifted = document["ok"], not all(one["ok"] for one in document["checks"])
+    status = "drifted" if drifted else "stale" if document["stale"] else "ok"
+    return print_result(options, document, lambda: _show_check(document), status=status, code=0 if ok else 1)
 
 
-def _show_check(result: CheckResult) -> None:
-    wrong = [one for one in result.checks if not one.ok]
-    sizes, off = (Counter(one.name.partition(":")[0] for one in some) for some in (result.checks, wrong))
+def _show_check(result: Mapping[str, Any]) -> None:
+    wrong = [one for one in result["checks"] if not one["ok"]]
+    sizes, off = (Counter(one["name"].partition(":")[0] for one in some) for some in (result["checks"], wrong))
     rows = [(part, size, off[part]) for part, size in sizes.items()]
     print(text_table(("part of the program", "quantities", "out of tolerance"), rows))
     for one in wrong[:MAX_PRINTED_QUANTITIES]:
-        if one.words:
-            print(f"{one.name}: {one.words[1]}, the reference is {one.words[0]}")
-        elif math.isnan(one.low):
-            print(f"{one.name}: {one.value:.9g}, the reference has no value")
+        name, value = one["name"], "no value" if math.isnan(one["value"]) else f"{one['value']:.9g}"
+        if one["words"]:
+            print(f"{name}: {one['words'][1]}, the reference is {one['words'][0]}")
+        elif math.isnan(one["low"]):
+            print(f"{name}: {value}, the reference has no value")
         else:
-            value = "no value" if math.isnan(one.value) else f"{one.value:.9g}"
-            print(f"{one.name}: {value} is not within {one.low:.9g} to {one.high:.9g}")
+            print(f"{name}: {value} is not within {one['low']:.9g} to {one['high']:.9g}")
     if len(wrong) > MAX_PRINTED_QUANTITIES:
         print(f"and {len(wrong) - MAX_PRINTED_QUANTITIES} more; --json lists all")
-    for stale in result.stale:
+    for stale in result["stale"]:
         file, why = stale["file"], stale["why"]
         print(f"stale: reports/{file}: {why}. Compute it again: srbval evidence {file.removesuffix('.json')}")
-    if result.ok:
+    if result["ok"]:
         print("Every quantity is within its tolerance, and no stored evidence is stale.")
 
 

@@ -20,6 +20,7 @@ from srbval.recordings.settings import RecordingSettings, apply_settings, open_f
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json, write_json
+from srbval.storage.sources import content_version
 from srbval.storage.tables import build
 
 MANIFEST_SCHEMA = 1
@@ -98,7 +99,7 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
 
     If the file cannot be used, `status` is not ok and `reason` explains it; otherwise `reason` lists missing facts. If
     the content has changed since the old entry, only status and reason of the old entry change. An unchanged file is
-    read again only if the settings differ.
+    read again only if the settings or the program differ.
     """
     entry = old or RegisteredRecording(file=str(path), registered=False)
     try:
@@ -117,7 +118,7 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
                 "register it again if it was changed on purpose (`srbval data add --repin`)"
             )
             return entry.with_status(FileStatus.CHANGED, text)
-        if entry.sha256 and entry.status is FileStatus.OK and entry.settings == (settings or None):
+        if entry.format and entry.status is FileStatus.OK and entry.settings == (settings or None):
             return replace(entry, mtime_ns=mtime_ns)
         entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
         entry = _describe_contents(entry, path, settings)
@@ -189,6 +190,7 @@ def read_manifest() -> EntriesByFile:
     """Read the manifest, a list of recording files, as entries by path; `DataError` if the manifest is damaged.
 
     The list also has entries of files that were only read, not registered; they are left out if their files changed.
+    Files that another version of the program has read are to be read again.
     """
     path = manifest_path()
     try:
@@ -206,7 +208,10 @@ def _parse_manifest(content: bytes) -> tuple[RegisteredRecording, ...]:
     document = parse_json(content)
     if document["schema_version"] != MANIFEST_SCHEMA:
         raise ValueError(f"schema_version = {document['schema_version']} instead of {MANIFEST_SCHEMA}")
-    return tuple(build(RegisteredRecording, table, "recordings") for table in document["recordings"])
+    entries = (build(RegisteredRecording, table, "recordings") for table in document["recordings"])
+    if document.get("program") != content_version(__name__):
+        entries = (replace(entry, mtime_ns=-1, format=None) for entry in entries)  # to be read again
+    return tuple(entries)
 
 
 def update_manifest(change: Callable[[EntriesByFile], EntriesByFile]) -> None:
@@ -218,8 +223,8 @@ def update_manifest(change: Callable[[EntriesByFile], EntriesByFile]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with filelock.FileLock(path.with_suffix(".lock"), timeout=LOCK_SECONDS):
             entries = change(read_manifest())
-            recordings = [entries[file] for file in sorted(entries)]
-            write_json(path, {"schema_version": MANIFEST_SCHEMA, "recordings": recordings})
+            about = {"schema_version": MANIFEST_SCHEMA, "program": content_version(__name__)}
+            write_json(path, about | {"recordings": [entries[file] for file in sorted(entries)]})
     except OSError as error:  # or another process has locked the manifest for too long
         raise DataError(
             f"{path}: cannot be written ({error.strerror or error}). Set {HOME_VARIABLE} to a folder that you may "

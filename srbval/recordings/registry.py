@@ -195,12 +195,13 @@ def files_under(folder: Path) -> list[Path]:
 def _inspect_and_store(
     files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
-    """Entries of `files`; unchanged files with an entry in `known` are read only if `again`. New entries are stored."""
+    """Entries of `files`; unchanged files with an entry in `known` are read only if `again`. New results are stored."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
-    new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
+    usable = (entry for entry in found if entry.sha256 and (entry.status is FileStatus.OK or not entry.registered))
+    new = {entry.file: entry for entry in usable if entry != known.get(entry.file)}
     if new:
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
-            update_manifest(lambda entries: new | entries)
+            update_manifest(lambda now: now | {f: e for f, e in new.items() if now.get(f) == known.get(f)})
     return found
 
 

@@ -12,7 +12,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -81,24 +80,17 @@ def git_revision() -> str | None:
     return f"{revision}-dirty" if changed else revision
 
 
-@dataclass(frozen=True, kw_only=True)
-class CacheUse:
-    """Disk space of one `kind` of cached content: folder, number of files and size [bytes]."""
-
-    kind: str
-    folder: Path
-    files: int
-    size_bytes: int
-
-
 def cache_folder(kind: str) -> Path:
     """Folder of one `kind` of cached content (``kernels``, ``results``, ...); it may not exist yet."""
     base = os.environ.get(KERNEL_VARIABLE) if kind == KERNELS else None
     return (Path(base, "srbval") if base else _root()) / kind
 
 
-def cache_use() -> tuple[CacheUse, ...]:
-    """Disk space of every kind of cached content, sorted by name; includes folders of earlier versions of srbval."""
+def cache_use() -> list[dict[str, Any]]:
+    """Disk space of every kind of cached content, sorted by name; includes folders of earlier versions of srbval.
+
+    The keys of a row are `kind`, `folder`, number of `files` and `size_bytes`.
+    """
     kinds = {path.name for path in _root().iterdir()} if _root().is_dir() else set()
     found = []
     for kind in (kind for kind in sorted(kinds | {KERNELS}) if cache_folder(kind).is_dir()):
@@ -106,22 +98,22 @@ def cache_use() -> tuple[CacheUse, ...]:
         for path in folder.rglob("*"):
             with contextlib.suppress(FileNotFoundError):  # deleted meanwhile
                 sizes += [path.stat().st_size] if path.is_file() else []
-        found.append(CacheUse(kind=kind, folder=folder, files=len(sizes), size_bytes=sum(sizes)))
-    return tuple(found)
+        found.append({"kind": kind, "folder": folder, "files": len(sizes), "size_bytes": sum(sizes)})
+    return found
 
 
-def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
+def clear_cache(*kinds: str) -> list[dict[str, Any]]:
     """Delete the folders of these `kinds` (default: all) and return their size; an unknown kind is an error."""
-    found = {use.kind: use for use in cache_use()}
+    found = {use["kind"]: use for use in cache_use()}
     unknown = [kind for kind in kinds if kind not in found]
     if unknown:
         raise ConfigurationError(f"the cache contains no {unknown[0]!r}. It contains: {', '.join(found) or 'nothing'}.")
-    chosen = tuple(found[kind] for kind in kinds or found)
+    chosen = [found[kind] for kind in kinds or found]
     for use in chosen:
         try:
-            shutil.rmtree(use.folder)
+            shutil.rmtree(use["folder"])
         except OSError as error:
-            raise DataError(f"{use.folder}: cannot be deleted ({error.strerror or error}).") from None
+            raise DataError(f"{use['folder']}: cannot be deleted ({error.strerror or error}).") from None
     return chosen
 
 

@@ -13,7 +13,6 @@ import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from srbval.storage.installation import package_folder
 
@@ -23,11 +22,16 @@ PACKAGE_FOLDER = package_folder()
 STATEMENT = re.compile(r"^[ \t]*(?:from|import)[ \t][^\n(]*(?:\([^)]*\))?", re.MULTILINE)
 FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE)
 PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", imported at first use
-_NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
+# In the texts of `ast.dump`: beginnings of statements that compute nothing; docstrings, and empty fields and contexts,
+# which only some versions of Python print, with a comma beside them; names of private functions, arguments and so on.
+_NOT_RUN = ("Import", "Expr(value=Constant(", "If(test=Name(id='TYPE_CHECKING'", "Assign(targets=[Name(id='__all__'")
+_STRING = r"""(?:'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
+_EMPTY = rf"(?:Expr\(value=Constant\(value={_STRING}\)\)|\w+=\[\]|ctx=Load\(\))"
+_WITHOUT_EFFECT = re.compile(rf"(?:(?:, )?{_EMPTY})+(?=[)\]])|{_EMPTY}, ")
+_PRIVATE_NAME = re.compile(r"\b(name|id|attr|arg)='_(?!_)\w*'")
 SHOWING = ("page", "figure")
 NOT_COUNTED = {"harness"}  # which runs every study and stores its result
 DISPLAY_KEYS = ("question",)  # keys of a study's TOML file that only inform the reader
-_NAME_FIELDS = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
@@ -41,7 +45,7 @@ def content_version(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = 
 
 
 @cache
-def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
+def code_sha256(folder: Path) -> str:
     """Hash of the statements in the modules and TOML files of a `folder`, 64 hexadecimal digits.
 
     Modules beside the folder that it imports count as well, apart from `NOT_COUNTED`. These do not count: docstrings,
@@ -52,7 +56,7 @@ def code_sha256(folder: Path, package: Path = PACKAGE_FOLDER) -> str:
     imports = {name for path in files if path.suffix == ".py" for name in _imported(path.read_text(encoding="utf-8"))}
     used = {part for name in imports for part in name.split(".")} - NOT_COUNTED
     files += [path for path in folder.parent.glob("*.py") if path.stem in used]
-    statements = [one for path in files for one in _statements(path, package)]
+    statements = [one for path in files for one in _statements(path)]
     return hashlib.sha256(b"".join(sorted(statements))).hexdigest()
 
 
@@ -107,46 +111,12 @@ def _imported(text: str) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
 
 
-@cache
-def _statements(source: Path, package: Path) -> list[bytes]:
-    """Hash of each top-level statement of a module, except imports and ``__all__``; one hash of a whole data file."""
-    if source.suffix != ".py":
-        content = source.read_bytes()
-        if source.suffix == ".toml":
-            told = tomllib.loads(content.decode())
-            content = repr({key: value for key, value in told.items() if key not in DISPLAY_KEYS}).encode()
-        return [hashlib.sha256(content).digest()]
-    text, found = source.read_text(encoding="utf-8"), []
-    lines = text.split("\n")
-    for node in ast.parse(text).body:
-        words: list[str] = []
-        if not (isinstance(node, ast.Import | ast.ImportFrom) or lines[node.lineno - 1].startswith(_NOT_RUN)):
-            _describe(node, f"{package.name}.", words)
-        if words:
-            found.append(hashlib.sha256("\n".join(words).encode()).digest())
-    return found
-
-
-def _describe(node: ast.AST, package_prefix: str, words: list[str]) -> None:
-    """Append the content of a syntax tree, except docstrings, to `words`, equal for every version of Python."""
-    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
-        return
-    words.append(type(node).__name__)
-    for name in node._fields:
-        value: Any = getattr(node, name, None)
-        if isinstance(value, ast.AST):
-            _describe(value, package_prefix, words)
-        elif isinstance(value, list):
-            for item in value:
-                if isinstance(item, ast.AST):
-                    _describe(item, package_prefix, words)
-                else:
-                    words.append(repr(item))
-            if value:  # newer versions of Python have more, empty fields
-                words.append(f"end of {name}")
-        elif isinstance(value, str) and value.startswith(package_prefix):  # a reference to a module, which may move
-            words.append(value.partition(":")[2])
-        elif name in _NAME_FIELDS and isinstance(value, str) and value.startswith("_") and not value.startswith("__"):
-            words.append("_")
-        elif value is not None:
-            words.append(repr(value))
+def _statements(source: Path) -> list[bytes]:
+    """Hash of each top-level statement of a module, except imports and ``__all__``; one hash of a whole TOML file."""
+    text = source.read_text(encoding="utf-8")
+    if source.suffix == ".toml":
+        content = [repr({key: value for key, value in tomllib.loads(text).items() if key not in DISPLAY_KEYS})]
+    else:
+        trees = (tree for tree in map(ast.dump, ast.parse(text).body) if not tree.startswith(_NOT_RUN))
+        content = [_PRIVATE_NAME.sub(r"\1=_", _WITHOUT_EFFECT.sub("", tree)) for tree in trees]
+    return [hashlib.sha256(one.encode()).digest() for one in content]

@@ -46,26 +46,13 @@ def tolerance(name: str, value: float) -> float:
     return max(RELATIVE_TOLERANCE * abs(value), smallest)
 
 
-@dataclass(frozen=True, kw_only=True)
-class CheckedQuantity:
-    """One number of the fingerprint, by which the program's behaviour is compared with a stored reference.
+def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[dict[str, Any]]:
+    """Compare a program part's fingerprint `now` with the reference `known`; a number missing in one of them fails.
 
-    `value` is the number that the program computes now (NaN if none), `low` to `high` the accepted range (NaN if the
-    reference lacks the number). If the quantity is a word, such as a status, `words` are the reference word and the
-    present word, and `value` is 1 if they are equal, otherwise 0.
+    Each row has a `name`, the present `value` (NaN if none), the accepted range `low` to `high` (NaN if the reference
+    lacks the number) and `ok`. For words, such as a status, `words` are the reference word and the present word, and
+    `value` is 1 if they are equal, otherwise 0. `unit` is empty.
     """
-
-    name: str
-    value: float
-    low: float
-    high: float
-    ok: bool
-    unit: str = ""
-    words: tuple[str, str] | None = None
-
-
-def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQuantity]:
-    """Compare a program part's fingerprint `now` with the reference `known`; a number missing in one of them fails."""
     found, both = [], [name for name in now if name in known]
     for name in dict.fromkeys([*both, *now, *known]):
         value, middle, words = now.get(name, math.nan), known.get(name, math.nan), None
@@ -73,8 +60,8 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[CheckedQu
             words, value, middle = (str(middle), str(value)), float(value == middle), 1.0
         near = 0.0 if words else tolerance(name, middle)
         equal = value == middle or abs(value - middle) <= near or (math.isnan(value) and math.isnan(middle))
-        ok, low, high = equal and name in both, middle - near, middle + near
-        found.append(CheckedQuantity(name=name, value=value, low=low, high=high, ok=ok, words=words))
+        row = {"name": name, "value": value, "low": middle - near, "high": middle + near}
+        found.append(row | {"ok": equal and name in both, "unit": "", "words": words})
     return found
 
 
@@ -147,7 +134,7 @@ class StoredResult:
         if then is None:
             return "it does not state the fingerprint of the program that computed it"
         for part, numbers in fingerprint_of(then).items():
-            if names := [one.name for one in compare_part(now.get(part, {}), numbers) if not one.ok]:
+            if names := [one["name"] for one in compare_part(now.get(part, {}), numbers) if not one["ok"]]:
                 more = f" and {len(names) - 1} more" if len(names) > 1 else ""
                 return f"the program's part {part} behaves differently: {names[0]}{more}"
         return None

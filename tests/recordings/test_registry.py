@@ -126,9 +126,7 @@ def test_environment_folder_is_there_without_add(folder, monkeypatch):
     assert {Path(file).name for file in read_manifest()} == {"105.mat", "README.md", EXCERPT, RIG}
     with pytest.raises(DataError, match=r"nothing was removed.*SRBVAL_RECORDINGS"):
         remove(folder)
-    blocked = folder.parent / "file"
-    blocked.write_text("a file where the home should be")
-    monkeypatch.setenv("SRBVAL_HOME", str(blocked / "home"))
+    monkeypatch.setenv("SRBVAL_HOME", str(folder / "105.mat" / "home"))  # within a file
     assert len(rig_recordings()) == 2
     with pytest.raises(DataError, match="SRBVAL_HOME"):
         add(folder)
@@ -137,6 +135,15 @@ def test_environment_folder_is_there_without_add(folder, monkeypatch):
         listing()
     monkeypatch.delenv("SRBVAL_RECORDINGS")
     assert listing().recordings == ()
+
+
+def test_a_file_that_another_version_has_read_is_read_again_once(folder):
+    (first,) = add(folder / "105.mat").recordings
+    written = manifest_path().read_text().replace('"rpm": 1796.0', '"rpm": 1.0')
+    for program, rpm in (('"program": "', 1.0), ('"program": "older', first.rpm), ('"none": "', first.rpm)):
+        manifest_path().write_text(written.replace('"program": "', program))
+        assert listing().recordings == listing(hash_all=True).recordings == (replace(first, rpm=rpm),)
+        assert read_manifest()[first.file].rpm == rpm
 
 
 def test_a_copy_is_no_further_recording(folder, tmp_path):
@@ -173,23 +180,20 @@ def test_real_folder(recordings_dir, monkeypatch):
     assert {Path(r.file).suffix for r in found.left_out} <= {".md", ".txt", ".json"}
     asked = sorted(Path(r.file) for r in found.recordings if "--channel" in (r.reason or ""))
     assert asked == sorted((recordings_dir / "ims_test1").glob("2003*"))
-    states = ("H", "IR", "OR", "Roller")
     fast = {name for name, r in by_name(rig_recordings()).items() if r.nominal_rpm == 877}
-    assert fast == {f"{state}_877rpm_sample.mat" for state in states}
+    assert fast == {f"{state}_877rpm_sample.mat" for state in ("H", "IR", "OR", "Roller")}
 
 
 def test_what_srbval_wrote_itself_is_no_recording(folder):
     """Tables and signals of reports and campaigns are passed over, but not a record that a user put beside them."""
-    tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
-    report = Report(title="a", sections=(), data={}, verdict=tone)
+    report = Report(title="a", sections=(), data={}, verdict=VerdictBox(tone=Tone.NEUTRAL, headline="a report"))
     write_report(report, folder / "report", ("html", "json"))
     table = CampaignTable(campaign=small(), version="", cases=(), folder=folder / "below" / "runs")
     with folder_lock(table.folder):
         write_campaign_table(table)
-    for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5"):
+    for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5", "report/of the user.h5"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "s.h5", folder / name)
-    shutil.copy(folder / "s.h5", folder / "report" / "of the user.h5")
     found = add(folder)
     assert set(by_name(found.recordings)) == {EXCERPT, RIG, "105.mat", "s.h5", "of the user.h5"}
     assert set(by_name(found.left_out)) == {"README.md"}

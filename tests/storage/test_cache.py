@@ -31,7 +31,7 @@ def fill(kind: str, *sizes: int) -> Path:
 
 
 def used() -> dict[str, tuple[int, int]]:
-    return {use.kind: (use.files, use.size_bytes) for use in cache_use()}
+    return {use["kind"]: (use["files"], use["size_bytes"]) for use in cache_use()}
 
 
 def test_one_kind_or_all_of_them_are_cleared(root):
@@ -42,7 +42,7 @@ def test_one_kind_or_all_of_them_are_cleared(root):
         clear_cache("results", "kernel")
     assert used() == {"kernels": (1, 5), "references": (1, 20), "results": (2, 30)}
     (deleted,) = clear_cache("references")
-    assert (deleted.folder, deleted.size_bytes) == (root / "references", 20)
+    assert (deleted["folder"], deleted["size_bytes"]) == (root / "references", 20)
     assert used() == {"kernels": (1, 5), "results": (2, 30)}
     clear_cache()
     assert used() == {}
@@ -52,7 +52,7 @@ def test_kernels_go_where_numba_is_told_to_put_them(tmp_path, monkeypatch):
     """Clearing the cache leaves kernels of another place, and other files in that folder, alone."""
     before = fill("kernels", 5)
     monkeypatch.setenv(KERNEL_VARIABLE, str(tmp_path / "elsewhere"))
-    assert clear_cache() == ()
+    assert clear_cache() == []
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere/thesis.txt").write_text("mine")
     assert fill("kernels", 6) == tmp_path / "elsewhere/srbval/kernels"
