@@ -215,8 +215,8 @@ def write_report(report: Report, folder: Path, formats: Collection[str] = FORMAT
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
     ``figures`` contains the pictures and, as CSV, their data and the report's tables. If writing fails, the former
-    files remain. ``report.json`` lists all files; files of a former report that are no longer listed are removed. For
-    `formats` see `check_formats`. Raises `DataError` if `folder` cannot be written to.
+    files remain. ``report.json`` lists all files with their SHA-256; unchanged files of a former report that are no
+    longer listed are removed. For `formats` see `check_formats`. Raises `DataError` if `folder` cannot be written to.
     """
     try:
         existing = next(path for path in (folder.resolve(), *folder.resolve().parents) if path.is_dir())

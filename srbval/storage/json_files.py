@@ -10,15 +10,15 @@ import enum
 import json
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from srbval.errors import DataError
-from srbval.storage.files import MAX_FILE_BYTES, atomic_write, read_limited
+from srbval.errors import DataError, SrbvalError
+from srbval.storage.files import MAX_FILE_BYTES, atomic_write, file_sha256, read_limited
 
 
 def to_json(value: Any) -> Any:
@@ -100,23 +100,34 @@ def read_json(path: Path, most_bytes: int = MAX_FILE_BYTES) -> Any:
 
 
 def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
-    """Move all files of folder `stage` to `folder`, and write the file `listing`: `content` and the files' names.
+    """Move all files of folder `stage` to `folder`, and write the file `listing`: `content` and each file's SHA-256.
 
-    Files in `folder` that its former `listing` names, but that are not written now, are removed; links and files
-    outside `folder` never. If `content` is None, no listing is written.
+    Files that an earlier call wrote and listed in `folder`, but that are not written now, are removed, unless the user
+    has changed them. If `content` is None, no listing is written.
     """
-    files = sorted(path.relative_to(stage) for path in stage.rglob("*") if path.is_file())
+    files = sorted(path for path in stage.rglob("*") if path.is_file())
     if content is not None:
-        write_json(stage / listing, {**content, "files": files})
-        files.append(Path(listing))
-    home = folder.resolve()
+        written = {path.relative_to(stage).as_posix(): file_sha256(path) for path in files}
+        write_json(stage / listing, {**content, "files": written})
+        files.append(stage / listing)
+    stale = set(_listed_files(folder, listing))
+    for path in files:
+        moved = folder / path.relative_to(stage)
+        moved.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(path, moved)
+        stale.discard(moved)
+    for path in stale:
+        path.unlink(missing_ok=True)
+
+
+def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
+    """Yield the file `listing` in `folder`, and the files it lists that still match their SHA-256."""
     try:
-        former = {home / name for name in (listing, *read_json(home / listing)["files"])}
-    except (DataError, LookupError, TypeError):  # missing, or written by another program
-        former = set()
-    for file in files:
-        (home / file).parent.mkdir(parents=True, exist_ok=True)
-        os.replace(stage / file, home / file)
-    for path in former.difference(home / file for file in files):
-        if os.path.isfile(path) and path.resolve() == path and path.is_relative_to(home):
-            path.unlink()
+        listed = dict(read_json(folder / listing)["files"])
+    except (SrbvalError, LookupError, TypeError, ValueError):  # missing, or written by another program
+        return
+    yield folder / listing
+    for name, sha256 in listed.items():
+        inside = ".." not in Path(name).parts and not Path(name).is_absolute() and len(Path(name).parts) <= 2
+        if inside and (folder / name).is_file() and file_sha256(folder / name) == sha256:
+            yield folder / name
