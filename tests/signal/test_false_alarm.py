@@ -109,20 +109,6 @@ def test_a_comb_is_no_rarer_than_one_in_the_windows_that_share_no_line():
     assert alarm.joint_false_alarm(0.5, 0.0, 0.0) == 0.5
 
 
-def test_the_tail_is_the_rank_inside_and_goes_on_exponentially_beyond():
-    """Placebos drawn from an exponential distribution: what is as rare as 1e-5 has a tail of about that."""
-    placebos = np.random.default_rng(8).exponential(3.0, 4000)
-    inside, beyond = float(np.quantile(placebos, 0.5)), 3 * np.log(1e5)
-    assert alarm.neg_log_rank(inside, placebos) == pytest.approx(-np.log(rank_of(inside, placebos)))
-    assert rank_of(beyond, placebos) == 1 / 4001
-    assert 0.3e-5 < np.exp(-alarm.neg_log_rank(beyond, placebos)) < 3e-5
-    assert math.isnan(alarm.neg_log_rank(math.nan, np.ones(100)))
-    assert math.isnan(alarm.neg_log_rank(3.0, np.ones(3)))
-    for strongest in (6.0, math.inf):  # placebos that share their strongest line have no tail
-        alike = np.repeat([1.0, strongest], [60, 40])
-        assert alarm.neg_log_rank(30.0, alike) == pytest.approx(math.log(101 if strongest == 6 else 101 / 41))
-
-
 COMB_S, LINE_HZ, COMB_SHAFT_HZ, COMB_LIMIT_HZ = 6.0, 61.7, 17.3, 600.0
 
 
