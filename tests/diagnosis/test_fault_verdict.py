@@ -315,6 +315,17 @@ def test_a_line_at_a_multiple_of_the_mains_is_not_named_and_said(name, mains):
     assert judged(made(rng, 1.02 * mains / 25.0), 61.2 * mains / order).part is Fault.of_line(name.upper())
 
 
+@pytest.mark.parametrize(("bearing", "near"), [("skf-6203", "roller"), ("ntn-n203", "outer")])
+def test_noise_modulated_at_a_multiple_of_the_shaft_speed_is_no_fault(bearing, near):
+    """Four vanes: 2xBSF of the one bearing is at order 3.99, BPFO of the other at 4.03."""
+    noise, turns = np.random.default_rng(1).standard_normal(60_000), 29.5 * np.arange(60_000) / FS_HZ
+    plain = dataclasses.replace(record(shaft_hz=25.0, fault=False), speed=stated_speed(1770.0, 1.0))
+    vanes = dataclasses.replace(plain, channels={"x": noise * (1 + 0.5 * np.cos(8 * np.pi * turns))})
+    verdict = fault_verdict(analyse(vanes, bearing=bearing))
+    assert verdict.diagnosis.scores.first[near].explained_by == "harmonic 4 of the shaft"
+    assert not verdict.parts
+
+
 @pytest.mark.parametrize(("name", "part"), [("bpfo", "outer"), ("bpfi", "inner"), (None, None)])
 def test_records_too_short_to_be_read_are_pooled_each_at_its_own_speed(name, part, tmp_path, srbval_json, srbval_text):
     """Forty snapshots of 0.12 s, three turns each, of a shaft that slows down by 12 % from the first to the last."""

@@ -1,7 +1,5 @@
 """Chances of false alarms: of noise in closed form, and the rank of a comb among meaningless ones."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ from srbval.arrays import FloatArray
 from srbval.signal import Periodogram
 from srbval.signal import false_alarm as alarm
 from srbval.signal.comb import CombSpectrum, read_comb
-from srbval.signal.false_alarm import rank as rank_of
 
 BINS = 65
 FIVE = np.eye(6)[5]  # all lines of the comb are seen in all of the window
