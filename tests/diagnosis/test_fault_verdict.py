@@ -19,6 +19,7 @@ from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison,
 from srbval.diagnosis.fault_posterior import LABELS, OTHER_CAUSE
 from srbval.diagnosis.fault_verdict import (
     SHALLOW_DEPTH,
+    STRUCK_DEPTH,
     FaultVerdict,
     Finding,
     fault_verdict,
@@ -57,7 +58,8 @@ def assert_no_contradiction(analysis: Analysis, verdict: FaultVerdict) -> None:
     assert (entry["probabilities"]["healthy"] > 0.5) <= (entry["called"] is None and not verdict.diagnosis.standing)
     if tone is Tone.GOOD:
         assert max(entry["probabilities"], key=entry["probabilities"].get) == Fault.HEALTHY
-        assert "would have been detected from a modulation of about" in verdict.headline
+        roller = smallest_detectable_depth(analysis.line("2xBSF"), verdict.comparison) < STRUCK_DEPTH
+        assert f"; a {'' if roller else 'race '}fault would have been detected from a" in verdict.headline
         for line in (x for x in analysis.lines if Fault.of_line(x.name) and x.is_first and x.stands_out):
             assert line.depth < SHALLOW_DEPTH
             assert verdict.comparison.ratios[line.name][0] < RISEN_RATIO
@@ -324,6 +326,7 @@ def test_noise_modulated_at_a_multiple_of_the_shaft_speed_is_no_fault(bearing, n
     verdict = fault_verdict(analyse(vanes, bearing=bearing))
     assert verdict.diagnosis.scores.first[near].explained_by == "harmonic 4 of the shaft"
     assert not verdict.parts
+    assert ("; a race fault would have been detected" in verdict.headline) == (near == "roller"), "2xBSF is hidden"
 
 
 @pytest.mark.parametrize(("name", "part"), [("bpfo", "outer"), ("bpfi", "inner"), (None, None)])
