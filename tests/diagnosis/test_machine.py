@@ -180,7 +180,6 @@ def test_another_speed_is_neither_judged_nor_baseline_and_few_records_are_not_ei
     assert (channel.points[15]["risen"], channel.points[15]["comparable"]) == ([], False)
     assert found.comparisons == (4 * (RECORDS - BASELINE - 1) if len(others) == 2 else 0)
     assert max(channel.limits.values(), default=0.0) < 30
-    assert found.answer.startswith("No alarm can be computed") == (len(others) == 3)
     assert trend(levels[:4]).answer.startswith("No alarm can be computed from 4 records")
     with pytest.raises(ConfigurationError, match="at least 5"):
         trend(levels, baseline=4)

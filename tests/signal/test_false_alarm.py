@@ -51,7 +51,6 @@ def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_unde
 FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
 HARMONICS, RELATIVE = 5, 0.01
 TRUE_HZ = 88.7
-LEAST = 1 / (alarm.MIN_PLACEBOS + 1)
 # 240 combs of 60 records: ranks below a twentieth within three binomial standard errors, and a distance from the
 # uniform distribution that 60 independent ones stay below in 19 of 20 cases (1.36 / sqrt(60)).
 RECORDS, COMBS_EACH, HIGHEST_SHARE, HIGHEST_DISTANCE = 60, 4, 0.13, 0.175
@@ -74,7 +73,7 @@ def pool(centre_hz):
 
 
 def rank(record, centre_hz):
-    return alarm.rank_among_placebos(record, centre_hz, RELATIVE * centre_hz, HARMONICS, pool(centre_hz)).false_alarm
+    return alarm.rank_among_placebos(record, centre_hz, RELATIVE * centre_hz, HARMONICS, pool(centre_hz))
 
 
 def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small():
@@ -84,7 +83,7 @@ def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small
         record = record_of(rng, other=0.5)
         for centre_hz in rng.uniform(50, 100, COMBS_EACH):
             reading = read_comb(record, centre_hz, RELATIVE * centre_hz, period_s=None)
-            rows.append((rank(record, centre_hz), 1.0 if reading is None else reading.noise_false_alarm))
+            rows.append((rank(record, centre_hz).false_alarm, 1.0 if reading is None else reading.noise_false_alarm))
     placebo, noise = np.array(rows).T
     assert np.mean(noise < 0.001) > 0.1
     assert np.mean(placebo < 0.05) < HIGHEST_SHARE
@@ -95,13 +94,12 @@ def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small
 def test_a_comb_is_no_rarer_than_one_in_the_windows_that_share_no_line():
     """The strongest comb of a record stands in one of so few windows, whichever that is."""
     record = record_of(np.random.default_rng(4), other=0.3, line=0.4)
-    assert rank(record, TRUE_HZ * 1.003) == LEAST
+    assert rank(record, TRUE_HZ * 1.003).false_alarm == 1 / (alarm.MIN_PLACEBOS + 1)
     windows = pool(TRUE_HZ).size / (2 * alarm.GRID_PER_HALF_WINDOW)
-    found = alarm.rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, pool(TRUE_HZ))
+    found = rank(record, TRUE_HZ)
     assert found.whole_false_alarm == pytest.approx(1 / (windows + 1))
     assert alarm.joint_false_alarm(0.0, found.false_alarm, found.whole_false_alarm) > 0.1 / (windows + 1)
-    hz = 0.8 * TRUE_HZ
-    elsewhere = alarm.rank_among_placebos(record, hz, RELATIVE * hz, HARMONICS, pool(hz))
+    elsewhere = rank(record, 0.8 * TRUE_HZ)
     assert elsewhere.whole_false_alarm >= 1.5 / (windows + 1)  # the comb at TRUE_HZ is stronger
     assert alarm.joint_false_alarm(0.5, 0.0, 0.0) == 0.5
 
