@@ -52,9 +52,9 @@ class BaselineComparison:
 
     `ratios` maps the name of a line to its modulation in this record divided by its value in a healthy one, and to
     the 95 % interval of this ratio. The modulation is the line's amplitude in the squared envelope: in (m/s2)^2 if both
-    records are in m/s2 (`by_level`), otherwise as a share of the squared envelope's mean. A line has risen if its ratio
-    is at least `RISEN_RATIO` and the interval is above 1. `line` is the name of the risen line with the greatest
-    modulation depth, None if no line has risen. `baseline` is the file of the healthy record.
+    records are single channels in m/s2 (`by_level`), otherwise as a share of the squared envelope's mean. A line has
+    risen if its ratio is at least `RISEN_RATIO` and the interval is above 1. `line` is the name of the risen line with
+    the greatest modulation depth, None if no line has risen. `baseline` is the file of the healthy record.
     """
 
     sentence: str
@@ -165,8 +165,8 @@ def baseline_of(analysis: Analysis, healthy: RecordSource) -> Baseline:
         remarks.append(f"another channel, {healthy.channel} instead of {ours.channel}")
     if healthy.fs_hz != ours.fs_hz:
         remarks.append(f"sampled at {healthy.fs_hz:g} Hz instead of {ours.fs_hz:g} Hz; the same band was used")
-    if not _both_in_m_s2(found, analysis):
-        remarks.append("not both in m/s2: lines are compared as shares of the mean, not as levels")
+    if not _comparable_by_level(found, analysis):
+        remarks.append("not both a single channel in m/s2: lines are compared as shares of the mean, not as levels")
     if healthy.state is None:
         remarks.append("declared healthy by the user alone")
     return Baseline(analysis=found, conditions=tuple(conditions), remarks=tuple(remarks))
@@ -212,7 +212,7 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     above = {name for name, (ratio, ci95) in ratios.items() if ratio >= RISEN_RATIO and ci95[0] > 1}
     risen = [x for x in detected_fault_lines(lines) if x.name in above]
     compared = BaselineComparison(
-        sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_both_in_m_s2(analysis, healthy)
+        sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_comparable_by_level(analysis, healthy)
     )
     said = f"Compared with the healthy record {name},"
     if not risen:
@@ -226,8 +226,9 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     return replace(compared, line=first.name, sentence=sentence)
 
 
-def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
-    return one.recording.unit == other.recording.unit == "m/s2"
+def _comparable_by_level(one: Analysis, other: Analysis) -> bool:
+    """True if both records are single channels in m/s2; False, for example, if a run has two axes."""
+    return all(x.recording.unit == "m/s2" and x.recording.channel is not None for x in (one, other))
 
 
 def _three_digits(ratio: float) -> str:
@@ -236,16 +237,15 @@ def _three_digits(ratio: float) -> str:
 
 def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
     """Modulation of `line` divided by its value in `baseline`, with 95 % interval; None if the divisor is unknown."""
-    scaled = _both_in_m_s2(analysis, baseline)
+    by_level = _comparable_by_level(analysis, baseline)
     before = baseline.line(line.name)
     if before.explained_by == NotDetected.ANOTHER and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))  # the highest level that is not detected
         before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
 
     def modulation(of: Analysis, read: Line) -> float:
-        if not scaled or of.recording.channel is None:
-            return read.depth or 0.0
-        return (read.depth or 0.0) * float(np.mean(of.processed.squared)) * of.processed.scale**2
+        mean = float(np.mean(of.processed.squared)) * of.processed.scale**2 if by_level else 1.0
+        return (read.depth or 0.0) * mean
 
     ours, theirs = modulation(analysis, line), modulation(baseline, before)
     if not theirs or (before.covered and ours / theirs < RISEN_RATIO):  # the covering line is only an upper bound

@@ -313,9 +313,10 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         finding = Finding.NOTHING_FOUND
         least = max(limit for limit in seen.values() if limit < STRUCK_DEPTH)
         steady = "" if analysis.processed.tracking.used else " at a steady speed"
+        fault = "a fault" if max(seen.values()) < STRUCK_DEPTH else "a race fault"
         headline = (
-            "Nothing found: no fault is named and no strong line is unexplained; a fault would have been detected from "
-            f"a modulation of about {100 * least:.2g} % up{steady}"
+            f"Nothing found: no fault is named and no strong line is unexplained; {fault} would have been detected "
+            f"from a modulation of about {100 * least:.2g} % up{steady}"
         )
         each = (f"{name} {f'{100 * x:.2g} %' if x < STRUCK_DEPTH else 'not at all'}" for name, x in seen.items())
         limits = (

@@ -22,7 +22,7 @@ from srbval.bearing import DEFECTS, Bearing
 from srbval.diagnosis.fault_posterior import FaultScores, fault_scores
 from srbval.errors import DataError
 from srbval.processes.machine import one_thread
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis, analyse, with_spread
 from srbval.reading.lines import detected_fault_lines
 from srbval.reading.pipeline import choose_tracking, process, whole_band_of
 from srbval.reading.speed_search import SpeedSearch
@@ -107,4 +107,5 @@ def _scores(part: Recording, bearing: Bearing) -> FaultScores:
     """Score the combs (lines with harmonics) of one time interval (`part`) of a record at its stated speed."""
     speed, tracking = part.known_speed, choose_tracking(part, bearing, part.known_speed)
     processed = process(part, band_hz=whole_band_of(part.fs_hz).band_hz, tracking=tracking)
+    speed = with_spread(speed, tracking)
     return fault_scores(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))

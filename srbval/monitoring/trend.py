@@ -1,8 +1,8 @@
 """Trend of the records of one machine: levels of its fault lines, RMS, velocity, and the first alarm.
 
 The level of a fault in a record is the RMS in the band times the root of the fault line's modulation depth in the
-squared envelope. The baseline is the first b records of the history; m and s are mean and standard deviation of the
-logarithms of their levels. A level has risen if its logarithm x is above the prediction limit of the baseline::
+squared envelope. The baseline is b records of one speed among the first of the history; m and s are mean and standard
+deviation of the logarithms of their levels. A level has risen if its logarithm x is above their prediction limit::
 
     x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
 
@@ -14,6 +14,7 @@ not change. A change of load or temperature can raise a level, too, without a fa
 
 import itertools
 import math
+import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -46,9 +47,10 @@ class ChannelTrend:
 
     Each of the `points` is a record: its file, time, speed [rpm], RMS velocity and ISO zone; the `levels` of lines and
     RMS in the recording's unit; the 95 % half widths `ci95_db` of the lines' levels [dB]; the names of the `risen`
-    levels; and `comparable`, false if the speed differs from the baseline's. `reference` contains the geometric mean of
-    each level over the baseline, `limits` the value above which a level has risen, `zones` the least velocities of
-    zones B, C and D [mm/s]. `velocity_missing` is the reason for a missing velocity or zone.
+    levels; and `comparable`, false if the speed differs from the median speed of the first records (such a record is
+    not compared, and not part of the baseline). `reference` contains the geometric mean of each level over the
+    baseline, `limits` the value above which a level has risen, `zones` the least velocities of zones B, C and D [mm/s].
+    `velocity_missing` is the reason for a missing velocity or zone.
     """
 
     channel: str | None
@@ -173,7 +175,8 @@ def trend_of(
     """Compute the trend of the `documents` of `read_records`, by channel; `times` contains the time of each file.
 
     Limits follow from the first `baseline` records (default: a third of all, at least `LEAST_BASELINE`, at most
-    `MOST_BASELINE`). `zones_mm_s` are the velocities at which zones B, C and D begin (default: by `machine_class`).
+    `MOST_BASELINE`), without records of another speed. `zones_mm_s` are the velocities at which zones B, C and D begin
+    (default: by `machine_class`).
     """
     import pandas as pd
 
@@ -207,20 +210,21 @@ def trend_of(
 
     series = {}
     for channel, found in by_channel.items():
-        usual_hz = float(np.median([one["shaft_hz"]["value"] for one in found[:count]]))
+        usual_hz = statistics.median_low(one["shaft_hz"]["value"] for one in found[:count])
         series[channel] = [point_of(one, usual_hz) for one in found]
     names = [*(fault.line or "" for fault in DEFECTS), RMS]
     levels = {c: pd.DataFrame([p["levels"] for p in points], columns=names) for c, points in series.items()}
     judged = {c: [n >= count and p["comparable"] for n, p in enumerate(points)] for c, points in series.items()}
-    comparisons = sum(int(levels[channel][judged[channel]].count().sum()) for channel in series)
+    before = {c: levels[c][[n < count and p["comparable"] for n, p in enumerate(x)]] for c, x in series.items()}
+    enough = {channel: own.columns[own.count() >= LEAST_BASELINE] for channel, own in before.items()}
+    comparisons = sum(int(levels[channel][judged[channel]][enough[channel]].count().sum()) for channel in series)
     channels, no_zone = [], "" if boundaries else "no class of machine: --machine-class"
     for channel, points in series.items():
         features = by_channel[channel][0]["features"]
-        logs = np.log(levels[channel][:count].dropna(axis="columns", how="all"))
+        logs = np.log(before[channel].dropna(axis="columns", how="all"))
         known = logs.count()
         factor = -stdtrit(known - 1, ALPHA / max(1, comparisons)) * np.sqrt(1 + 1 / known)
-        enough = known.index[(known >= LEAST_BASELINE) & (comparisons > 0)]
-        limits = np.exp(logs.mean() + factor * logs.std())[enough].to_dict()
+        limits = np.exp(logs.mean() + factor * logs.std())[enough[channel]].to_dict() if comparisons else {}
         for point, is_judged in zip(points, judged[channel], strict=True):
             point["risen"] = [x for x, limit in limits.items() if is_judged and point["levels"].get(x, 0.0) > limit]
         channels.append(

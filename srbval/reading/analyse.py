@@ -207,9 +207,7 @@ def analyse(
     else:
         bands = (declared or whole_band_of(recording.fs_hz),)
     tracking = choose_tracking(recording, bearing, known_speed)
-    if known_speed.spread_hz and not tracking.used:  # the mean speed of a part may be any within the spread
-        ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)
-        known_speed = replace(known_speed, ci95_hz=ci95_hz)
+    known_speed = with_spread(known_speed, tracking)
     bands = tuple(replace(band, trials=trials * band.trials) for band in bands)
     found = _clearest(recording, bearing, known_speed, bands, tracking, trials)
     if tracking.course is None and recording.origin is Origin.MEASURED and not detected_fault_lines(found.lines):
@@ -219,6 +217,13 @@ def analyse(
             if detected_fault_lines(followed.lines):  # else the comb may be rounding or another source
                 return replace(followed, recording=replace(recording, cautions=(*recording.cautions, drifting.why)))
     return found
+
+
+def with_spread(speed: ShaftSpeed, tracking: Tracking) -> ShaftSpeed:
+    """Shaft speed whose 95 % interval contains the speed of any part of the record, unless it is tracked."""
+    if tracking.used or not speed.spread_hz:
+        return speed
+    return replace(speed, ci95_hz=math.hypot(speed.ci95_hz, NORMAL_95 * speed.spread_hz))
 
 
 def _clearest(

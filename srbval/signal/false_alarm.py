@@ -23,7 +23,6 @@ GRID_PER_HALF_WINDOW = 8  # fundamentals per half window
 LEAST_WINDOWS = 4  # least number of whole windows among the placebos' fundamentals
 FOREIGN_COMB = 0.1  # assumed share of records with a comb of another source; stated
 APART = 2.0  # windows this many half windows apart share no line
-TAIL = 0.1  # upper share of the placebos to which the tail is fitted
 _OVERSAMPLING = 2  # candidates per bin of the highest line
 BLOCK = 4096  # placebos scored at a time
 
@@ -91,23 +90,6 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
     return 2 * half_window_hz * seconds * math.sqrt(math.pi * ratio / 3) * rate * math.exp(log_density)
 
 
-def neg_log_rank(score: float, placebos: FloatArray) -> float:
-    """-log of the probability that a comb without a bearing line scores as high; nan for fewer than ten `placebos` [n].
-
-    A comb is a line with its harmonics; `placebos` are the scores of combs without a bearing line. The probability is
-    the `rank` of the `score` or, for a score in the upper tenth of the placebos, follows from an exponential tail
-    fitted to this tenth (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161,
-    quoted from memory, not checked). If all scores in this tenth equal the highest score below it, the rank is used.
-    """
-    if math.isnan(score) or placebos.size < round(1 / TAIL):
-        return math.nan
-    ordered, count = np.sort(placebos), int(TAIL * placebos.size)
-    threshold, upper = float(ordered[-count - 1]), ordered[-count:]
-    if score <= threshold or math.isinf(threshold) or not (upper > threshold).any():
-        return -math.log(rank(score, placebos))
-    return (score - threshold) / float(np.mean(upper - threshold)) - math.log(TAIL)
-
-
 def rank(score: float, placebos: FloatArray) -> float:
     """Rank of a `score` among the scores `placebos` [n]: (1 + number of placebos at least as high) / (n + 1)."""
     return float(1 + np.count_nonzero(placebos >= score)) / (placebos.size + 1)
@@ -124,11 +106,10 @@ def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
 class PlaceboRank(NamedTuple):
     """Ranks of a comb (line with harmonics) among placebos, which are combs without a bearing line.
 
-    Placebos have one fundamental in `whole_false_alarm`, mix two in the others; `tail_false_alarm` uses a fitted tail.
+    Placebos mix two fundamentals in `false_alarm`, have one in `whole_false_alarm`.
     """
 
     false_alarm: float
-    tail_false_alarm: float
     whole_false_alarm: float
 
 
@@ -195,9 +176,7 @@ def rank_among_placebos(
     placebos = np.concatenate([scores_of(block) for block in blocks])
     stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
     apart = placebo_hz.size / (2 * GRID_PER_HALF_WINDOW)
-    return PlaceboRank(
-        rank(score, placebos), math.exp(-neg_log_rank(score, placebos)), (1 + apart * stronger) / (apart + 1)
-    )
+    return PlaceboRank(rank(score, placebos), (1 + apart * stronger) / (apart + 1))
 
 
 def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -38,13 +38,19 @@ def test_fault_stands_above_the_healthy_record():
     assert (call.risen, call.line) == (Fault.INNER, "BPFI")
     ratio, (low, high) = call.ratios["BPFI"]
     assert 2 < low < ratio < high
+    axes = healthy(channel=None, axes=("x", "y"), channels=dict.fromkeys("xy", 100 * healthy().channels["x"]))
+    depths = compare_with_baseline(faulted_analysis(), analyse(axes, bearing=BEARING))
+    assert 2 < depths.ratios["BPFI"][0] < ratio
+    assert "times as deep" in depths.sentence
 
 
 def test_what_differs_is_named():
     ours = analyse(dataclasses.replace(record(shaft_hz=25.0), radial_n=1000.0), bearing=BEARING)
     found = baseline_of(ours, healthy(radial_n=500.0, unit="unknown", speed=nominal_speed(1200.0, 0.5)))
     assert found.conditions == ("1200 rpm instead of 1500 rpm", "radial load 0.5 kN instead of 1 kN")
-    assert found.remarks == ("not both in m/s2: lines are compared as shares of the mean, not as levels",)
+    assert found.remarks == (
+        "not both a single channel in m/s2: lines are compared as shares of the mean, not as levels",
+    )
 
 
 def test_the_record_itself_in_another_file_is_no_baseline():

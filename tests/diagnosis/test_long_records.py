@@ -11,7 +11,7 @@ from srbval.diagnosis.long_records import LongAnalysis, analyse_by_parts
 from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.reading.analyse import analyse
 from srbval.reading.features import features_of
-from srbval.recordings import Origin, Recording, load_recording, raw
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, raw
 from srbval.recordings.reading import sample_cautions
 from srbval.recordings.speed import stated_speed
 from srbval.storage.json_files import to_json
@@ -73,6 +73,12 @@ def test_parts_without_vibration_are_left_out_and_stated():
     found = read_record(RecordRequest(recording=stopped, bearing="skf-22240"))
     assert found.verdict.parts == (Fault.OUTER,)
     assert [one for one in found.analysis.recording.cautions if one.startswith("left out: 2 of 4 parts")]
+
+
+def test_combs_of_parts_are_searched_within_the_spread_of_a_speed_without_its_course():
+    speed = ShaftSpeed(value_hz=1.02 * SHAFT_HZ, ci95_hz=0.01, source=SpeedSource.TACHOMETER, spread_hz=0.24)
+    found = read_record(RecordRequest(recording=replace(record(SECONDS), speed=speed), bearing="skf-22240"))
+    assert found.verdict.parts == (Fault.OUTER,)
 
 
 def test_memory_does_not_grow_with_the_record():

@@ -170,14 +170,16 @@ def test_a_growing_defect_is_found_and_a_drop_is_not():
     assert trend(falling, baseline=10).answer.startswith("No alarm in 25 records: ")
 
 
-def test_another_speed_is_not_judged_and_few_records_are_not_either():
+@pytest.mark.parametrize("others", [(1, 15), (1, 3, 15)])
+def test_another_speed_is_neither_judged_nor_baseline_and_few_records_are_not_either(others):
     levels = healthy(np.random.default_rng(2), "lognormal")
-    levels[15] *= 1000
-    documents = [document(n, one, rpm=1500.0 if n != 15 else 1800.0) for n, one in enumerate(levels)]
+    levels[[*others]] *= 1000
+    documents = [document(n, one, rpm=1800.0 if n in others else 1500.0) for n, one in enumerate(levels)]
     found = trend_of(documents, {one["file"]: float(n) for n, one in enumerate(documents)}, baseline=BASELINE)
     (channel,) = found.channels
     assert (channel.points[15]["risen"], channel.points[15]["comparable"]) == ([], False)
-    assert found.comparisons == 4 * (RECORDS - BASELINE - 1)
+    assert found.comparisons == (4 * (RECORDS - BASELINE - 1) if len(others) == 2 else 0)
+    assert max(channel.limits.values(), default=0.0) < 30
     assert trend(levels[:4]).answer.startswith("No alarm can be computed from 4 records")
     with pytest.raises(ConfigurationError, match="at least 5"):
         trend(levels, baseline=4)

@@ -1,7 +1,5 @@
 """Chances of false alarms: of noise in closed form, and the rank of a comb among meaningless ones."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ from srbval.arrays import FloatArray
 from srbval.signal import Periodogram
 from srbval.signal import false_alarm as alarm
 from srbval.signal.comb import CombSpectrum, read_comb
-from srbval.signal.false_alarm import rank as rank_of
 
 BINS = 65
 FIVE = np.eye(6)[5]  # all lines of the comb are seen in all of the window
@@ -54,7 +51,6 @@ def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_unde
 FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
 HARMONICS, RELATIVE = 5, 0.01
 TRUE_HZ = 88.7
-LEAST = 1 / (alarm.MIN_PLACEBOS + 1)
 # 240 combs of 60 records: ranks below a twentieth within three binomial standard errors, and a distance from the
 # uniform distribution that 60 independent ones stay below in 19 of 20 cases (1.36 / sqrt(60)).
 RECORDS, COMBS_EACH, HIGHEST_SHARE, HIGHEST_DISTANCE = 60, 4, 0.13, 0.175
@@ -77,7 +73,7 @@ def pool(centre_hz):
 
 
 def rank(record, centre_hz):
-    return alarm.rank_among_placebos(record, centre_hz, RELATIVE * centre_hz, HARMONICS, pool(centre_hz)).false_alarm
+    return alarm.rank_among_placebos(record, centre_hz, RELATIVE * centre_hz, HARMONICS, pool(centre_hz))
 
 
 def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small():
@@ -87,7 +83,7 @@ def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small
         record = record_of(rng, other=0.5)
         for centre_hz in rng.uniform(50, 100, COMBS_EACH):
             reading = read_comb(record, centre_hz, RELATIVE * centre_hz, period_s=None)
-            rows.append((rank(record, centre_hz), 1.0 if reading is None else reading.noise_false_alarm))
+            rows.append((rank(record, centre_hz).false_alarm, 1.0 if reading is None else reading.noise_false_alarm))
     placebo, noise = np.array(rows).T
     assert np.mean(noise < 0.001) > 0.1
     assert np.mean(placebo < 0.05) < HIGHEST_SHARE
@@ -98,29 +94,14 @@ def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small
 def test_a_comb_is_no_rarer_than_one_in_the_windows_that_share_no_line():
     """The strongest comb of a record stands in one of so few windows, whichever that is."""
     record = record_of(np.random.default_rng(4), other=0.3, line=0.4)
-    assert rank(record, TRUE_HZ * 1.003) == LEAST
+    assert rank(record, TRUE_HZ * 1.003).false_alarm == 1 / (alarm.MIN_PLACEBOS + 1)
     windows = pool(TRUE_HZ).size / (2 * alarm.GRID_PER_HALF_WINDOW)
-    found = alarm.rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, pool(TRUE_HZ))
+    found = rank(record, TRUE_HZ)
     assert found.whole_false_alarm == pytest.approx(1 / (windows + 1))
     assert alarm.joint_false_alarm(0.0, found.false_alarm, found.whole_false_alarm) > 0.1 / (windows + 1)
-    hz = 0.8 * TRUE_HZ
-    elsewhere = alarm.rank_among_placebos(record, hz, RELATIVE * hz, HARMONICS, pool(hz))
+    elsewhere = rank(record, 0.8 * TRUE_HZ)
     assert elsewhere.whole_false_alarm >= 1.5 / (windows + 1)  # the comb at TRUE_HZ is stronger
     assert alarm.joint_false_alarm(0.5, 0.0, 0.0) == 0.5
-
-
-def test_the_tail_is_the_rank_inside_and_goes_on_exponentially_beyond():
-    """Placebos drawn from an exponential distribution: what is as rare as 1e-5 has a tail of about that."""
-    placebos = np.random.default_rng(8).exponential(3.0, 4000)
-    inside, beyond = float(np.quantile(placebos, 0.5)), 3 * np.log(1e5)
-    assert alarm.neg_log_rank(inside, placebos) == pytest.approx(-np.log(rank_of(inside, placebos)))
-    assert rank_of(beyond, placebos) == 1 / 4001
-    assert 0.3e-5 < np.exp(-alarm.neg_log_rank(beyond, placebos)) < 3e-5
-    assert math.isnan(alarm.neg_log_rank(math.nan, np.ones(100)))
-    assert math.isnan(alarm.neg_log_rank(3.0, np.ones(3)))
-    for strongest in (6.0, math.inf):  # placebos that share their strongest line have no tail
-        alike = np.repeat([1.0, strongest], [60, 40])
-        assert alarm.neg_log_rank(30.0, alike) == pytest.approx(math.log(101 if strongest == 6 else 101 / 41))
 
 
 COMB_S, LINE_HZ, COMB_SHAFT_HZ, COMB_LIMIT_HZ = 6.0, 61.7, 17.3, 600.0
