@@ -158,9 +158,8 @@ def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed)
     shaft_error_hz = min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz)
     if abs(found_hz - turns * speed.value_hz) <= max(spectrum.bin_hz / 2, turns * shaft_error_hz):
         return f"harmonic {turns} of the shaft"
-    for number in sorted(
-        {2, 3, 4, max(2, turns)} - ({2} if fault is Fault.ROLLER else set())
-    ):  # a roller strikes both races
+    both_races = {2} if fault is Fault.ROLLER else set()  # a roller strikes both races
+    for number in sorted({2, 3, 4, max(2, turns)} - both_races):
         lower = spectrum.highest(found_hz / number, near_hz)
         if lower is None or spectrum.score[lower] < spectrum.score[at]:
             continue
