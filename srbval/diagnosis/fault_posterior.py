@@ -154,12 +154,11 @@ def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed)
         number = round(found_hz / mains_hz)
         if 1 <= number <= HARMONICS and abs(found_hz - number * mains_hz) <= near_hz:
             return f"{number} times the mains frequency of {mains_hz:g} Hz"
-    turns = max(1, round(found_hz / speed.value_hz))
+    turns = max(2, round(found_hz / speed.value_hz))
     shaft_error_hz = min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz)
     if abs(found_hz - turns * speed.value_hz) <= max(spectrum.bin_hz / 2, turns * shaft_error_hz):
         return f"harmonic {turns} of the shaft"
-    both_races = {2} if fault is Fault.ROLLER else set()  # a roller strikes both races
-    for number in sorted({2, 3, 4, max(2, turns)} - both_races):
+    for number in sorted({2, 3, 4, turns} - ({2} if fault is Fault.ROLLER else set())):  # a roller strikes both races
         lower = spectrum.highest(found_hz / number, near_hz)
         if lower is None or spectrum.score[lower] < spectrum.score[at]:
             continue
