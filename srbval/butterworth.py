@@ -13,7 +13,7 @@ FILTER_ORDER = 4  # of the prototype, not stated by Giraudo et al. 2025; a two-w
 
 
 def butterworth_gain(frequency_hz: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
-    """Gain of the two-way digital Butterworth band-pass (bilinear transform), 1/2 at both edges, in closed form."""
+    """Gain at `frequency_hz` [n] of the two-way digital Butterworth band-pass, 1/2 at both edges of `band_hz`."""
     warped = np.tan(np.pi * frequency_hz / fs_hz)
     low, high = warped_edges(band_hz, fs_hz)
     with np.errstate(divide="ignore"):
@@ -24,5 +24,5 @@ def butterworth_gain(frequency_hz: FloatArray, fs_hz: float, band_hz: tuple[floa
 
 
 def warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, float]:
-    """Edges of the band after the bilinear transform, tan(pi f / fs)."""
+    """Edges of the band after the bilinear transform, tan(pi f / fs); they must be below half of `fs_hz`."""
     return math.tan(math.pi * band_hz[0] / fs_hz), math.tan(math.pi * band_hz[1] / fs_hz)

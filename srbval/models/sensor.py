@@ -35,7 +35,7 @@ def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) ->
 
 
 def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, ways: int = 2) -> FloatArray:
-    """Squares of band-passed `samples`, [n], without delay; Butterworth gain of a filter of one or two `ways`.
+    """Squares [n] of band-passed `samples`, without delay, with the gain of a Butterworth filter of one or two `ways`.
 
     The signal is extended at both ends by its reflection, in which the filter's response to the ends decays.
     """

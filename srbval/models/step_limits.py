@@ -34,7 +34,7 @@ FREE_PER_S = 1.0
 ROUNDING = 1e-9  # excess of |R| over one that counts as stable
 # Growth of a step's map beyond that of the system which counts as stable [1/s]; negligible in any run.
 GROWTH_PER_S = 1.0
-MIN_STEP_S, MAX_STEP_S = {True: 1e-6, False: 1e-9}, 1e-2  # shortest (implicit, explicit) and longest step tested
+MIN_IMPLICIT_S, MIN_EXPLICIT_S, MAX_STEP_S = 1e-6, 1e-9, 1e-2  # shortest steps tested, by kind of method; longest
 PER_OCTAVE = 2
 BISECTIONS = 12
 # Changes for central differences: far above rounding, and far below the smoothing width of a point, 1e-8 m, and the
@@ -75,7 +75,7 @@ def longest_step(method: Method, system: LinearSystem) -> float | None:
             return bool((np.abs(stability_function(method, h * decaying)) <= 1 + ROUNDING).all())
         return bool(np.abs(np.linalg.eigvals(step_map(method, system, h))).max() <= math.exp(grows * h) + ROUNDING)
 
-    low, shortest = 0.0, MIN_STEP_S[method.implicit]
+    low, shortest = 0.0, MIN_IMPLICIT_S if method.implicit else MIN_EXPLICIT_S
     for h in np.geomspace(shortest, MAX_STEP_S, round(PER_OCTAVE * math.log2(MAX_STEP_S / shortest)) + 1).tolist():
         if not stable(h):
             return _bisect(low, h, stable)

@@ -68,7 +68,7 @@ BAD_FACTS = ("[" * 50_000, '{"radial_n": 1' + "0" * 5000 + "}", "[]", '{"speed":
         ({"srbval_kind": "other"}, "srbval_kind is 'other'"),
         ({"facts": FACTS % "rusty"}, "'rusty' is not known"),
         ({"status": "cage-lost", "reason": "the cage stopped"}, r"run failed \(cage-lost: the cage stopped\)"),
-        *(({"facts": facts}, r"facts about the run cannot be read .*Simulate it again") for facts in BAD_FACTS),
+        *(({"facts": facts}, r"facts about the run cannot be read .*simulate it again") for facts in BAD_FACTS),
     ],
 )
 def test_run_that_cannot_be_read(tmp_path, attributes, message):

@@ -48,7 +48,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
         facts = parse_json(raw.text("facts") or "")
         stated = build(Recording, facts | {"channels": samples}, "facts")
     except (ValueError, TypeError, SrbvalError) as error:
-        advice = " Simulate it again." if kind == "run" else ""
+        advice = " If another version of srbval wrote it, simulate it again." if kind == "run" else ""
         raise DataError(f"{raw.path}: the facts about the {kind} cannot be read ({error}).{advice}") from None
     # A path is ignored, so that no file makes the program open another file.
     named = re.fullmatch(r"[\w .+-]{1,80}", stated.bearing or "") and not (stated.bearing or "").endswith(".toml")

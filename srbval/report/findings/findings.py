@@ -73,8 +73,8 @@ def compared_rows(
 ) -> dict[str, Any]:
     """Compute the content of ``report.json``, without provenance and studies, from the runs and analyses in `found`.
 
-    `models` are analysed runs at the speeds of the rig's recordings, `readings` cage
-    ratios measured on the rig, `register` lists all known recordings, `registered` are those that the figures show.
+    `models` are analysed runs at the speeds of the rig's recordings, `readings` cage ratios measured on the rig,
+    `register` lists all known recordings, `registered` are those that the figures show.
     """
     printed, bearing, runs = table6(), found.bearing, found.runs
     every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
