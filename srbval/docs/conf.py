@@ -71,7 +71,7 @@ PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
 STORED = "amplitudes", "model_levels", "naming", "reading", "scale"
 CONSTANTS = (
     "diagnosis.baseline diagnosis.fault_posterior diagnosis.long_records models.estimates models.health "
-    "models.step_error path.locked reading.families reading.pipeline signal.comb signal.false_alarm"
+    "models.step_error path.locked reading.families reading.pipeline signal.comb signal.false_alarm signal.slip"
 )
 
 

@@ -1,7 +1,8 @@
-"""Posterior of the mean frequency of a weak line that may slip, over all possible paths of its phase.
+"""Posterior of the mean frequency of a line that may slip, over all possible paths of its phase.
 
-The phase is a hidden random walk on the circle. The likelihood for a mean frequency and slip is summed over all paths
-by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). The grid of phases is too coarse for strong lines.
+Random slip makes the phase of a line, whose mean slope is the frequency, a random walk over the blocks (parts) of a
+record. The phase is hidden in noise and known only up to whole turns, so it is a point on a circle. The likelihood for
+a mean frequency and slip is summed over all paths by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257).
 """
 
 import math
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from srbval.arrays import ComplexArray, FloatArray
 
-CIRCLE = 128  # points of the circle, enough for a line whose phase is known to 0.03 rad or worse
+CIRCLE = 128  # points of the circle, enough for a line whose phase is known to 0.03 rad or worse in a block
 JITTERS = np.geomspace(0.0005, 0.0325, 10)  # relative, of the spacing of impacts, each with prior weight one
 STEADY_WEIGHT = 2.0  # prior weight of no jitter
 # Range of the search for the mean frequency, in bins and in its standard errors, and its step.
@@ -23,12 +24,12 @@ _ORDER = np.arange(CIRCLE // 2 + 1)
 _STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and of the density that joins all jitters
 
 
-def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> tuple[float, float, float]:
+def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> tuple[float, float]:
     """Compute the posterior of a line's frequency from Fourier sums over blocks of a record; a block lasts `block_s`.
 
     `sums` [c, blocks] are of the line's harmonics `number` [c], divided by noise. Returns the mean shift from `line_hz`
-    and the half width of the 95 % credible interval [Hz], and the probability of no slip. The interval contains the
-    true frequency in more than 95 % of cases without slip, in fewer with little slip: see `slip.weak_factor`.
+    and the half width of the 95 % credible interval [Hz]. The interval contains the true frequency in more than 95 % of
+    cases without slip, in fewer with little slip: see `slip.WIDENING`.
 
     All frequencies are equally probable beforehand. Each of `JITTERS` (relative scatter of the spacing of impacts) has
     the prior weight 1, zero jitter the weight `STEADY_WEIGHT`. Amplitudes are the likeliest for each jitter
@@ -71,13 +72,12 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     reach = max(float(grid[-1]) for grid, _ in tables)
     shift = np.linspace(-reach, reach, _DENSITY)
     parts = [np.exp(np.interp(shift, grid, table, left=-np.inf, right=-np.inf) - highest) for grid, table in tables]
-    weight = np.array([part.sum() for part in parts])
-    density = np.sum(parts, axis=0) / weight.sum()
+    density = np.sum(parts, axis=0)
+    density /= density.sum()
     centre = float(density @ shift)
     distance = np.abs(shift - centre)
     order = np.argsort(distance)
-    half = float(distance[order][np.searchsorted(np.cumsum(density[order]), 0.95)])
-    return centre, half, float(weight[0] / weight.sum())
+    return centre, float(distance[order][np.searchsorted(np.cumsum(density[order]), 0.95)])
 
 
 def _shift_grid(error_hz: float, seconds: float) -> FloatArray:
