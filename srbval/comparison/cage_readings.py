@@ -7,10 +7,14 @@ stronger than most sets of multiples of a meaningless frequency (`rank_line`). I
 their intervals, the more precise one is used, otherwise the reading of the fault lines.
 """
 
+import dataclasses
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
+import scipy.special
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.reading.families import families_of, rank_line, window_share
@@ -21,6 +25,7 @@ from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, re
 
 # Bands of the paper for signals of the rig and of the model, and a band that spans both [Hz].
 BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
+PARTS = 4  # of a record, between which the frequency of the passage lines scatters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +94,10 @@ def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, track
 
 
 def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
-    """Read the cage ratio from the multiples of BPFO caused by passing rollers; None if they are not detected."""
+    """Read the cage ratio from the multiples of BPFO caused by passing rollers; None if they are not detected.
+
+    The interval follows from the scatter of the frequency between parts of the record.
+    """
     band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)
@@ -97,12 +105,22 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
     line_hz, half_hz = family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz
     count = math.floor(band_hz[1] / line_hz)
-    reading = read_comb(record, line_hz, half_hz, period_s=1 / speed.value_hz, harmonics=count)
+    reading = read_comb(record, line_hz, half_hz, period_s=None, harmonics=count)
     if reading is None:
         return None
     rank = rank_line(family, reading, record, families, speed)
     if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
         return None
+    found_hz = []
+    for part in np.array_split(vibration, PARTS):
+        of_part = Periodogram.of(part, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
+        of_part = dataclasses.replace(of_part, masks_hz=of_part.masks_hz[:0])  # which would hide wide lines
+        own = read_comb(of_part, reading.found_hz, of_part.bin_hz / 2, period_s=None, harmonics=count)
+        if own is None:
+            return None
+        found_hz.append(own.found_hz)
+    ci95_hz = float(scipy.special.stdtrit(PARTS - 1, 0.975) * np.std(found_hz, ddof=1)) / math.sqrt(PARTS)
+    reading = dataclasses.replace(reading, ci95_hz=ci95_hz)
     return _cage_reading_of(recording, bearing, reading, f"{family.name} multiples, vibration", band_hz)
 
 
