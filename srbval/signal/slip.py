@@ -19,7 +19,7 @@ MOST_INFORMATION = 2000.0
 LEAST_NOISE = 1e-12  # least noise power in a bin, relative to the line's power
 # Half width of the stated interval over that of the credible interval, which contains the frequency in fewer than 95 %
 # of cases if a line slips about as much as noise lets its phase scatter: from simulated combs (`studies/reading`).
-WIDENING = 1.5
+WIDENING = 1.8
 
 
 def frequency_error_hz(information: float, seconds: float) -> float:
