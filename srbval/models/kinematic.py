@@ -36,11 +36,7 @@ class PrescribedMotion:
 
     def shaft_rad(self, time_s: FloatArray) -> FloatArray:
         """Shaft angle [rad], zero at the start; a speed profile is linear between entries, constant outside."""
-        profile, settle = self.scene.speed_profile, self.scene.settle_s
-        if profile is None:
-            return self.scene.shaft_speed_rad_s * time_s
-        times, speeds = np.array(profile.time_s) + settle, np.array(profile.speed_rad_s)
-        turned = np.append(0.0, np.cumsum(np.diff(times) * (speeds[1:] + speeds[:-1]) / 2)) + speeds[0] * times[0]
+        times, speeds, turned = self.scene.speed_table()
         i = np.maximum(np.searchsorted(times, time_s, side="right") - 1, 0)
         return turned[i] + (speeds[i] + np.interp(time_s, times, speeds)) / 2 * (time_s - times[i])
 
@@ -54,10 +50,8 @@ class PrescribedMotion:
 
     def radial_n(self, time_s: FloatArray) -> FloatArray:
         """Radial load at the times `time_s` [N]."""
-        profile = self.scene.load_profile
-        if profile is None:
-            return np.full(time_s.shape, self.scene.load.radial_n)
-        return np.interp(time_s - self.scene.settle_s, profile.time_s, profile.radial_n)
+        times, radial_n, _ = self.scene.load_table()
+        return np.interp(time_s, times, radial_n)
 
 
 def passage_times(

@@ -35,7 +35,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
-from srbval.models.full.point_cloud import inner_circle, outer_circle
+from srbval.models.full.point_cloud import race_circle
 from srbval.scene import Contact, Defect, Scene, with_points
 
 DENSER = 4  # number of points near a defect for each point of the full model
@@ -49,8 +49,8 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     model = make_parameters(with_points(scene, DENSER * scene.contact.points_per_circle), geometry)
     plain = model.races.plain
     model.races.starts[:, :plain] = np.arange(len(CIRCLES) + 1)
-    for race, circle in enumerate((outer_circle, inner_circle)):
-        for i, own in enumerate(circle(geometry, p) for p in CIRCLES):
+    for race, inner in enumerate((False, True)):
+        for i, own in enumerate(race_circle(geometry, p, inner=inner) for p in CIRCLES):
             point = own.radius_m, 0.0, own.height_m, 1.0, own.normal_radial, 0.0, own.normal_axial
             model.races.points[race, :plain, :, i] = point
     radius = roller_diameter_m(scene, geometry) / 2
@@ -144,7 +144,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
     """
     r_x, found = geometry.raceway_radius_m, []
     for p in CIRCLES:
-        lean, circle = (p - 1) * geometry.tilt_rad, (inner_circle if inner else outer_circle)(geometry, p)
+        lean, circle = (p - 1) * geometry.tilt_rad, race_circle(geometry, p, inner=inner)
         across = roller_radius_m - r_x + r_x * math.cos(lean)
         spacing = 2 * math.pi * circle.radius_m / contact.points_per_circle
         found.append(

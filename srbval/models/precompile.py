@@ -9,7 +9,8 @@ import numpy as np
 
 from srbval.bearing import load_bearing
 from srbval.models.full.parameters import state_layout
-from srbval.models.full.steps import rates, take_steps
+from srbval.models.full.steps import rates
+from srbval.models.full_run import FullRun
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import FREE_SUFFIX, OIL_SUFFIX, RATES, RING, compile_and_list, compile_in_this_process
 from srbval.models.simulate import Step, simulate
@@ -34,7 +35,8 @@ def compile_kernel(model: str, part: str, cages: str, *more: str) -> None:
         rates(parameters, 0.0, state)
     else:
         method = next(method for method in METHODS.values() if FAMILIES[method.family] == part)
-        take_steps(parameters, state, method, step_s=scene.solver.step_s, intervals=range(0))
+        start = {"state": state, "memory": np.zeros_like(state), "output_rate_hz": 1.0, "steps_per_output": 1}
+        FullRun(model=parameters, method=method, **start).advance(0, 0)
 
 
 if __name__ == "__main__":

@@ -92,7 +92,7 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
     """Choose a number of solver steps per output interval, from that of `start` to `most`; also returns the errors."""
     piece = _Piece(scene, bearing, start.with_finer_steps(1))
     steps, first = start.steps_per_output, piece.error()
-    second = error = first
+    error = first
     while True:
         for finer in (1, 2, REFINEMENT):
             if steps * finer <= most and not error.extrapolated_to(finer).needs_finer_steps:
@@ -102,9 +102,8 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
         steps *= REFINEMENT
         if error.is_useless:
             piece = _Piece(scene, bearing, start.with_finer_steps(steps // start.steps_per_output))
-        second = piece.error(1 if error.is_useless else steps // start.steps_per_output)
-        error = second.averaged_with(error)
-    if second is not first and not second.improves_on(first):
+        error = piece.error(1 if error.is_useless else steps // start.steps_per_output)
+    if error is not first and not error.improves_on(first):
         return start.steps_per_output, replace(first, stalled=True)
     finest = most // steps
     return steps * finest, error.extrapolated_to(finest)

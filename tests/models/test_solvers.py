@@ -1,5 +1,6 @@
 """Solvers: runs taken in pieces, step limits of linear theory, of one roller and of the whole bearing."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,10 +11,10 @@ from srbval.arrays import FloatArray
 from srbval.models import step_limits
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.steps import rates, take_steps
+from srbval.models.full.steps import rates
 from srbval.models.solvers import METHODS, Method
 from srbval.processes.machine import one_thread
-from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, parameters
+from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, full_run, parameters
 
 PER_OUTPUT = 2
 
@@ -29,19 +30,19 @@ def test_a_run_in_pieces_is_bit_identical(name):
     """Also where details are read in between, and where another model's working space takes over."""
     model = damaged()
     start = equilibrium_state(model)
-    whole, pieces, memory, found = start.copy(), start.copy(), np.zeros_like(start), []
-    advance = partial(take_steps, method=METHODS[name], step_s=PAPER_STEP_S, steps_per_output=PER_OUTPUT)
-    at_once = advance(model, whole, intervals=range(14)).out
-    for part in (range(6), range(6, 9), range(9, 14)):
+    whole, pieces, found = start.copy(), start.copy(), []
+    run = partial(full_run, method=METHODS[name], step_s=PAPER_STEP_S, steps=PER_OUTPUT)
+    at_once, one = run(model, whole).advance(0, 14).out, run(model, pieces)
+    for first, intervals in ((0, 6), (6, 3), (9, 5)):
         fresh = damaged()
         rates(fresh, 0.0, start)
-        found.append(advance(fresh, pieces, intervals=part, intervals_per_detail=3, memory=memory).out)
+        found.append(replace(one, model=fresh).advance(first, intervals, 3).out)
     assert np.array_equal(np.concatenate(found), at_once)
     assert np.array_equal(pieces, whole)
     without, whole = start.copy(), start.copy()
     for first in range(2):
-        advance(model, without, intervals=range(first, first + 1))
-    advance(model, whole, intervals=range(2))
+        run(model, without).advance(first, 1)
+    run(model, whole).advance(0, 2)
     assert np.array_equal(without, whole) == (not METHODS[name].ahead), "the memory is of consequence"
 
 
@@ -99,9 +100,10 @@ def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: flo
         keep = np.r_[keep, size + half : 2 * size]
 
     def step(start: FloatArray) -> FloatArray:
-        y, memory = start[:size].copy(), start[size:].copy() if remembers else np.zeros(size)
-        take_steps(model, y, method, step_s=step_s, intervals=range(1), memory=memory)
-        return np.concatenate([y, memory])[:whole]
+        run = full_run(model, start[:size].copy(), method, step_s)
+        run.memory[: whole - size] = start[size:]
+        run.advance(0, 1)
+        return np.concatenate([run.state, run.memory])[:whole]
 
     columns = []
     base = np.concatenate([state, np.zeros(whole - size)])

@@ -15,13 +15,12 @@ the force that a defect adds, over the approach and the defect's position.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.bearing import ElementShape, RollingElements, SphericalRollerGeometry
@@ -145,10 +144,11 @@ class Slot:
         Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
         [m] as one array, [3, ...]. `raised`: a defect at the ball or roller, None for undamaged races.
         """
-        slide = bisect_range(
-            lambda s: self._race_force(0, approach_m, s, raised)[0] > self._race_force(1, approach_m, s, raised)[0],
-            SLIDE_M,
-        )
+        slide, high = np.array(-SLIDE_M), np.array(SLIDE_M)
+        for _ in range(HALVINGS):
+            middle = (slide + high) / 2
+            outer, inner = (self._race_force(race, approach_m, middle, raised)[0] for race in (0, 1))
+            slide, high = np.where(outer > inner, slide, middle), np.where(outer > inner, middle, high)
         middles = (own[len(own) // 2] for own in self.races)
         depth = np.maximum(*(self._depth(race, own, approach_m, slide) for race, own in enumerate(middles)))
         return np.array([self._race_force(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
@@ -185,16 +185,6 @@ class Slot:
         return damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
 
 
-def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], limit: float) -> FloatArray:
-    """Find for each entry of the result of `too_far` the largest value, within +-`limit`, for which it is False."""
-    low, high = np.array(-limit), np.array(limit)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        beyond = too_far(middle)
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return low
-
-
 def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
     """Build the contacts of a spherical roller of the scene with both races."""
     radius = roller_diameter_m(scene, geometry) / 2
@@ -207,15 +197,15 @@ def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 def make_element_slot(scene: Scene, elements: RollingElements) -> Slot:
     """Build the contacts of a ball or cylindrical roller of the scene with both races.
 
-    The curvature of the gap is 2 / (d (1 + g)) along the outer race and 2 / (d (1 - g)) along the inner race, with the
-    diameter d of the ball or roller and g = d cos(contact angle) / pitch diameter. Across a race it is 2 / d minus the
-    curvature of the groove (Harris & Kotzalas 2006, chapter 2; from memory).
+    The curvature of the gap along a race is D / (d R), with the diameter d of the ball or roller, the pitch diameter D,
+    and the race's radius R at the contact. Across a race it is 2 / d minus the curvature of the groove (Harris &
+    Kotzalas 2006, chapter 2; from memory).
     """
-    d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
-    races = []
+    d, angle, half_pitch = elements.element_diameter_m, elements.contact_angle_rad, elements.pitch_diameter_m / 2
+    damping_s, races = scene.line_contact.damping_s, []
     for sign, groove in ((1.0, elements.outer_groove), (-1.0, elements.inner_groove)):
-        along = 2 / (d * (1 + sign * gamma))
-        radius = half_pitch + sign * d / 2 * math.cos(elements.contact_angle_rad)
+        radius = half_pitch + sign * d / 2 * math.cos(angle)
+        along = 2 * half_pitch / (d * radius)
         if elements.shape is ElementShape.BALL:
             touch = ellipse(along, (2 - 1 / groove) / d)
             stiffness, exponent = 3 / (4 * touch.across_m * touch.approach_m), 1.0
@@ -223,7 +213,6 @@ def make_element_slot(scene: Scene, elements: RollingElements) -> Slot:
         else:
             exponent, fall, length = LINE_EXPONENT, 0.0, elements.length_m or elements.element_diameter_m
             stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE_EXPONENT / length
-        angle, damping_s = elements.contact_angle_rad, scene.line_contact.damping_s
         races.append([Race(stiffness, exponent, fall, length, along, radius, normal_rad=angle, damping_s=damping_s)])
     half_play = scene.contact.radial_play_m / 2
     return Slot(races=(races[0], races[1]), excess_m=(-half_play, -half_play))
@@ -231,8 +220,7 @@ def make_element_slot(scene: Scene, elements: RollingElements) -> Slot:
 
 def deepest_approach_m(slot: Slot, scene: Scene, elements: RollingElements) -> float:
     """Find an approach of the rings [m] up to which contacts are tabulated, from the scene's largest load."""
-    profile = scene.load_profile
-    load = scene.load.radial_n if profile is None else max(profile.radial_n)
+    load = max(scene.load_table()[1])
     carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
     needed_n = TABLE_LOAD_FACTOR * STRIBECK_FACTOR[elements.shape] * max(load, 1.0) / carried
     approach = LEAST_DEPTH_M + max(0.0, scene.contact.radial_play_m)

@@ -114,8 +114,8 @@ class PlanarRing:
 
 def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     """Build the scene's planar ring; raises `ConfigurationError` for axial load, or a bearing without dimensions."""
-    axial_n = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
-    if any(axial_n):
+    axial_n = scene.load_table()[2]
+    if axial_n.any():
         raise ConfigurationError(
             f"axial load {max(axial_n, key=abs):g} N: the {scene.model} model has no axial motion: leave the axial "
             "load out, or use --model full with a bearing that has a [geometry]."
