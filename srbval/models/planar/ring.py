@@ -57,16 +57,12 @@ class PlanarRing:
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
         """Compute at each `time_s` the speed with which contacts pass the defect in row `table` of `kernel.defects`."""
-        step = 1e-4
-        kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
-        after, before = time_s + step, time_s - step
-        if kind not in (ring_kernel.ON_OUTER, ring_kernel.ON_INNER):
-            turned = self.motion.spin_rad(after) - self.motion.spin_rad(before)
-            return np.abs(turned) * self.kernel.defects[table, ring_kernel.ROLLER_RADIUS] / (2 * step)
-        turned = self.motion.cage_rad(after) - self.motion.cage_rad(before)
-        if kind == ring_kernel.ON_INNER:
-            turned = turned - (self.motion.shaft_rad(after) - self.motion.shaft_rad(before))
-        return np.abs(turned) * self.kernel.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
+        defect, scene, orders = self.kernel.defects[table], self.motion.scene, self.motion.orders
+        kind, cage = int(defect[ring_kernel.BUMP_KIND]), orders.ftf * (1 - scene.cage_slip)
+        turns = (cage, 1 - cage, orders.bsf, orders.bsf)[kind]  # per turn of the shaft, by kind
+        radius_m = defect[ring_kernel.RACE_RADIUS if kind < ring_kernel.ROLLER_ON_OUTER else ring_kernel.ROLLER_RADIUS]
+        times, speeds, _ = scene.speed_table()
+        return turns * radius_m * np.interp(time_s, times, speeds)
 
     @property
     def outwards(self) -> FloatArray:
