@@ -92,18 +92,12 @@ class PlanarRing:
         """Find the ring displacement [m] at which load, housing and undamaged rollers balance at time zero: x and y."""
         load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.motion.scene)[:2]
         load += np.array([0.0, self.kernel.weight])
-
-        def left(ring: FloatArray) -> FloatArray:
-            return load + self.undamaged_force_n(ring) - self.kernel.stiffness * ring
-
         ring = np.zeros(2)
         for _ in range(BALANCE_STEPS):
-            now = left(ring)
-            if np.abs(now).max() < RING_BALANCE_N:
+            left = load + self.undamaged_force_n(ring) - self.kernel.stiffness * ring
+            if np.abs(left).max() < RING_BALANCE_N:
                 break
-            moved = np.array([left(ring + RING_DIFFERENCE_M * axis) for axis in np.eye(2)])
-            stiffness = (now - moved).T / RING_DIFFERENCE_M
-            step = np.linalg.solve(stiffness + 1e6 * np.eye(2), now)
+            step = np.linalg.solve(self.stiffness_n_m(ring) + 1e6 * np.eye(2), left)
             ring = ring + step * min(1.0, LONGEST_MOVE_M / float(np.linalg.norm(step)))
         return ring
 
