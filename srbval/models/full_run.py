@@ -27,7 +27,7 @@ from srbval.models.step_limits import elastic_limit_s
 from srbval.scene import Scene
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FullRun:
     """Run in progress at its `state`.
 
@@ -91,14 +91,8 @@ def start_full_run(scene: Scene, bearing: Bearing) -> FullRun:
     level = level_of(scene.model)
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)
-    return FullRun(
-        model=model,
-        method=METHODS[scene.solver.name],
-        state=state,
-        memory=np.zeros_like(state),
-        output_rate_hz=scene.output_rate_hz,
-        steps_per_output=level.steps_per_output(scene),
-    )
+    method, steps = METHODS[scene.solver.name], level.steps_per_output(scene)
+    return FullRun(model, method, state, np.zeros_like(state), scene.output_rate_hz, steps)
 
 
 def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:

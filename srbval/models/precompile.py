@@ -35,8 +35,7 @@ def compile_kernel(model: str, part: str, cages: str, *more: str) -> None:
         rates(parameters, 0.0, state)
     else:
         method = next(method for method in METHODS.values() if FAMILIES[method.family] == part)
-        start = {"state": state, "memory": np.zeros_like(state), "output_rate_hz": 1.0, "steps_per_output": 1}
-        FullRun(model=parameters, method=method, **start).advance(0, 0)
+        FullRun(parameters, method, state, np.zeros_like(state), scene.output_rate_hz, 1).advance(0, 0)
 
 
 if __name__ == "__main__":

@@ -66,11 +66,7 @@ def rolling_state(model: Parameters) -> FloatArray:
 
 def full_run(model: Parameters, y: FloatArray, method: Method, step_s: float, steps: int = 1) -> FullRun:
     """Run that advances `y` in place, at its start, with `steps` steps in each output interval."""
-    rate_hz = 1 / (step_s * steps)
-    state, memory = y, np.zeros_like(y)
-    return FullRun(
-        model=model, method=method, state=state, memory=memory, output_rate_hz=rate_hz, steps_per_output=steps
-    )
+    return FullRun(model, method, y, np.zeros_like(y), 1 / (step_s * steps), steps)
 
 
 def advance(
