@@ -39,10 +39,9 @@ def test_a_run_in_pieces_is_bit_identical(name):
         found.append(replace(one, model=fresh).advance(first, intervals, 3).out)
     assert np.array_equal(np.concatenate(found), at_once)
     assert np.array_equal(pieces, whole)
-    without, whole = start.copy(), start.copy()
-    for first in range(2):
+    without = start.copy()
+    for first in range(14):
         run(model, without).advance(first, 1)
-    run(model, whole).advance(0, 2)
     assert np.array_equal(without, whole) == (not METHODS[name].ahead), "the memory is of consequence"
 
 
@@ -90,38 +89,32 @@ def rest():
     return step_limits.balance_scene(paper_scene(contact=contact, defect={"kind": "outer"}), pitches=0.25)
 
 
-def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: float, remembers: bool) -> FloatArray:
+def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: float) -> FloatArray:
     """Derivative of one step of the compiled method at `state`, by central differences; roller angles left out."""
     half, size = len(state) // 2, len(state)
-    rollers = half // 2 - 3
-    whole = 2 * size if remembers else size
-    keep = np.r_[0:rollers, 2 * rollers : half, half:size]
-    if remembers:
-        keep = np.r_[keep, size + half : 2 * size]
+    keep = np.r_[0 : half // 2 - 3, half - 6 : half, half:size, size + half : 2 * size]
 
     def step(start: FloatArray) -> FloatArray:
         run = full_run(model, start[:size].copy(), method, step_s)
-        run.memory[: whole - size] = start[size:]
+        run.memory[:] = start[size:]
         run.advance(0, 1)
-        return np.concatenate([run.state, run.memory])[:whole]
+        return np.concatenate([run.state, run.memory])
 
-    columns = []
-    base = np.concatenate([state, np.zeros(whole - size)])
+    columns, base = [], np.concatenate([state, np.zeros(size)])
     for i in keep:
-        nudge = np.zeros(whole)
-        nudge[i] = 1e-10 if i < half else 1e-6
+        nudge = np.eye(1, 2 * size, i)[0] * (1e-10 if i < half else 1e-6)
         columns.append((step(base + nudge) - step(base - nudge))[keep] / (2 * nudge[i]))
     return np.column_stack(columns)
 
 
-@pytest.mark.parametrize(("name", "remembers"), [("imex1", False), ("imex2", True)])
+@pytest.mark.parametrize("name", ["imex1", "imex2"])
 @pytest.mark.parametrize("steps_per_s", [61440, 15360])
-def test_the_kernels_step_grows_as_the_linear_map(name, remembers, steps_per_s, rest):
+def test_the_kernels_step_grows_as_the_linear_map(name, steps_per_s, rest):
     model, state = rest
     with one_thread():
         method, h = METHODS[name], 1 / steps_per_s
         linear_map = step_limits.step_map(method, step_limits.linearise(model, state), h)
-        own_map = kernel_map(method, model, state, h, remembers)
+        own_map = kernel_map(method, model, state, h)
         linear, own = (np.abs(np.linalg.eigvals(one)).max() for one in (linear_map, own_map))
         assert own == pytest.approx(linear, rel=SAME_RADIUS)
 

@@ -120,7 +120,7 @@ def _lift_m(defect: DefectOnRace, half_m: float, along_1_m: float) -> FloatArray
     return -np.minimum(along_1_m * inside**2 / 2, -defect.height_m)
 
 
-Contact = Patch | Race
+ElementContact = Patch | Race
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +130,7 @@ class Slot:
     `excess_m`: penetrations into both races if the rings are concentric and the ball or roller is in its middle [m].
     """
 
-    races: tuple[Sequence[Contact], Sequence[Contact]]
+    races: tuple[Sequence[ElementContact], Sequence[ElementContact]]
     excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
@@ -153,7 +153,7 @@ class Slot:
         depth = np.maximum(*(self._depth(race, own, approach_m, slide) for race, own in enumerate(middles)))
         return np.array([self._race_force(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
 
-    def _depth(self, race: int, contact: Contact, approach: FloatArray, slide: FloatArray) -> FloatArray:
+    def _depth(self, race: int, contact: ElementContact, approach: FloatArray, slide: FloatArray) -> FloatArray:
         lean = math.cos(contact.lean_rad)
         if race == 0:
             return approach * math.cos(contact.normal_rad) + (slide + self.excess_m[0]) * lean
