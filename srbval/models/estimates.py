@@ -93,11 +93,6 @@ class StepError:
             if theirs.exceeds_tolerance
         )
 
-    @property
-    def is_useless(self) -> bool:
-        """True if an error is 100 % or more, so that a state computed with this step is useless as an initial state."""
-        return not all(abs(estimate.error) < 1 for estimate in self.estimates)
-
     def extrapolated_to(self, finer: float) -> "StepError":
         """Expected errors with steps `finer` times shorter; errors are assumed to be proportional to the step."""
         return StepError(

@@ -69,11 +69,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     enough, and the run is longer than `PIECE_S`, the errors are estimated again from a simulation `LONG_PIECE_FACTOR`
     times as long; the longest step that is then certainly fine enough, if any, is chosen instead.
     """
-    steady, coarser = _steady(scene), level_of(scene.model).coarser
-
-    def with_steps(per_output: int) -> Scene:
-        return replace(scene, solver=replace(scene.solver, step_s=1 / (scene.output_rate_hz * per_output * coarser)))
-
+    steady = _steady(scene)
     run = start_full_run(steady, bearing)
     most = MAX_REFINEMENT * run.steps_per_output
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
@@ -84,8 +80,10 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
         for finer in (1, 2, REFINEMENT):
             known = longer.extrapolated_to(finer)
             if start.steps_per_output * finer <= most and not (known.certain_excesses or known.undecided_estimates):
-                return with_steps(start.steps_per_output * finer), known
-    return with_steps(chosen), error
+                chosen, error = start.steps_per_output * finer, known
+                break
+    step_s = 1 / (scene.output_rate_hz * chosen * level_of(scene.model).coarser)
+    return replace(scene, solver=replace(scene.solver, step_s=step_s)), error
 
 
 def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[int, StepError]:
@@ -100,9 +98,10 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
         if steps * REFINEMENT > most:
             break
         steps *= REFINEMENT
-        if error.is_useless:
-            piece = _Piece(scene, bearing, start.with_finer_steps(steps // start.steps_per_output))
-        error = piece.error(1 if error.is_useless else steps // start.steps_per_output)
+        finer = steps // start.steps_per_output
+        if not all(abs(estimate.error) < 1 for estimate in error.estimates):  # the piece's first state is useless
+            piece, finer = _Piece(scene, bearing, start.with_finer_steps(finer)), 1
+        error = piece.error(finer)
     if error is not first and not error.improves_on(first):
         return start.steps_per_output, replace(first, stalled=True)
     finest = most // steps
