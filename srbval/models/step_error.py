@@ -110,13 +110,10 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
 
 def _steady(scene: Scene) -> Scene:
     """Replace the scene's profiles of speed and load by their highest values."""
-    if scene.speed_profile is not None:
-        fastest = max(scene.speed_profile.speed_rad_s, key=abs)
-        scene = replace(scene, speed_profile=None, shaft_speed_rad_s=fastest)
-    if scene.load_profile is not None:
-        load = replace(scene.load, radial_n=max(scene.load_profile.radial_n), axial_n=max(scene.load_profile.axial_n))
-        scene = replace(scene, load_profile=None, load=load)
-    return scene
+    speed_rad_s, (_, radial_n, axial_n) = scene.speed_table()[1], scene.load_table()
+    load = replace(scene.load, radial_n=float(radial_n.max()), axial_n=float(axial_n.max()))
+    fastest = float(speed_rad_s.max())
+    return replace(scene, speed_profile=None, load_profile=None, shaft_speed_rad_s=fastest, load=load)
 
 
 class _Piece:

@@ -277,9 +277,7 @@ def tabulate_force(slot: Slot, highest_m: float, deepest_m: float = MAX_APPROACH
     """
     step = deepest_m / MAX_APPROACH_M * STEP_M
     start = -(1.1 * highest_m + deepest_m)
-    return ForceTable(
-        start_m=start, step_m=step, deepest_m=deepest_m, values=slot.press(np.arange(start, deepest_m, step))
-    )
+    return ForceTable(slot.press(np.arange(start, deepest_m, step)), start, step, deepest_m)
 
 
 def tabulate_bump(slot: Slot, plain: ForceTable, defect: Defect, race: int) -> tuple[FloatArray, float, float]:
