@@ -320,7 +320,9 @@ def _working_space(slot_angle: FloatArray) -> tuple[FloatArray, IntArray, int]:
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
         raise ConfigurationError(f"rollers_per_row = {count // 2}: the full model is limited to 48 rollers per row.")
-    space = col.aligned_zeros(col.WORKSPACE_ROWS * col.STRIDE)
+    size = col.WORKSPACE_ROWS * col.STRIDE
+    whole = np.zeros(size + col.CACHE_LINE // 8)
+    space = whole[-whole.ctypes.data % col.CACHE_LINE // 8 :][:size]  # no lane group lies across two cache lines
     space[int(col.O_X) : int(col.O_X) + col.STRIDE] = col.FAR_M
     both_rows = {
         col.SIDE: np.repeat([1.0, -1.0], count // 2),
