@@ -28,7 +28,7 @@ import srbval
 from srbval.bearing import CIRCLES, Fault
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters, state_layout
-from srbval.models.full.point_cloud import circle_points, inner_circle, outer_circle
+from srbval.models.full.point_cloud import circle_points, race_circle
 
 POINT_M = 1e-6  # radius of a point; a roller's spheres are smaller by it
 IMPEDANCE = 0.1
@@ -121,7 +121,7 @@ def race_points(scene: srbval.Scene, geometry: Any, race: Fault) -> Iterator[tup
     outer, zone, count = race is Fault.OUTER, scene.load.zone_rad, scene.contact.points_per_circle
     for row, side in ((1, 1), (2, -1)):
         for number, p in enumerate(CIRCLES, start=1):
-            circle = (outer_circle if outer else inner_circle)(geometry, p)
+            circle = race_circle(geometry, p, inner=not outer)
             defects = [d for d in scene.defects if (d.kind, d.row, d.circle) == (race, row, number)]
             points = circle_points(count, circle.radius_m, defects, zone)
             radial = circle.radius_m + points.lift * circle.normal_radial

@@ -111,11 +111,6 @@ class RollingElements(Limited):
         sizes = self.element_diameter_m, self.pitch_diameter_m, self.contact_angle_rad
         return FaultOrders.from_dimensions(self.rolling_elements, *sizes)
 
-    @property
-    def ratio(self) -> float:
-        """Ratio gamma = element diameter / pitch diameter * cos(contact angle)."""
-        return self.element_diameter_m / self.pitch_diameter_m * math.cos(self.contact_angle_rad)
-
 
 _SCENE_NONE = "none"  # no defect, in scene files, campaigns and on the command line
 
@@ -134,13 +129,11 @@ class Fault(enum.StrEnum):
     code: str
     label: str
 
-    def __new__(
-        cls, value: str, line: str | None = None, sidebands: str | None = None, code: str = "", label: str = ""
-    ) -> Fault:
+    def __new__(cls, value: str, *properties: str | None) -> Fault:
         """Create a member with its properties (see class); ``Fault("outer")`` returns an existing member."""
         member = str.__new__(cls, value)
         member._value_ = value
-        member.line, member.sidebands, member.code, member.label = line, sidebands, code, label
+        vars(member).update(zip(("line", "sidebands", "code", "label"), properties, strict=True))
         return member
 
     HEALTHY = "healthy", None, None, "H", "healthy"

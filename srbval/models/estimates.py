@@ -93,11 +93,6 @@ class StepError:
             if theirs.exceeds_tolerance
         )
 
-    @property
-    def is_useless(self) -> bool:
-        """True if an error is 100 % or more, so that a state computed with this step is useless as an initial state."""
-        return not all(abs(estimate.error) < 1 for estimate in self.estimates)
-
     def extrapolated_to(self, finer: float) -> "StepError":
         """Expected errors with steps `finer` times shorter; errors are assumed to be proportional to the step."""
         return StepError(
@@ -105,14 +100,6 @@ class StepError:
             energy=self.energy / finer,
             estimates=tuple(replace(e, error=e.error / finer, scatter=e.scatter / finer) for e in self.estimates),
         )
-
-    def averaged_with(self, coarser: "StepError") -> "StepError":
-        """Average each error with the error extrapolated from `coarser` steps, weighted by inverse variances.
-
-        The order of convergence is uncertain: half of an extrapolated error is added to its `scatter` (as variances).
-        """
-        expected = {e.of: e for e in coarser.extrapolated_to(REFINEMENT).estimates}
-        return replace(self, estimates=tuple(_weighted_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
         """Largest error of each kind (cage speed, band RMS, drive power) and its standard error [%]; NaN if unknown."""
@@ -122,14 +109,3 @@ class StepError:
             worst = max((e for e in self.estimates if e.kind == kind), key=lambda e: abs(e.error), default=none)
             found |= {f"{kind}_pct": 100 * worst.error, f"{kind}_scatter_pct": 100 * worst.scatter}
         return found
-
-
-def _weighted_mean(own: Estimate, expected: Estimate) -> Estimate:
-    if expected is own:
-        return own
-    variance, of_expected = own.scatter**2, expected.scatter**2 + (0.5 * expected.error) ** 2
-    if not (0 < variance < math.inf and 0 < of_expected < math.inf):
-        return own
-    share = of_expected / (variance + of_expected)
-    error = share * own.error + (1 - share) * expected.error
-    return replace(own, error=error, scatter=math.sqrt(share * variance))

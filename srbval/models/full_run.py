@@ -10,11 +10,14 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
+from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.forces_kernel import CIRCLES_PER_RACE
+from srbval.models.full.motion_kernel import rates
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.steps import rates, take_steps
+from srbval.models.full.step_kernel import ADVANCE, working_space
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.outputs import Outputs, split_run
@@ -24,9 +27,13 @@ from srbval.models.step_limits import elastic_limit_s
 from srbval.scene import Scene
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FullRun:
-    """Run in progress at its `state`; `memory`: change of speeds that the solver imex2 predicts for its next step."""
+    """Run in progress at its `state`.
+
+    `memory`, of the state's shape: change of speeds that imex1 and imex2 predict for their next step, zeros at the
+    start. `advance` updates both in place.
+    """
 
     model: Parameters
     method: Method
@@ -43,18 +50,23 @@ class FullRun:
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
         """Integrate `intervals` output intervals, beginning with the interval number `first` of the run.
 
-        `per_detail`: number of intervals from one output of spins and loads of the rollers to the next, 0 for none.
+        If there are none, the kernel is only compiled. `per_detail`: number of intervals from one output of spins and
+        contact loads of the rollers to the next, 0 for none.
         """
-        return take_steps(
-            self.model,
-            self.state,
-            self.method,
-            step_s=self.step_s,
-            intervals=range(first, first + intervals),
-            steps_per_output=self.steps_per_output,
-            intervals_per_detail=per_detail,
-            memory=self.memory,
-        )
+        state, steps, step_s, rollers = self.state, self.steps_per_output, self.step_s, len(self.model.slot_angle)
+        starts = range(first, first + intervals, per_detail or max(intervals, 1))
+        details = len(starts) if per_detail else 0
+        out, spins = np.zeros((intervals, out_col.COLUMN_COUNT)), np.zeros((details, rollers))
+        loads = np.zeros((details, 2, rollers, CIRCLES_PER_RACE))
+        work = working_space(self.memory, len(self.method.b))
+        model = self.model._replace(law=self.model.law._replace(onset_s=self.method.onset * step_s))
+        for number, start in enumerate(starts or (first,)):
+            rows = out[start - first :][: starts.step]
+            if number < details:
+                spins[number] = state[layout_of(state).spin]
+                loads[number] = rates(model, start * steps * step_s, state).load_n
+            ADVANCE[self.method.family](state, start * steps, step_s, steps, self.method, model, work, rows)
+        return Outputs(out=out, spin_rad_s=spins, load_n=loads)
 
     def with_finer_steps(self, times: int) -> "FullRun":
         """Copy the run at its present state, with each solver step divided into `times` steps."""
@@ -79,14 +91,8 @@ def start_full_run(scene: Scene, bearing: Bearing) -> FullRun:
     level = level_of(scene.model)
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)
-    return FullRun(
-        model=model,
-        method=METHODS[scene.solver.name],
-        state=state,
-        memory=np.zeros_like(state),
-        output_rate_hz=scene.output_rate_hz,
-        steps_per_output=level.steps_per_output(scene),
-    )
+    method, steps = METHODS[scene.solver.name], level.steps_per_output(scene)
+    return FullRun(model, method, state, np.zeros_like(state), scene.output_rate_hz, steps)
 
 
 def run_full(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:

@@ -186,9 +186,8 @@ def _rollers_are_unloaded(run: RunSummary) -> bool:
     if scene.mean_radial_n:
         rattle = run.roller_load_share < MIN_PART_OF_BALANCE * run.balanced_share
         return beside and (rattle or run.balanced_share < MIN_BALANCED_SHARE)
-    axial = load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n))
     pressed = contact.roller_fit is RollerFit.PRINTED or contact.radial_play_m < 0
-    return not (axial or pressed or (load.gravity and not beside))
+    return not (scene.load_table()[2].any() or pressed or (load.gravity and not beside))
 
 
 def _load_is_lost(run: RunSummary) -> bool:

@@ -15,7 +15,7 @@ from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import Fault, FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
-from srbval.models.outputs import Outputs, split_run
+from srbval.models.outputs import Outputs
 from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.scene import Defect, Scene
 
@@ -36,11 +36,7 @@ class PrescribedMotion:
 
     def shaft_rad(self, time_s: FloatArray) -> FloatArray:
         """Shaft angle [rad], zero at the start; a speed profile is linear between entries, constant outside."""
-        profile, settle = self.scene.speed_profile, self.scene.settle_s
-        if profile is None:
-            return self.scene.shaft_speed_rad_s * time_s
-        times, speeds = np.array(profile.time_s) + settle, np.array(profile.speed_rad_s)
-        turned = np.append(0.0, np.cumsum(np.diff(times) * (speeds[1:] + speeds[:-1]) / 2)) + speeds[0] * times[0]
+        times, speeds, turned = self.scene.speed_table()
         i = np.maximum(np.searchsorted(times, time_s, side="right") - 1, 0)
         return turned[i] + (speeds[i] + np.interp(time_s, times, speeds)) / 2 * (time_s - times[i])
 
@@ -54,10 +50,8 @@ class PrescribedMotion:
 
     def radial_n(self, time_s: FloatArray) -> FloatArray:
         """Radial load at the times `time_s` [N]."""
-        profile = self.scene.load_profile
-        if profile is None:
-            return np.full(time_s.shape, self.scene.load.radial_n)
-        return np.interp(time_s - self.scene.settle_s, profile.time_s, profile.radial_n)
+        times, radial_n, _ = self.scene.load_table()
+        return np.interp(time_s, times, radial_n)
 
 
 def passage_times(
@@ -99,14 +93,13 @@ def passage_times(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Yield a run's outputs in chunks, from `motion` and the ring's `acceleration` in x, y [m/s2], [intervals, 2]."""
+    """Yield a run's recorded outputs, from `motion` and the ring's `acceleration` in x, y [m/s2], [intervals, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
         out = np.full((whole, col.COLUMN_COUNT), np.nan)
         out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
         out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
-    for first, count in split_run(settle, whole, 0, rate):
-        yield first, Outputs(out=out[first : first + count])
+    yield settle, Outputs(out=out[settle:])
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:

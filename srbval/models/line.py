@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,10 +35,11 @@ from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
-from srbval.models.full.point_cloud import inner_circle, outer_circle
-from srbval.scene import Contact, Scene, with_points
+from srbval.models.full.point_cloud import race_circle
+from srbval.scene import Contact, Defect, Scene, with_points
 
 DENSER = 4  # number of points near a defect for each point of the full model
+UNDER_ROLLER = np.zeros(())  # distance of a defect's middle from a roller [m]
 
 
 def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
@@ -47,8 +49,8 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     model = make_parameters(with_points(scene, DENSER * scene.contact.points_per_circle), geometry)
     plain = model.races.plain
     model.races.starts[:, :plain] = np.arange(len(CIRCLES) + 1)
-    for race, circle in enumerate((outer_circle, inner_circle)):
-        for i, own in enumerate(circle(geometry, p) for p in CIRCLES):
+    for race, inner in enumerate((False, True)):
+        for i, own in enumerate(race_circle(geometry, p, inner=inner) for p in CIRCLES):
             point = own.radius_m, 0.0, own.height_m, 1.0, own.normal_radial, 0.0, own.normal_axial
             model.races.points[race, :plain, :, i] = point
     radius = roller_diameter_m(scene, geometry) / 2
@@ -64,6 +66,27 @@ def _patch_constants(patch: Patch) -> tuple[float, float, float, float]:
     one = np.ones(1)
     spread = 1 + math.cos(patch.lean_rad) / (patch.curvature_1_m * patch.roller_radius_m)
     return float(patch.force_n(one)[0]), float(patch.damper_ns_m(one)[0]), spread, 2 / patch.curvature_1_m
+
+
+class DefectOnRace(NamedTuple):
+    """Pit or bump of a race, divided into strips along the race, each of the width `strip_m`.
+
+    `half_m`: half of each strip's length along the race; `across_m`: distance of each strip from the middle of the
+    contact, across the race; `middle_m`: distances along the race from the roller's to the defect's middle, an array of
+    any shape; `reach_m`: largest distance with contact; `race_radius_m`: radius of the race at the defect; `race`: 0
+    outer, 1 inner. Under spherical rollers the defect is one strip, on one of the three circles (0 to 2) on which
+    rollers touch the race.
+    """
+
+    height_m: float
+    half_m: FloatArray
+    reach_m: float
+    race_radius_m: float
+    race: int = 0
+    circle: int = 0
+    across_m: FloatArray = UNDER_ROLLER
+    strip_m: float = math.nan
+    middle_m: FloatArray = UNDER_ROLLER
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,13 +117,16 @@ class Patch:
         """Damping coefficient [N s/m] of the contact at penetrations `depth_m` in its middle, an array of any shape."""
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
-    def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, half_m: float, height_m: float) -> FloatArray:
-        """Force [N] that a raised piece of the race adds; arrays broadcast.
+    def place(self, defect: Defect, deepest_m: float) -> DefectOnRace:
+        """Place a defect on the circle, for approaches of the rings up to `deepest_m` [m]."""
+        half_m = (defect.extent_m or defect.points * self.spacing_m) / 2
+        reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / self.curvature_1_m) + half_m
+        return DefectOnRace(defect.height_m, np.array([half_m]), reach_m, self.race_radius_m)
 
-        `middle_m`: distance from the contact's middle to the piece's middle; `half_m`: half of the piece's length.
-        """
-        start, end = middle_m - half_m, middle_m + half_m
-        return self.stiffness_n_m2 * (self._area(depth_m + height_m, start, end) - self._area(depth_m, start, end))
+    def added_n(self, depth_m: FloatArray, defect: DefectOnRace) -> FloatArray:
+        """Force [N] that a defect adds, negative for a pit; broadcasts `depth_m` and `defect.middle_m`."""
+        ends = defect.middle_m - defect.half_m[0], defect.middle_m + defect.half_m[0]
+        return self.stiffness_n_m2 * (self._area(depth_m + defect.height_m, *ends) - self._area(depth_m, *ends))
 
     def _area(self, depth: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
         """Integral of the penetration max(0, depth - curvature x^2 / 2) from x = `start` to `end` [m2]."""
@@ -118,7 +144,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
     """
     r_x, found = geometry.raceway_radius_m, []
     for p in CIRCLES:
-        lean, circle = (p - 1) * geometry.tilt_rad, (inner_circle if inner else outer_circle)(geometry, p)
+        lean, circle = (p - 1) * geometry.tilt_rad, race_circle(geometry, p, inner=inner)
         across = roller_radius_m - r_x + r_x * math.cos(lean)
         spacing = 2 * math.pi * circle.radius_m / contact.points_per_circle
         found.append(

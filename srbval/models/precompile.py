@@ -8,8 +8,9 @@ from functools import partial
 import numpy as np
 
 from srbval.bearing import load_bearing
+from srbval.models.full.motion_kernel import rates
 from srbval.models.full.parameters import state_layout
-from srbval.models.full.steps import rates, take_steps
+from srbval.models.full_run import FullRun
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import FREE_SUFFIX, OIL_SUFFIX, RATES, RING, compile_and_list, compile_in_this_process
 from srbval.models.simulate import Step, simulate
@@ -34,7 +35,7 @@ def compile_kernel(model: str, part: str, cages: str, *more: str) -> None:
         rates(parameters, 0.0, state)
     else:
         method = next(method for method in METHODS.values() if FAMILIES[method.family] == part)
-        take_steps(parameters, state, method, step_s=scene.solver.step_s, intervals=range(0))
+        FullRun(parameters, method, state, np.zeros_like(state), scene.output_rate_hz, 1).advance(0, 0)
 
 
 if __name__ == "__main__":

@@ -236,7 +236,7 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     further = {
         "a defect on a roller": any(defect.kind is Fault.ROLLER for defect in scene.defects),
         overload: overload,
-        "axial load": scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)),
+        "axial load": scene.load_table()[2].any(),
         "speed or load that varies over time": scene.speed_profile or scene.load_profile,
         "gravity": scene.load.gravity,
         "waves of races and rollers": scene.surface,

@@ -29,7 +29,6 @@ LOSSES = {
 INPUT_POWERS = [col.MEAN_DRIVE_POWER, col.MEAN_LOAD_POWER]
 LOSS_POWERS = np.r_[col.MEAN_FRICTION_POWER : col.MEAN_HOUSING_POWER + 1, col.OIL_LOSSES]
 STORED_ENERGIES = [col.BODY_ENERGY_AT_START, col.CONTACT_ENERGY_AT_START, col.SPRING_ENERGY_AT_START]
-COPIED_FIELDS = ("scene", "wall_s", "cpu_s", "compile_s", "finite", "deepest_m")  # from statistics to summary
 
 
 class RingSupport(NamedTuple):
@@ -136,7 +135,7 @@ class RunStatistics:
             energy_imbalance = self.sums.energy_imbalance(interval_s)
         run = RunSummary(
             **self.figures,
-            **{name: getattr(self, name) for name in COPIED_FIELDS},
+            **{name: value for name, value in vars(self).items() if name in RunSummary.__dataclass_fields__},
             samples=self.sums.rows,
             status=RunStatus.OK,
             reason="",

@@ -25,6 +25,7 @@ from srbval.models.health import default_solver
 from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, level_of
 from srbval.models.jit import WITHOUT_KERNELS, expected_compile_s, machine, missing_kernels, precompile
 from srbval.models.outputs import Outputs
+from srbval.models.outside.names import OWN_SOLVER, content_of, solvers_of
 from srbval.models.run import Run, RunSummary
 from srbval.models.run_file import RunWriter, read_run_file, read_summary, scene_content, write_run
 from srbval.models.run_statistics import RunStatistics
@@ -36,7 +37,6 @@ from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.hdf5_files import HDF5, new_hdf5
 from srbval.storage.sources import content_version
 
-OUTSIDE_SOLVER = "srbval.models.outside.run:with_own_solver"
 COPIES = 3  # copies of the signals in memory while they are joined
 RUNS = ContentStore(kind="run", computed_by=__name__, suffix=".h5")
 
@@ -101,8 +101,18 @@ def scenes_of_all_kernels() -> list[Scene]:
 
 
 def _with_outside_solver(scene: Scene) -> Scene:
-    """Return the scene; if its model is from outside, replace the default solver by one that the model offers."""
-    return resolve_name(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
+    """If a model from outside lacks the scene's solver, and this is the default solver, take the model's first solver.
+
+    Raises `ConfigurationError` for any other solver that the model lacks, `DataError` if the model's files are missing.
+    """
+    if not level_of(scene.model).outside:
+        return scene
+    content_of(scene.model)
+    offered, name = solvers_of(scene.model) or (OWN_SOLVER,), scene.solver.name
+    if name == default_solver() and name not in offered:
+        name = offered[0]
+    check_known(f"{scene.model}: the solver", name, offered)
+    return replace(scene, solver=replace(scene.solver, name=name))
 
 
 def _prepare_run(scene: Scene, step: Step, progress: Progress, *, to_file: bool = False) -> RunStatistics:

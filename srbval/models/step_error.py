@@ -69,11 +69,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     enough, and the run is longer than `PIECE_S`, the errors are estimated again from a simulation `LONG_PIECE_FACTOR`
     times as long; the longest step that is then certainly fine enough, if any, is chosen instead.
     """
-    steady, coarser = _steady(scene), level_of(scene.model).coarser
-
-    def with_steps(per_output: int) -> Scene:
-        return replace(scene, solver=replace(scene.solver, step_s=1 / (scene.output_rate_hz * per_output * coarser)))
-
+    steady = _steady(scene)
     run = start_full_run(steady, bearing)
     most = MAX_REFINEMENT * run.steps_per_output
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
@@ -84,15 +80,17 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
         for finer in (1, 2, REFINEMENT):
             known = longer.extrapolated_to(finer)
             if start.steps_per_output * finer <= most and not (known.certain_excesses or known.undecided_estimates):
-                return with_steps(start.steps_per_output * finer), known
-    return with_steps(chosen), error
+                chosen, error = start.steps_per_output * finer, known
+                break
+    step_s = 1 / (scene.output_rate_hz * chosen * level_of(scene.model).coarser)
+    return replace(scene, solver=replace(scene.solver, step_s=step_s)), error
 
 
 def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[int, StepError]:
     """Choose a number of solver steps per output interval, from that of `start` to `most`; also returns the errors."""
     piece = _Piece(scene, bearing, start.with_finer_steps(1))
     steps, first = start.steps_per_output, piece.error()
-    second = error = first
+    error = first
     while True:
         for finer in (1, 2, REFINEMENT):
             if steps * finer <= most and not error.extrapolated_to(finer).needs_finer_steps:
@@ -100,11 +98,11 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
         if steps * REFINEMENT > most:
             break
         steps *= REFINEMENT
-        if error.is_useless:
-            piece = _Piece(scene, bearing, start.with_finer_steps(steps // start.steps_per_output))
-        second = piece.error(1 if error.is_useless else steps // start.steps_per_output)
-        error = second.averaged_with(error)
-    if second is not first and not second.improves_on(first):
+        finer = steps // start.steps_per_output
+        if not all(abs(estimate.error) < 1 for estimate in error.estimates):  # the piece's first state is useless
+            piece, finer = _Piece(scene, bearing, start.with_finer_steps(finer)), 1
+        error = piece.error(finer)
+    if error is not first and not error.improves_on(first):
         return start.steps_per_output, replace(first, stalled=True)
     finest = most // steps
     return steps * finest, error.extrapolated_to(finest)
@@ -112,13 +110,10 @@ def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[
 
 def _steady(scene: Scene) -> Scene:
     """Replace the scene's profiles of speed and load by their highest values."""
-    if scene.speed_profile is not None:
-        fastest = max(scene.speed_profile.speed_rad_s, key=abs)
-        scene = replace(scene, speed_profile=None, shaft_speed_rad_s=fastest)
-    if scene.load_profile is not None:
-        load = replace(scene.load, radial_n=max(scene.load_profile.radial_n), axial_n=max(scene.load_profile.axial_n))
-        scene = replace(scene, load_profile=None, load=load)
-    return scene
+    speed_rad_s, (_, radial_n, axial_n) = scene.speed_table()[1], scene.load_table()
+    load = replace(scene.load, radial_n=float(radial_n.max()), axial_n=float(axial_n.max()))
+    fastest = float(speed_rad_s.max())
+    return replace(scene, speed_profile=None, load_profile=None, shaft_speed_rad_s=fastest, load=load)
 
 
 class _Piece:

@@ -6,6 +6,9 @@ Values have no defaults here: they come from `paper.toml` (Giraudo et al. 2025, 
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
 from srbval.scene.oil import Oil
@@ -123,6 +126,23 @@ class Scene(Limited):
         """Mean radial load over the recorded time [N]."""
         profile = self.load_profile
         return self.load.radial_n if profile is None else profile.mean(profile.radial_n, self.duration_s)
+
+    def speed_table(self) -> FloatArray:
+        """Motion of the shaft, [3, k]: time [s], speed [rad/s] and angle [rad]; a constant speed has one entry.
+
+        The speed is linear between the entries. Time 0 is the start of the run, `settle_s` before the recorded time.
+        """
+        time, speed = np.zeros(1), np.array([self.shaft_speed_rad_s])
+        if (profile := self.speed_profile) is not None:
+            time, speed = np.array(profile.time_s) + self.settle_s, np.array(profile.speed_rad_s)
+        angle = np.append(0.0, np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)) + speed[0] * time[0]
+        return np.stack([time, speed, angle])
+
+    def load_table(self) -> FloatArray:
+        """Loads over the run's time, [3, k]: time [s], radial and axial force [N]; entries as in `speed_table`."""
+        if (profile := self.load_profile) is None:
+            return np.array([[0.0], [self.load.radial_n], [self.load.axial_n]])
+        return np.array([np.array(profile.time_s) + self.settle_s, profile.radial_n, profile.axial_n])
 
     @property
     def defects(self) -> tuple[Defect, ...]:

@@ -21,8 +21,7 @@ from srbval.campaign.cases import cost_of
 from srbval.errors import ConfigurationError
 from srbval.models.health import CHANCE_HIDES, default_solver
 from srbval.models.jit import expected_compile_s
-from srbval.models.outside.names import is_outside, solvers_of
-from srbval.models.outside.run import OWN_SOLVER
+from srbval.models.outside.names import OWN_SOLVER, is_outside, solvers_of
 from srbval.models.run import Run, RunStatus, works
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS

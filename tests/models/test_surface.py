@@ -12,9 +12,9 @@ from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.frames_kernel import SurfaceHeights
+from srbval.models.full.motion_kernel import rates
 from srbval.models.full.parameters import Parameters, felt_share, make_parameters, state_layout
-from srbval.models.full.steps import rates
-from srbval.models.line import Patch, line_parameters, patches
+from srbval.models.line import DefectOnRace, Patch, line_parameters, patches
 from srbval.scene import Scene, paper_scene
 from tests.verification.harness import geometry, parameters
 
@@ -50,7 +50,8 @@ def sum_of_points(patch: Patch, depth: float, count: int, raised_m: float = 0.0,
 @pytest.mark.parametrize("middle_m", [0.0, 3e-3])
 @pytest.mark.parametrize("depth_m", [-5e-5, 3e-5])
 def test_a_raised_piece_adds_what_its_points_do(patch, depth_m, middle_m):
-    added = patch.raised_force_n(np.array([depth_m]), np.array([middle_m]), HALF_M, HEIGHT_M)[0]
+    raised = DefectOnRace(HEIGHT_M, np.array([HALF_M]), math.inf, math.nan, middle_m=np.array([middle_m]))
+    added = patch.added_n(np.array([depth_m]), raised)[0]
     direct = sum_of_points(patch, depth_m, MILLION, HEIGHT_M, middle_m) - sum_of_points(patch, depth_m, MILLION)
     assert added == pytest.approx(direct, rel=EDGE, abs=EDGE_N)
 

@@ -15,13 +15,13 @@ from srbval.models.full.columns import layout_of as layout_of
 from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.equilibrium import rolling_speeds
 from srbval.models.full.motion_kernel import WITH_DAMPING, external_load, right_hand_side
+from srbval.models.full.motion_kernel import Rates as Rates
+from srbval.models.full.motion_kernel import rates as rates
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import state_layout
-from srbval.models.full.steps import Rates as Rates
-from srbval.models.full.steps import rates as rates
-from srbval.models.full.steps import take_steps
+from srbval.models.full_run import FullRun
 from srbval.models.hierarchy import level_of
-from srbval.models.solvers import METHODS
+from srbval.models.solvers import METHODS, Method
 from srbval.scene import Scene as Scene
 from srbval.scene import merge
 from srbval.scene import paper_scene as paper_scene
@@ -64,11 +64,16 @@ def rolling_state(model: Parameters) -> FloatArray:
     return y
 
 
+def full_run(model: Parameters, y: FloatArray, method: Method, step_s: float, steps: int = 1) -> FullRun:
+    """Run that advances `y` in place, at its start, with `steps` steps in each output interval."""
+    return FullRun(model, method, y, np.zeros_like(y), 1 / (step_s * steps), steps)
+
+
 def advance(
     model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
 ) -> FloatArray:
     """Advance `y` in place from time zero by `outputs` intervals of `steps` steps; what a run records, row by row."""
-    return take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
+    return full_run(model, y, METHODS[method], step_s, steps=steps).advance(0, outputs).out
 
 
 def rate_of_change(function: Callable[[float, FloatArray], Any], y: FloatArray, rate: FloatArray, span_s: float) -> Any:
@@ -126,10 +131,10 @@ def stepped(
 
     Without its averaging of contact onsets, which is a matter of the contact law: `tests/models/full/test_contact.py`.
     """
-    state, memory, states, powers = y.copy(), np.zeros_like(y), [], []
-    plain = METHODS[method]._replace(onset=0.0)
+    state, states, powers = y.copy(), [], []
+    run = full_run(model, state, METHODS[method]._replace(onset=0.0), step_s)
     for i in range(first, first + steps):
-        out = take_steps(model, state, plain, step_s=step_s, intervals=range(i, i + 1), memory=memory).out
+        out = run.advance(i, 1).out
         states.append(state.copy())
         powers.append([out[0, out_col.MEAN_DRIVE_POWER], out[0, LOST].sum()])
     return states, np.array(powers)

@@ -34,7 +34,7 @@ from srbval.models.jit import kernel_part
 LANES = 8  # slots the processor works on together
 RACE, COMPACTED, SINGLE = 104, 208, 416  # constants, so that the compiler knows that columns do not overlap
 INNER = np.uint64(RACE)
-CACHE_LINE = 64
+CACHE_LINE = 64  # bytes
 FAR_M = 1e3  # coordinate of unused points and columns, out of reach of every roller
 
 # Not a multiple of a power of two: rows a page apart would all use the same few lines of the cache.
@@ -132,15 +132,6 @@ TOTALS = 24
 RELATIVE_BORDER, RELATIVE_FOLLOWED, RELATIVE_OWN, SHAFT_ROW = 6, 7, 8, 9
 FACTOR_ROWS = 10
 RING_FORCE = slice(0, 3)
-
-
-def aligned_zeros(size: int) -> NDArray[np.float64]:
-    """Allocate `size` zeros aligned to a cache line, so that no lane group lies across two cache lines."""
-    per_line = CACHE_LINE // 8
-    whole = np.zeros(size + per_line)
-    skipped = -whole.ctypes.data % CACHE_LINE // 8
-    return whole[skipped : skipped + size]
-
 
 # State vector, see the table at `srbval.models.full`.
 CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, three displacements

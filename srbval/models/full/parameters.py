@@ -19,8 +19,7 @@ from srbval.models.full.point_cloud import (
     CirclePoints,
     candidate_windows,
     circle_points,
-    inner_circle,
-    outer_circle,
+    race_circle,
 )
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.outputs import DEPTH_LIMIT_M
@@ -78,10 +77,9 @@ class Races(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Shaft speed and load over the run's time [s], linear between the entries; a constant has one entry.
+    """Shaft speed and load over the run's time: `Scene.speed_table` and `Scene.load_table`.
 
-    `speed`, shape [3, k]: time, shaft speed [rad/s], shaft angle [rad]; `load`, [3, k]: time, radial and axial force
-    [N]; `direction_cosine`, `direction_sine`: of the angle from the x axis to the radial force.
+    `direction_cosine`, `direction_sine`: of the angle from the x axis to the radial force.
     """
 
     speed: FloatArray
@@ -148,7 +146,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     angle = even + place * scene.bodies.pocket_offset_m / geometry.pitch_radius_m
     space, plan, slots = _working_space(angle)
     cage_axial = scene.bodies.cage_mass_kg * geometry.pitch_radius_m**2
-    sprung = scene.load.path is LoadPath.HOUSING
+    sprung, direction = scene.load.path is LoadPath.HOUSING, scene.load.direction_rad
     return Parameters(
         centre_distance=geometry.roller_centre_distance_m,
         tilt_cosine=math.cos(geometry.tilt_rad),
@@ -177,7 +175,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         housing_stiffness=scene.housing.stiffness_n_m if sprung else 0.0,
         housing_damping=scene.housing.damping_ns_m,
         gravity=-STANDARD_GRAVITY_M_S2 if scene.load.gravity else 0.0,
-        drive=_drive(scene),
+        drive=Drive(scene.speed_table(), scene.load_table(), math.cos(direction), math.sin(direction)),
         races=_races(scene, geometry, diameter / 2, int(np.count_nonzero(damage))),
         roller_defects=defects,
         spare_of=np.cumsum(damage > 0) - 1,
@@ -227,7 +225,7 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
     """Build the `Races` of a scene: lists (windows) of race points, and `spares` empty lists for damaged rollers."""
-    circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
+    circles = [[race_circle(geometry, p, inner=inner) for p in CIRCLES] for inner in (False, True)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = np.array([[c.radius_m for c in own] for own in circles])
     spacing = 2 * math.pi * radii / count
@@ -295,20 +293,6 @@ def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[
     ]
 
 
-def _drive(scene: Scene) -> Drive:
-    """Build the tables of speed and load over the run's time, which begins `settle_s` before the recorded time."""
-    direction, time, speed = scene.load.direction_rad, np.zeros(1), np.array([scene.shaft_speed_rad_s])
-    if scene.speed_profile is not None:
-        time = np.array(scene.speed_profile.time_s) + scene.settle_s
-        speed = np.array(scene.speed_profile.speed_rad_s)
-    angle = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)]) + speed[0] * time[0]
-    load = np.array([[0.0], [scene.load.radial_n], [scene.load.axial_n]])
-    if (profile := scene.load_profile) is not None:
-        load = np.array([np.array(profile.time_s) + scene.settle_s, profile.radial_n, profile.axial_n])
-    cosine, sine = math.cos(direction), math.sin(direction)
-    return Drive(np.stack([time, speed, angle]), load, direction_cosine=cosine, direction_sine=sine)
-
-
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
     """Convert the rollers' defects to an array for the kernels, one row per defect; for its columns see `columns`."""
     rows, count = [], geometry.rollers_per_row
@@ -336,7 +320,9 @@ def _working_space(slot_angle: FloatArray) -> tuple[FloatArray, IntArray, int]:
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
         raise ConfigurationError(f"rollers_per_row = {count // 2}: the full model is limited to 48 rollers per row.")
-    space = col.aligned_zeros(col.WORKSPACE_ROWS * col.STRIDE)
+    size = col.WORKSPACE_ROWS * col.STRIDE
+    whole = np.zeros(size + col.CACHE_LINE // 8)
+    space = whole[-whole.ctypes.data % col.CACHE_LINE // 8 :][:size]  # no lane group lies across two cache lines
     space[int(col.O_X) : int(col.O_X) + col.STRIDE] = col.FAR_M
     both_rows = {
         col.SIDE: np.repeat([1.0, -1.0], count // 2),
@@ -355,7 +341,7 @@ def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: f
     surface, rollers = scene.surface, 2 * geometry.rollers_per_row
     if surface is None:
         return SurfaceHeights(np.zeros((2, 2, 0)), np.zeros((rollers, 0)))
-    circles = outer_circle(geometry, 1.0), inner_circle(geometry, 1.0)
+    circles = [race_circle(geometry, 1.0, inner=inner) for inner in (False, True)]
     load_n = MOST_LOADED * scene.mean_radial_n / (rollers * math.cos(geometry.tilt_rad))
     outer_half_m, inner_half_m = (
         contact_half_m(load_n / geometry.roller_width_m, 1 / roller_m + circle.normal_radial / circle.radius_m)

@@ -28,19 +28,16 @@ class Circle(NamedTuple):
     normal_axial: float
 
 
-def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute a circle of points of the outer raceway, a sphere, at p times the contact angle (eq. 17)."""
-    radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
-    return Circle(radius * c, radius * s, -c, -s)
+def race_circle(geometry: SphericalRollerGeometry, p: float, *, inner: bool) -> Circle:
+    """Compute a circle of points of the outer or `inner` raceway at p times the contact angle (eq. 17, corrected).
 
-
-def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
-    """Compute a circle of points of the inner raceway at p times the contact angle (eq. 17, corrected).
-
-    The profile's radius times cos(p times the contact angle) is subtracted from the distance of the profile's centre
-    from the shaft's axis; the paper's plus sign puts the inner race outside the outer.
+    The outer raceway is a sphere about the bearing's centre. On the inner raceway, the profile's radius times cos(p
+    times the contact angle) is subtracted from the distance of the profile's centre from the shaft's axis; the paper's
+    plus sign puts the inner race outside the outer.
     """
     radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
+    if not inner:
+        return Circle(radius * c, radius * s, -c, -s)
     return Circle(geometry.inner_centre_radial_m - radius * c, geometry.inner_centre_axial_m - radius * s, c, s)
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from srbval.errors import ConfigurationError, DataError
 
 COMMAND, FMU, SOLVERS_VARIABLE = "command ", ".fmu", "SOLVERS"
+OWN_SOLVER = "own"  # name of the solver of a model that offers no choice
 
 
 def is_outside(name: str) -> bool:

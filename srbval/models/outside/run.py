@@ -31,9 +31,8 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
-from srbval.models.hierarchy import check_known
-from srbval.models.outputs import Outputs, split_run
-from srbval.models.outside.names import COMMAND, FMU, content_of, entry_points, solvers_of
+from srbval.models.outputs import Outputs
+from srbval.models.outside.names import COMMAND, FMU, OWN_SOLVER, entry_points
 from srbval.models.outside.signals import UnusableSignalsError, recorded_columns, signals_of
 from srbval.models.run import RunStatus
 from srbval.models.run_file import scene_dict
@@ -46,7 +45,6 @@ Model = Callable[[Scene], Any]
 TIME_VARIABLE, MEMORY_VARIABLE = "SRBVAL_MODEL_SECONDS", "SRBVAL_MODEL_GB"  # environment variables with limits
 START_S, PER_SIMULATED_S = 60.0, 1000.0  # default limit of the wall time: start, and for each simulated second
 USUAL_GB = 4.0
-OWN_SOLVER = "own"  # name of the solver of a model that offers no choice
 SCENE_FILE, SIGNAL_FILE = "{scene_json}", "{out_csv}"  # placeholders in a command
 WARM_UP_S = 0.01  # length of a first run that is not timed: delayed imports, compiling
 REASON = "the signals are finite and not constant; nothing else is checked for a model from outside"
@@ -65,7 +63,7 @@ class OutsideResult(NamedTuple):
     cpu_s: float = 0.0
 
 
-def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+def run_outside(stats: RunStatistics, settle: int, _: int) -> Iterator[tuple[int, Outputs]]:
     """Run a model from outside; arguments as in `srbval.models.hierarchy`. A failed run yields one row of NaN."""
     scene = stats.scene
     if scene.solver.name == OWN_SOLVER:  # for bundled models that the model may call
@@ -73,24 +71,7 @@ def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple
     _announce(scene.model)
     found = run_in_process(scene)
     stats.wall_s, stats.cpu_s, stats.ended = found.wall_s, found.cpu_s, (found.status, found.reason)
-    if found.out is None:
-        yield settle, Outputs(out=np.full((1, col.COLUMN_COUNT), np.nan))
-        return
-    for first, count in split_run(0, whole - settle, 0, scene.output_rate_hz):
-        yield settle + first, Outputs(out=found.out[first : first + count])
-
-
-def with_own_solver(scene: Scene) -> Scene:
-    """If a scene has the default solver and its external model lacks it, replace it by the first solver of the model.
-
-    Raises `ConfigurationError` for any other solver that the model lacks, `DataError` if the model's files are missing.
-    """
-    content_of(scene.model)
-    offered, name = solvers_of(scene.model) or (OWN_SOLVER,), scene.solver.name
-    if name == default_solver() and name not in offered:
-        name = offered[0]
-    check_known(f"{scene.model}: the solver", name, offered)
-    return replace(scene, solver=replace(scene.solver, name=name))
+    yield settle, Outputs(out=np.full((1, col.COLUMN_COUNT), np.nan) if found.out is None else found.out)
 
 
 def run_in_process(scene: Scene) -> OutsideResult:

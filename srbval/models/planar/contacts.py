@@ -7,26 +7,27 @@ slot and the angle a with the radial direction. At the outer race the penetratio
 cos b, at the inner race (e_i - slide) cos b. Here e_o and e_i are the penetrations on the middle circles (b = 0) of the
 outer and the inner race at zero approach and slide, negative for a gap.
 
-`line.Patch` is the law of the contact on one circle. The force is tabulated over the approach; a second table contains
+`line.Patch` is the law of the contact on one circle. Balls and cylindrical rollers touch a race in one place, with the
+law `Race`: a is the contact angle, b is zero. The force is tabulated over the approach; a second table contains
 the force that a defect adds, over the approach and the defect's position.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.bearing import ElementShape, RollingElements, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import POISSON, YOUNG_N_M2, roller_diameter_m
-from srbval.models.line import Patch, patches
+from srbval.models.line import DefectOnRace, Patch, patches
+from srbval.models.planar.ring_kernel import ForceTable
 from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
@@ -41,111 +42,9 @@ LINE_EXPONENT = 10 / 9
 TABLE_LOAD_FACTOR = 4.0  # tables reach this many times the load of the most loaded element without clearance
 # Largest element load over load / number of elements, without clearance (Stribeck).
 STRIBECK_FACTOR = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}
-LEAST_DEPTH_M = 1e-6
+LEAST_DEPTH_M, TOUCHING_M = 1e-6, 1e-12  # for the stiffness; the second is above the error of the search
 MAX_AXIS_RATIO = 1e4  # largest ratio of an ellipse's axes in the search; grooves of 0.502 give some 40
 POSITIONS = 64  # tabulated positions of a defect, from under the roller to the end of its reach
-UNDER_ROLLER = np.zeros(())  # distance of a defect's middle from a roller [m]
-
-
-class DefectOnRace(NamedTuple):
-    """Pit or bump of a race (0 outer, 1 inner), divided into strips along the race, each of the width `strip_m`.
-
-    `half_m`: half of each strip's length along the race; `across_m`: distance of each strip from the middle of the
-    contact, across the race; `middle_m`: distances along the race from the roller's to the defect's middle, an array of
-    any shape; `reach_m`: largest distance with contact; `race_radius_m`: radius of the race at the defect. Under
-    spherical rollers the defect is one strip, on one of the three circles (0 to 2) on which rollers touch the race.
-    """
-
-    race: int
-    height_m: float
-    half_m: FloatArray
-    reach_m: float
-    race_radius_m: float
-    circle: int = 0
-    across_m: FloatArray = UNDER_ROLLER
-    strip_m: float = math.nan
-    middle_m: FloatArray = UNDER_ROLLER
-
-
-@dataclass(frozen=True, kw_only=True)
-class Slot:
-    """Contacts of a spherical roller with both races; `excess_m`: penetrations with concentric rings [m]."""
-
-    patches: tuple[list[Patch], list[Patch]]
-    excess_m: tuple[float, float]
-
-    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Place a defect on a race (0 outer, 1 inner), for approaches of the rings up to `deepest_m`."""
-        patch = self.patches[race][defect.circle - 1]
-        half_m = (defect.extent_m or defect.points * patch.spacing_m) / 2
-        reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + half_m
-        half = np.array([half_m])
-        return DefectOnRace(race, defect.height_m, half, reach_m, patch.race_radius_m, circle=defect.circle - 1)
-
-    def press(self, approach_m: FloatArray, raised: DefectOnRace | None = None) -> FloatArray:
-        """Balance the roller between both races at each approach, an array of any shape, by bisection of its slide.
-
-        Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
-        [m] as one array, [3, ...]. `raised`: a defect under the roller, None for undamaged races.
-        """
-        slide = bisect_range(
-            lambda s: self._race_force(0, approach_m, s, raised)[0] > self._race_force(1, approach_m, s, raised)[0],
-            SLIDE_M,
-        )
-        depth = np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide))
-        return np.array([self._race_force(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
-
-    def _depth(self, race: int, circle: int, approach: FloatArray, slide: FloatArray) -> FloatArray:
-        patch = self.patches[race][circle]
-        lean = math.cos(patch.lean_rad)
-        if race == 0:
-            return approach * math.cos(patch.normal_rad) + (slide + self.excess_m[0]) * lean
-        return (self.excess_m[1] - slide) * lean
-
-    def _race_force(
-        self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectOnRace | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Compute the components of a race's force on the roller: along the slot, and in radial direction [N]."""
-        along = radial = np.zeros(())
-        for circle, patch in enumerate(self.patches[race]):
-            depth = self._depth(race, circle, approach, slide)
-            force = patch.force_n(depth)
-            if raised is not None and (raised.race, raised.circle) == (race, circle):
-                force = force + patch.raised_force_n(depth, raised.middle_m, float(raised.half_m[0]), raised.height_m)
-            along = along + force * math.cos(patch.lean_rad)
-            radial = radial + force * math.cos(patch.normal_rad)
-        return along, radial
-
-    def _damper(self, approach: FloatArray, slide: FloatArray) -> FloatArray:
-        """Compute the radial damping of both races in series [N s/m]; the softer race takes more of the motion."""
-        stiffness, damper = [], []
-        for race, sign in ((0, 1.0), (1, -1.0)):
-            near, _ = self._race_force(race, approach, slide)
-            far, _ = self._race_force(race, approach, slide + sign * SLIDE_DIFFERENCE_M)
-            stiffness.append((far - near) / SLIDE_DIFFERENCE_M + 1.0)
-            each = enumerate(self.patches[race])
-            damper.append(sum(p.damper_ns_m(self._depth(race, i, approach, slide)) for i, p in each))
-        whole = stiffness[0] + stiffness[1]
-        return damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
-
-
-def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], limit: float) -> FloatArray:
-    """Find for each entry of the result of `too_far` the value, within +-`limit`, above which the entry is True."""
-    low, high = np.array(-limit), np.array(limit)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        beyond = too_far(middle)
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return (low + high) / 2
-
-
-def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
-    """Build the contacts of a spherical roller of the scene with both races."""
-    radius = roller_diameter_m(scene, geometry) / 2
-    gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
-    gap_inner = geometry.zero_play_diameter_m - gap_outer
-    outer, inner = (patches(geometry, scene.contact, radius, inner=inner) for inner in (False, True))
-    return Slot(patches=(outer, inner), excess_m=(radius - gap_outer, radius - gap_inner))
 
 
 @dataclass(frozen=True)
@@ -155,7 +54,8 @@ class Race:
     The laws are on the page "The model hierarchy" of the theory, section "planar". The force of a strip is its width
     times `stiffness` times penetration^`exponent`. The penetration of a ball falls across the race, by `fall_1_m`
     x^2 / 2 at the distance x from the middle; that of a roller (`fall_1_m` is 0) is constant over its `length_m`.
-    `along_1_m`: curvature of the gap along the race; `radius_m`: radius of the race.
+    `along_1_m`: curvature of the gap along the race; `radius_m`: radius of the race; `normal_rad`: contact angle;
+    `damping_s`: time constant of the damper, see `LineContact`.
     """
 
     stiffness: float
@@ -164,6 +64,9 @@ class Race:
     length_m: float
     along_1_m: float
     radius_m: float
+    normal_rad: float
+    damping_s: float
+    lean_rad: float = 0.0
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
         """Compute the normal force [N] at the penetrations `depth_m`, an array of any shape."""
@@ -172,11 +75,12 @@ class Race:
             return self.stiffness * (4 / 3) * math.sqrt(2 / self.fall_1_m) * depth**1.5
         return self.stiffness * self.length_m * depth**self.exponent
 
-    def slope_n_m(self, depth_m: FloatArray) -> FloatArray:
-        """Compute the stiffness of the contact [N/m] at the penetrations `depth_m`, an array of any shape."""
+    def damper_ns_m(self, depth_m: FloatArray) -> FloatArray:
+        """Compute the radial damping coefficient [N s/m], `damping_s` times the radial stiffness, at each `depth_m`."""
         power = 1.5 if self.fall_1_m > 0 else self.exponent
         depth = np.maximum(depth_m, LEAST_DEPTH_M)
-        return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
+        slope = np.where(depth_m > TOUCHING_M, power * self.force_n(depth) / depth, 0.0)
+        return math.cos(self.normal_rad) ** 2 * self.damping_s * slope
 
     def added_n(self, depth_m: FloatArray, defect: DefectOnRace) -> FloatArray:
         """Compute the force [N] that a defect adds, negative for a pit; broadcasts `depth_m` and `defect.middle_m`."""
@@ -186,6 +90,25 @@ class Race:
             lifted = np.maximum(level + _lift_m(defect, half, self.along_1_m), 0.0)
             added += lifted**self.exponent - np.maximum(level, 0.0) ** self.exponent
         return self.stiffness * defect.strip_m * added
+
+    def place(self, defect: Defect, deepest_m: float) -> DefectOnRace:
+        """Divide a defect into strips, together at most as wide as the contact at the approach `deepest_m`.
+
+        Raises `ConfigurationError` for a defect without `extent_m`.
+        """
+        if defect.extent_m is None:
+            raise ConfigurationError(
+                f"the defect has no extent, only points = {defect.points}, but races of ball and cylindrical roller "
+                "bearings are not modelled as points: give the defect's length, for example extent = '0.5 mm'."
+            )
+        hole = defect.shape is DefectShape.HOLE
+        widest = self.length_m if self.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / self.fall_1_m)
+        width = min(widest, defect.extent_m if hole else (defect.width_m or widest))
+        across = (np.arange(STRIPS) + 0.5) / STRIPS * width - width / 2
+        half = np.full(STRIPS, defect.extent_m / 2)
+        half = np.sqrt(half**2 - across**2) if hole else half
+        reach_m = float(half.max()) + math.sqrt(2 * max(0.0, defect.height_m) / self.along_1_m)
+        return DefectOnRace(defect.height_m, half, reach_m, self.radius_m, across_m=across, strip_m=width / STRIPS)
 
 
 def _lift_m(defect: DefectOnRace, half_m: float, along_1_m: float) -> FloatArray:
@@ -197,77 +120,92 @@ def _lift_m(defect: DefectOnRace, half_m: float, along_1_m: float) -> FloatArray
     return -np.minimum(along_1_m * inside**2 / 2, -defect.height_m)
 
 
-@dataclass(frozen=True, kw_only=True)
-class ElementSlot:
-    """Ball or cylindrical roller between the outer and the inner race, `races`.
+ElementContact = Patch | Race
 
-    `cosine`: cosine of the contact angle; `damping_s`: time constant of the dampers, see `LineContact`.
+
+@dataclass(frozen=True, kw_only=True)
+class Slot:
+    """Contacts of a ball or roller with the outer and the inner race, `races`: three of a spherical roller, else one.
+
+    `excess_m`: penetrations into both races if the rings are concentric and the ball or roller is in its middle [m].
     """
 
-    races: tuple[Race, Race]
-    cosine: float
-    play_m: float
-    damping_s: float
-
-    def press(self, approach_m: FloatArray, raised: DefectOnRace | None = None) -> FloatArray:
-        """Balance the ball or roller between both races at each approach; result as of `Slot.press`."""
-        whole = approach_m * self.cosine - self.play_m
-        reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
-        outer = bisect_range(lambda depth: self._force(0, depth, raised) > self._force(1, whole - depth, raised), reach)
-        slopes = [race.slope_n_m(depth) for race, depth in zip(self.races, (outer, whole - outer), strict=True)]
-        series = slopes[0] * slopes[1] / np.maximum(slopes[0] + slopes[1], 1.0)
-        force = self._force(1, whole - outer, raised)
-        depth = np.maximum(outer, whole - outer)
-        return np.array([self.cosine * force, self.cosine**2 * self.damping_s * series, depth])
-
-    def _force(self, race: int, depth: FloatArray, raised: DefectOnRace | None) -> FloatArray:
-        force = self.races[race].force_n(depth)
-        return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
-
-    def deepest_m(self, scene: Scene, elements: RollingElements) -> float:
-        """Find an approach of the rings [m] up to which contacts are tabulated, from the scene's largest load."""
-        profile = scene.load_profile
-        load = scene.load.radial_n if profile is None else max(profile.radial_n)
-        carried = elements.rows * elements.rolling_elements * self.cosine
-        needed_n = TABLE_LOAD_FACTOR * STRIBECK_FACTOR[elements.shape] * max(load, 1.0) / carried
-        approach = LEAST_DEPTH_M + max(0.0, self.play_m)
-        while self.press(np.array([approach]))[0, 0] < needed_n:
-            approach *= 1.2
-        return float(approach)
+    races: tuple[Sequence[ElementContact], Sequence[ElementContact]]
+    excess_m: tuple[float, float]
 
     def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
-        """Divide a defect of a race into strips, together at most as wide as the contact at the approach `deepest_m`.
+        """Place a defect on a race (0 outer, 1 inner), for approaches of the rings up to `deepest_m`."""
+        circle = min(defect.circle, len(self.races[race])) - 1
+        return self.races[race][circle].place(defect, deepest_m)._replace(race=race, circle=circle)
 
-        Raises `ConfigurationError` for a defect without `extent_m`.
+    def press(self, approach_m: FloatArray, raised: DefectOnRace | None = None) -> FloatArray:
+        """Balance the ball or roller between both races at each approach, an array of any shape, by bisection.
+
+        Returns radial force on the outer ring [N], damping of both races in series [N s/m] and the larger penetration
+        [m] as one array, [3, ...]. `raised`: a defect at the ball or roller, None for undamaged races.
         """
-        if defect.extent_m is None:
-            raise ConfigurationError(
-                f"the defect has no extent, only points = {defect.points}, but races of ball and cylindrical roller "
-                "bearings are not modelled as points: give the defect's length, for example extent = '0.5 mm'."
-            )
-        own, hole = self.races[race], defect.shape is DefectShape.HOLE
-        widest = own.length_m if own.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / own.fall_1_m)
-        width = min(widest, defect.extent_m if hole else (defect.width_m or widest))
-        across = (np.arange(STRIPS) + 0.5) / STRIPS * width - width / 2
-        half = np.full(STRIPS, defect.extent_m / 2)
-        half = np.sqrt(half**2 - across**2) if hole else half
-        reach_m = float(half.max()) + math.sqrt(2 * max(0.0, defect.height_m) / own.along_1_m)
-        strip_m = width / STRIPS
-        return DefectOnRace(race, defect.height_m, half, reach_m, own.radius_m, across_m=across, strip_m=strip_m)
+        slide, high = np.array(-SLIDE_M), np.array(SLIDE_M)
+        for _ in range(HALVINGS):
+            middle = (slide + high) / 2
+            outer, inner = (self._race_force(race, approach_m, middle, raised)[0] for race in (0, 1))
+            slide, high = np.where(outer > inner, slide, middle), np.where(outer > inner, middle, high)
+        middles = (own[len(own) // 2] for own in self.races)
+        depth = np.maximum(*(self._depth(race, own, approach_m, slide) for race, own in enumerate(middles)))
+        return np.array([self._race_force(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
+
+    def _depth(self, race: int, contact: ElementContact, approach: FloatArray, slide: FloatArray) -> FloatArray:
+        lean = math.cos(contact.lean_rad)
+        if race == 0:
+            return approach * math.cos(contact.normal_rad) + (slide + self.excess_m[0]) * lean
+        return (self.excess_m[1] - slide) * lean
+
+    def _race_force(
+        self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectOnRace | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Compute the components of a race's force on the ball or roller [N]: along the slot, and radial."""
+        along = radial = np.zeros(())
+        for circle, contact in enumerate(self.races[race]):
+            depth = self._depth(race, contact, approach, slide)
+            force = contact.force_n(depth)
+            if raised is not None and (raised.race, raised.circle) == (race, circle):
+                force = force + contact.added_n(depth, raised)
+            along = along + force * math.cos(contact.lean_rad)
+            radial = radial + force * math.cos(contact.normal_rad)
+        return along, radial
+
+    def _damper(self, approach: FloatArray, slide: FloatArray) -> FloatArray:
+        """Compute the radial damping of both races in series [N s/m]; the softer race takes more of the motion."""
+        stiffness, damper = [], []
+        for race, sign in ((0, 1.0), (1, -1.0)):
+            near, _ = self._race_force(race, approach, slide)
+            far, _ = self._race_force(race, approach, slide + sign * SLIDE_DIFFERENCE_M)
+            stiffness.append((far - near) / SLIDE_DIFFERENCE_M + 1.0)
+            damper.append(sum(c.damper_ns_m(self._depth(race, c, approach, slide)) for c in self.races[race]))
+        whole = stiffness[0] + stiffness[1]
+        return damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
 
 
-def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
+def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
+    """Build the contacts of a spherical roller of the scene with both races."""
+    radius = roller_diameter_m(scene, geometry) / 2
+    gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
+    gap_inner = geometry.zero_play_diameter_m - gap_outer
+    outer, inner = (patches(geometry, scene.contact, radius, inner=inner) for inner in (False, True))
+    return Slot(races=(outer, inner), excess_m=(radius - gap_outer, radius - gap_inner))
+
+
+def make_element_slot(scene: Scene, elements: RollingElements) -> Slot:
     """Build the contacts of a ball or cylindrical roller of the scene with both races.
 
-    The curvature of the gap is 2 / (d (1 + g)) along the outer race and 2 / (d (1 - g)) along the inner race, with the
-    diameter d of the ball or roller and g = d cos(contact angle) / pitch diameter. Across a race it is 2 / d minus the
-    curvature of the groove (Harris & Kotzalas 2006, chapter 2; from memory).
+    The curvature of the gap along a race is D / (d R), with the diameter d of the ball or roller, the pitch diameter D,
+    and the race's radius R at the contact. Across a race it is 2 / d minus the curvature of the groove (Harris &
+    Kotzalas 2006, chapter 2; from memory).
     """
-    d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
-    races = []
+    d, angle, half_pitch = elements.element_diameter_m, elements.contact_angle_rad, elements.pitch_diameter_m / 2
+    damping_s, races = scene.line_contact.damping_s, []
     for sign, groove in ((1.0, elements.outer_groove), (-1.0, elements.inner_groove)):
-        along = 2 / (d * (1 + sign * gamma))
-        radius = half_pitch + sign * d / 2 * math.cos(elements.contact_angle_rad)
+        radius = half_pitch + sign * d / 2 * math.cos(angle)
+        along = 2 * half_pitch / (d * radius)
         if elements.shape is ElementShape.BALL:
             touch = ellipse(along, (2 - 1 / groove) / d)
             stiffness, exponent = 3 / (4 * touch.across_m * touch.approach_m), 1.0
@@ -275,13 +213,20 @@ def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
         else:
             exponent, fall, length = LINE_EXPONENT, 0.0, elements.length_m or elements.element_diameter_m
             stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE_EXPONENT / length
-        races.append(Race(stiffness, exponent, fall_1_m=fall, length_m=length, along_1_m=along, radius_m=radius))
-    return ElementSlot(
-        races=(races[0], races[1]),
-        cosine=math.cos(elements.contact_angle_rad),
-        play_m=scene.contact.radial_play_m,
-        damping_s=scene.line_contact.damping_s,
-    )
+        races.append([Race(stiffness, exponent, fall, length, along, radius, normal_rad=angle, damping_s=damping_s)])
+    half_play = scene.contact.radial_play_m / 2
+    return Slot(races=(races[0], races[1]), excess_m=(-half_play, -half_play))
+
+
+def deepest_approach_m(slot: Slot, scene: Scene, elements: RollingElements) -> float:
+    """Find an approach of the rings [m] up to which contacts are tabulated, from the scene's largest load."""
+    load = max(scene.load_table()[1])
+    carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
+    needed_n = TABLE_LOAD_FACTOR * STRIBECK_FACTOR[elements.shape] * max(load, 1.0) / carried
+    approach = LEAST_DEPTH_M + max(0.0, scene.contact.radial_play_m)
+    while slot.press(np.array([approach]))[0, 0] < needed_n:
+        approach *= 1.2
+    return float(approach)
 
 
 class Ellipse(NamedTuple):
@@ -324,28 +269,7 @@ def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
     )
 
 
-ElementContact = Slot | ElementSlot
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ForceTable:
-    """Table of an undamaged contact, `values`: rows force [N], damping [N s/m] and penetration [m].
-
-    Its columns are for approaches of the rings from `start_m` to `deepest_m` in steps of `step_m`.
-    """
-
-    start_m: float
-    step_m: float
-    deepest_m: float
-    values: FloatArray
-
-    def at(self, approach_m: FloatArray) -> FloatArray:
-        """Interpolate force, damping and penetration at each approach; constant outside the table's range."""
-        grid = self.start_m + self.step_m * np.arange(self.values.shape[1])
-        return np.array([np.interp(approach_m, grid, row) for row in self.values])
-
-
-def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
+def tabulate_force(slot: Slot, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
     """Tabulate the force of an undamaged contact up to the approach `deepest_m` of the rings.
 
     `highest_m`, sum of the heights of all defects and of a roller's interference between concentric rings, extends the
@@ -353,14 +277,10 @@ def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MA
     """
     step = deepest_m / MAX_APPROACH_M * STEP_M
     start = -(1.1 * highest_m + deepest_m)
-    return ForceTable(
-        start_m=start, step_m=step, deepest_m=deepest_m, values=slot.press(np.arange(start, deepest_m, step))
-    )
+    return ForceTable(slot.press(np.arange(start, deepest_m, step)), start, step, deepest_m)
 
 
-def tabulate_bump(
-    slot: ElementContact, plain: ForceTable, defect: Defect, race: int
-) -> tuple[FloatArray, float, float]:
+def tabulate_bump(slot: Slot, plain: ForceTable, defect: Defect, race: int) -> tuple[FloatArray, float, float]:
     """Tabulate the force [N] that a defect adds to a contact with the race `race`, [approaches, positions].
 
     The defect is on the race, or on a roller that touches the race with it. The approaches begin at `plain.start_m`, in

@@ -17,8 +17,7 @@ from srbval.models.outputs import Outputs, split_run
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.contacts import (
     DEFECT_STEPS,
-    ElementContact,
-    ForceTable,
+    deepest_approach_m,
     make_element_slot,
     make_roller_slot,
     tabulate_bump,
@@ -48,28 +47,22 @@ RING_BALANCE_N = 1e-3
 class PlanarRing:
     """Planar ring model of a scene.
 
-    `motion`: prescribed motion of shaft, cage and rollers; `plain`: force table of an undamaged roller; `kernel`:
-    parameters of the integration; `defect_of`: for each row of `kernel.defects`, the index of its defect in
-    `scene.defects`.
+    `motion`: prescribed motion of shaft, cage and rollers; `kernel`: parameters of the integration; `defect_of`: for
+    each row of `kernel.defects`, the index of its defect in `scene.defects`.
     """
 
     motion: PrescribedMotion
-    plain: ForceTable
     defect_of: tuple[int, ...]
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
         """Compute at each `time_s` the speed with which contacts pass the defect in row `table` of `kernel.defects`."""
-        step = 1e-4
-        kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
-        after, before = time_s + step, time_s - step
-        if kind not in (ring_kernel.ON_OUTER, ring_kernel.ON_INNER):
-            turned = self.motion.spin_rad(after) - self.motion.spin_rad(before)
-            return np.abs(turned) * self.kernel.defects[table, ring_kernel.ROLLER_RADIUS] / (2 * step)
-        turned = self.motion.cage_rad(after) - self.motion.cage_rad(before)
-        if kind == ring_kernel.ON_INNER:
-            turned = turned - (self.motion.shaft_rad(after) - self.motion.shaft_rad(before))
-        return np.abs(turned) * self.kernel.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
+        defect, scene, orders = self.kernel.defects[table], self.motion.scene, self.motion.orders
+        kind, cage = int(defect[ring_kernel.BUMP_KIND]), orders.ftf * (1 - scene.cage_slip)
+        turns = (cage, 1 - cage, orders.bsf, orders.bsf)[kind]  # per turn of the shaft, by kind
+        radius_m = defect[ring_kernel.RACE_RADIUS if kind < ring_kernel.ROLLER_ON_OUTER else ring_kernel.ROLLER_RADIUS]
+        times, speeds, _ = scene.speed_table()
+        return turns * radius_m * np.interp(time_s, times, speeds)
 
     @property
     def outwards(self) -> FloatArray:
@@ -80,7 +73,7 @@ class PlanarRing:
     def undamaged_force_n(self, ring_m: FloatArray) -> FloatArray:
         """Compute the force of all rollers, undamaged, on a ring displaced by `ring_m`: x and y [N]."""
         outwards = self.outwards
-        return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_FORCE]
+        return self.kernel.rows * outwards @ self.kernel.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
         """Compute the stiffness of undamaged rollers and housing at a ring displacement [N/m], [2, 2], symmetric."""
@@ -92,57 +85,50 @@ class PlanarRing:
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
         """Compute the damping of undamaged rollers and housing at a ring displacement [N s/m], [2, 2], symmetric."""
         outwards = self.outwards
-        dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_DAMPER]
+        dampers = self.kernel.rows * self.kernel.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_DAMPER]
         return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
 
     def balance_m(self) -> FloatArray:
         """Find the ring displacement [m] at which load, housing and undamaged rollers balance at time zero: x and y."""
         load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.motion.scene)[:2]
         load += np.array([0.0, self.kernel.weight])
-
-        def left(ring: FloatArray) -> FloatArray:
-            return load + self.undamaged_force_n(ring) - self.kernel.stiffness * ring
-
         ring = np.zeros(2)
         for _ in range(BALANCE_STEPS):
-            now = left(ring)
-            if np.abs(now).max() < RING_BALANCE_N:
+            left = load + self.undamaged_force_n(ring) - self.kernel.stiffness * ring
+            if np.abs(left).max() < RING_BALANCE_N:
                 break
-            moved = np.array([left(ring + RING_DIFFERENCE_M * axis) for axis in np.eye(2)])
-            stiffness = (now - moved).T / RING_DIFFERENCE_M
-            step = np.linalg.solve(stiffness + 1e6 * np.eye(2), now)
+            step = np.linalg.solve(self.stiffness_n_m(ring) + 1e6 * np.eye(2), left)
             ring = ring + step * min(1.0, LONGEST_MOVE_M / float(np.linalg.norm(step)))
         return ring
 
 
 def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     """Build the scene's planar ring; raises `ConfigurationError` for axial load, or a bearing without dimensions."""
-    axial_n = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
-    if any(axial_n):
+    axial_n = scene.load_table()[2]
+    if axial_n.any():
         raise ConfigurationError(
             f"axial load {max(axial_n, key=abs):g} N: the {scene.model} model has no axial motion: leave the axial "
             "load out, or use --model full with a bearing that has a [geometry]."
         )
-    element: ElementContact
     elements = bearing.elements
     if bearing.geometry is None and elements is not None:
-        element = own = make_element_slot(scene, elements)
-        highest = sum(max(0.0, d.height_m) for d in scene.defects) + max(0.0, -own.play_m)
-        plain = tabulate_force(element, highest, own.deepest_m(scene, elements))
+        slot = make_element_slot(scene, elements)
+        highest = sum(max(0.0, d.height_m) for d in scene.defects) + max(0.0, sum(slot.excess_m))
+        plain = tabulate_force(slot, highest, deepest_approach_m(slot, scene, elements))
         rollers, of_rows, radius_m = elements.rolling_elements, elements.rows, elements.element_diameter_m / 2
         mass = scene.housing.mass_kg
     else:
         geometry = geometry_of(bearing, scene.model)
-        element = make_roller_slot(scene, geometry)
-        highest = sum(abs(d.height_m) for d in scene.defects) + max(0.0, sum(element.excess_m))
-        plain = tabulate_force(element, highest)
+        slot = make_roller_slot(scene, geometry)
+        highest = sum(abs(d.height_m) for d in scene.defects) + max(0.0, sum(slot.excess_m))
+        plain = tabulate_force(slot, highest)
         rollers, of_rows = geometry.rollers_per_row, 2
-        radius_m = element.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
+        radius_m = slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
         mass = geometry.outer_ring_mass_kg(scene.bodies.density_kg_m3) + scene.housing.mass_kg
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
         for kind in KERNEL_KIND[defect.kind]:
-            bump, race_radius_m, position_step_m = tabulate_bump(element, plain, defect, kind % 2)
+            bump, race_radius_m, position_step_m = tabulate_bump(slot, plain, defect, kind % 2)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
             rows.append([kind, fixed, defect.roller - 1, race_radius_m, position_step_m, radius_m])
             bumps.append(bump)
@@ -157,14 +143,12 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         direction_y=direction_y,
         rollers=rollers,
         rows=float(of_rows),
-        plain=plain.values,
-        plain_start=plain.start_m,
-        plain_step=plain.step_m,
+        plain=plain,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.BUMP_COLUMNS),
         bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)),
         bump_step=DEFECT_STEPS * plain.step_m,
     )
-    return PlanarRing(motion=motion, plain=plain, defect_of=tuple(owners), kernel=kernel)
+    return PlanarRing(motion=motion, defect_of=tuple(owners), kernel=kernel)
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:

@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from srbval.arrays import FloatArray
 from srbval.models import outputs as col
 from srbval.models.jit import kernel, kernel_part
@@ -10,7 +12,7 @@ from srbval.models.jit import kernel, kernel_part
 # State: displacement [m] and velocity [m/s].
 RING_X, RING_Y, RING_V_X, RING_V_Y = range(4)
 STATE_SIZE = 4
-# Rows of the table of an undamaged roller: radial force [N], damper [N s/m], depth [m], over the approach of the rings.
+# Rows of `ForceTable.values`.
 TABLE_FORCE, TABLE_DAMPER, TABLE_DEPTH = range(3)
 # Columns of `defects`: kind (see below), angle [rad], number of the roller, radius of the race [m], step of the
 # positions in the defect's table [m], radius of the roller [m].
@@ -19,13 +21,29 @@ BUMP_COLUMNS = 6
 ON_OUTER, ON_INNER, ROLLER_ON_OUTER, ROLLER_ON_INNER = range(4)
 
 
+class ForceTable(NamedTuple):
+    """Table of an undamaged contact, `values`: rows force [N], damping [N s/m] and penetration [m].
+
+    Its columns are for approaches of the rings from `start_m` to `deepest_m` in steps of `step_m`.
+    """
+
+    values: FloatArray
+    start_m: float
+    step_m: float
+    deepest_m: float
+
+    def at(self, approach_m: FloatArray) -> FloatArray:
+        """Interpolate force, damping and penetration at each approach; constant outside the table's range."""
+        grid = self.start_m + self.step_m * np.arange(self.values.shape[1])
+        return np.array([np.interp(approach_m, grid, row) for row in self.values])
+
+
 class Ring(NamedTuple):
     """Parameters of the planar ring model in SI units; balls are called rollers here.
 
-    `plain`, [3, approaches]: force, damping and penetration of an undamaged roller, for approaches of the rings from
-    `plain_start` in steps of `plain_step`. `defects`, [D, BUMP_COLUMNS]: a row for each defect and each race that it
-    meets; `bumps`, [D, approaches, positions]: force that the defect in this row adds [N], for approaches from
-    `plain_start` in steps of `bump_step`, see `contacts.tabulate_bump`.
+    `plain`: table of an undamaged roller. `defects`, [D, BUMP_COLUMNS]: a row for each defect and each race that it
+    meets; `bumps`, [D, approaches, positions]: force that the defect in this row adds [N], for approaches of the rings
+    from `plain.start_m` in steps of `bump_step`, see `contacts.tabulate_bump`.
     """
 
     mass: float
@@ -36,9 +54,7 @@ class Ring(NamedTuple):
     direction_y: float
     rollers: int
     rows: float
-    plain: FloatArray
-    plain_start: float
-    plain_step: float
+    plain: ForceTable
     defects: FloatArray
     bumps: FloatArray
     bump_step: float
@@ -63,7 +79,7 @@ def push_ring(y, cage, shaft, spun, ring):
     `y`: state of the ring (displacement, velocity); `cage`, `shaft`, `spun`: angles at this time, see `Motion`. All
     rows of rollers have the same angles and forces, except that a defect acts in one row only.
     """
-    plain, defects, bumps = ring.plain, ring.defects, ring.bumps
+    plain, defects, bumps = ring.plain.values, ring.defects, ring.bumps
     force_x, force_y, deepest = 0.0, 0.0, -1.0
     last, bump_last, positions = plain.shape[1] - 2, bumps.shape[1] - 2, bumps.shape[2] - 1
     pi2 = 2.0 * math.pi
@@ -71,7 +87,7 @@ def push_ring(y, cage, shaft, spun, ring):
         angle = cage + pi2 * i / ring.rollers
         c, s = math.cos(angle), math.sin(angle)
         approach = -(y[RING_X] * c + y[RING_Y] * s)
-        at = (approach - ring.plain_start) / ring.plain_step
+        at = (approach - ring.plain.start_m) / ring.plain.step_m
         at = min(max(0.0, at), last + 0.999)  # a state that is no longer finite: never an index outside the array
         k = int(at)
         w = at - k
@@ -94,7 +110,7 @@ def push_ring(y, cage, shaft, spun, ring):
             position = abs(away) * arm / defects[j, POSITION_STEP]
             if not position < positions:
                 continue
-            at = (approach - ring.plain_start) / ring.bump_step
+            at = (approach - ring.plain.start_m) / ring.bump_step
             at = min(max(0.0, at), bump_last + 0.999)
             k, m = int(at), int(position)
             w, v = at - k, position - m

@@ -12,12 +12,11 @@ from srbval.models.full.contact_kernel import ContactLaw, contact_columns
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.motion_kernel import WITH_DAMPING
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.steps import take_steps
 from srbval.models.outputs import CAGE_SPEED, DISPLACEMENT_Y
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
 from tests.verification.cases import disturbed
-from tests.verification.harness import PAPER_STEP_S, advance, parameters, rolling_state
+from tests.verification.harness import PAPER_STEP_S, advance, full_run, parameters, rolling_state
 
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
 CRUSHED = [{"load": {"path": "bearing", way: force}} for way, force in (("radial", "5 MN"), ("axial", "2 MN"))]
@@ -118,6 +117,6 @@ def test_nothing_that_begins_to_touch_is_missed(scene):
     for seed in range(10):
         few, all_ = shaken(balanced, seed), shaken(balanced, seed)
         for m, y in ((model, few), (everything, all_)):
-            take_steps(m, y, METHODS["imex2"], step_s=PAPER_STEP_S, intervals=range(100 * seed, 100 * seed + 2))
+            full_run(m, y, METHODS["imex2"], PAPER_STEP_S).advance(100 * seed, 2)
         scale = np.abs(all_[layout_of(all_).half :]).max()
         assert few == pytest.approx(all_, rel=SAME_STEPS, abs=SAME_STEPS_SHARE * scale)
