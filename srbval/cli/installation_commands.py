@@ -1,7 +1,6 @@
 """Command ``srbval doctor``: state of the installation, compilation of all kernels, cache, JSON Schemas."""
 
 import argparse
-import json
 import os
 import platform
 from importlib import metadata
@@ -20,6 +19,7 @@ from srbval.storage.installation import (
     cache_folder,
     cache_use,
     clear_cache,
+    package_folder,
     pip_command,
     shipped_folder,
 )
@@ -36,9 +36,10 @@ def run_doctor_command(options: argparse.Namespace) -> int:
     warmed = compile_all_kernels() if options.warm else {}
     found = doctor()
     problems = found["problems"]
-    written = {Path(options.schemas) / f"{name}.json": of for name, of in schemas().items()} if options.schemas else {}
-    for path, schema in written.items():
-        write_text(path, json.dumps(schema, indent=1) + "\n")
+    schemas = sorted((package_folder() / "schemas").iterdir()) if options.schemas else []
+    written = [Path(options.schemas) / schema.name for schema in schemas]
+    for path, schema in zip(written, schemas, strict=True):
+        write_text(path, schema.read_text(encoding="utf-8"))
 
     def show() -> None:
         print(text_table(("item", "value"), list(found["facts"].items())))
@@ -57,25 +58,8 @@ def run_doctor_command(options: argparse.Namespace) -> int:
         print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
 
     status = "problems" if problems else "ok"
-    result = found | {"cleared": cleared, "schemas": list(written)} | warmed
+    result = found | {"cleared": cleared, "schemas": written} | warmed
     return print_result(options, result, show, status=status, code=1 if problems else 0)
-
-
-def schemas() -> dict[str, dict[str, Any]]:
-    """Build the JSON Schemas of scene, case, campaign and machine files, by name; `srbval/schemas` contains copies."""
-    from srbval.bearing import Fault
-    from srbval.campaign.cases import Campaign
-    from srbval.cli.machine_file import Machine
-    from srbval.scene import Scene, SensorPath
-    from srbval.storage.tables import json_schema
-    from srbval.validation.case import CasePair, Source, ValidationCase
-
-    side = str | tuple[str, ...] | Source  # file names, or a table with the key `file`
-    hints: dict[Any, Any] = {Fault: ("none", "ball"), (ValidationCase, "path"): None}
-    hints |= {(Campaign, "scene"): Scene, (Scene, "sensor_path"): str | SensorPath, (Machine, "bearing"): str | dict}
-    hints |= {(CasePair, "simulated"): side, (CasePair, "measured"): side, (Source, "file"): str | tuple[str, ...]}
-    kinds = {"scene": Scene, "case": ValidationCase, "campaign": Campaign, "machine": Machine}
-    return {name: json_schema(kind, hints) for name, kind in kinds.items()}
 
 
 def compile_all_kernels() -> dict[str, Any]:

@@ -30,6 +30,7 @@ _UNITS = tomllib.loads((files("srbval.storage") / "units.toml").read_text(encodi
 UNIT_FACTORS: dict[str, dict[str, float]] = {name: table["units"] for name, table in _UNITS.items()}
 SI_SUFFIX: dict[str, str] = {name: table["suffix"] for name, table in _UNITS.items() if "suffix" in table}
 PHYSICAL_RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _UNITS.items() if "range" in table}
+JSON_TYPES = {bool: "boolean", int: "integer", str: "string", Path: "string"}  # all other types are tables
 LONGEST_TEXT = 200  # characters of a number with its unit
 
 _DIGITS = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -281,63 +282,3 @@ def _read_number(field: dataclasses.Field[Any], key: str, raw: object, where: st
 def _number_without_dimension(field: dataclasses.Field[Any]) -> str:
     """Key in `UNIT_FACTORS` of a field without a dimension, which is a share unless its name ends in ``_pct``."""
     return "percentage" if field.name.endswith("_pct") else "one"
-
-
-JSON_TYPES = {bool: "boolean", int: "integer", str: "string", Path: "string"}  # all other types are tables
-LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # names of the three limits of `limited`
-
-
-def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
-    """JSON Schema (draft 7) of the files from which `build` creates a `cls`, for completion and checks in an editor.
-
-    `hints` contains what the fields' types do not state. For a pair (class, field name) it contains the type in the
-    file, if the program converts the value before it calls `build`, or None to omit the field. For an enum class it
-    contains words that are accepted besides the enum's members. All keys of a file are optional.
-    """
-    definitions: dict[str, Any] = {}
-
-    def of_table(kind: Any) -> dict[str, Any]:
-        own, fields, spelling = _keys_of_fields(kind)
-        keys = {
-            key: of_value(hints.get((kind, name), own[name]), _number_schema(fields[name], key))
-            for key, name in spelling.items()
-            if hints.get((kind, name), own[name]) is not None
-        }
-        text = " ".join((kind.__doc__ or "").split("\n\n")[0].split())
-        return {"description": text, "type": "object", "properties": keys, "additionalProperties": False}
-
-    def of_value(hint: Any, number: dict[str, Any]) -> dict[str, Any]:
-        kind, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
-        if kind in (types.UnionType, typing.Union):
-            either = [of_value(one, number) for one in inner if one is not types.NoneType]
-            return either[0] if len(either) == 1 else {"anyOf": either}
-        if kind is tuple:
-            size = {} if inner[1:] == (...,) else {"minItems": len(inner), "maxItems": len(inner)}
-            return {"type": "array", "items": of_value(inner[0], number)} | size
-        if dataclasses.is_dataclass(kind):
-            name = typing.cast(type, kind).__name__
-            if name not in definitions:
-                definitions[name] = of_table(kind)
-            return {"$ref": f"#/definitions/{name}"}
-        if isinstance(kind, type) and issubclass(kind, enum.Enum):
-            return {"enum": [*(member.value for member in kind), *hints.get(kind, ())]}
-        if kind is float:
-            return number
-        limits = {word: number[word] for word in LIMIT_WORDS if word in number} if kind is int else {}
-        return {"type": JSON_TYPES.get(kind, "object")} | limits
-
-    return {"$schema": "http://json-schema.org/draft-07/schema#"} | of_table(cls) | {"definitions": definitions}
-
-
-def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
-    """JSON Schema of a number: in SI for a `key` like ``radial_n``, as text with a unit for one like ``radial``."""
-    dimension, limits = field.metadata.get("dimension"), field.metadata.get("limits", ())
-    stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
-    if dimension and key == field.name:
-        return {"type": "number"} | stated
-    units = UNIT_FACTORS[dimension or _number_without_dimension(field)]
-    of_units = "|".join(map(re.escape, units))
-    text = {"pattern": rf"^\s*[-+]?{_DIGITS}(?:\s*/\s*{_DIGITS})?\s*(?:{of_units})\s*$"}
-    if dimension is None:
-        return {"type": ["number", "string"], "description": "number, or text in %"} | stated | text
-    return {"type": "string", "description": f"{dimension} in {', '.join(filter(None, units))}"} | text

@@ -11,6 +11,7 @@ import pytest
 
 from srbval.cli import run_command_line
 from srbval.storage.installation import package_folder, shipped_folder
+from tests.cli.schemas import schemas
 
 PACKAGE = package_folder()
 SHIPPED = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in (PACKAGE / "schemas").glob("*.json")}
@@ -39,8 +40,8 @@ def misspelt(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield from (document | {key: inner} for inner in misspelt(value))
 
 
-def test_shipped_schemas_are_the_generated_ones(tmp_path: Path) -> None:
-    """To make them again after a change of a dataclass: srbval doctor --schemas srbval/schemas."""
+def test_shipped_schemas_are_those_of_the_dataclasses_and_are_written_to_a_folder(tmp_path: Path) -> None:
+    assert schemas() == SHIPPED, "python -m tests.cli.schemas makes them again"
     assert run_command_line(["doctor", "--schemas", str(tmp_path)]) == 0
     assert {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in tmp_path.iterdir()} == SHIPPED
 
