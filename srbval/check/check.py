@@ -126,7 +126,7 @@ def _probe_full() -> ProbeOutputs:
 
 def _probe_slices() -> ProbeOutputs:
     """Compute regression-check numbers of the model `slices` in the scene `rig`, at its given speed and at 340 rpm."""
-    slow = {"states": (Fault.OUTER,), "prefix": "slow ", "shaft_speed_rad_s": 340 * math.pi / 30}
+    slow: dict[str, Any] = {"states": (Fault.OUTER,), "prefix": "slow ", "shaft_speed_rad_s": 340 * math.pi / 30}
     return _probe_model("slices", "rig") | _probe_model("slices", "rig", **slow)
 
 

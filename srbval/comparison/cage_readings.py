@@ -100,8 +100,8 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     reading = read_comb(record, line_hz, half_hz, period_s=1 / speed.value_hz, harmonics=count)
     if reading is None:
         return None
-    rank = rank_line(family, reading, record, families, speed)
-    if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
+    ranks = rank_line(family, reading, record, families, speed)
+    if ranks is None or not is_improbable(reading.noise_false_alarm, ranks[0]):
         return None
     return _cage_reading_of(recording, bearing, reading, f"{family.name} multiples, vibration", band_hz)
 
