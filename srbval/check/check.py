@@ -47,13 +47,7 @@ from srbval.scene.read import BUNDLED
 from srbval.storage import stored_result
 from srbval.storage.installation import git_revision, package_folder, shipped_folder
 from srbval.storage.json_files import write_json
-from srbval.storage.stored_result import (
-    Fingerprint,
-    FingerprintValue,
-    compare_part,
-    read_result,
-    reference_fingerprint,
-)
+from srbval.storage.stored_result import Fingerprint, FingerprintValue, compare_part, read_result, reference_fingerprint
 from srbval.storage.tables import read_toml
 from srbval.sweep.scenes import FITS, PAPER, bench_scene, lasting_passages
 
@@ -108,10 +102,12 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
     return found | {f"step error of {one.of}": round(one.error, 9) for one in estimates}
 
 
-def _probe_model(model: str, base: str, *, step: Step = Step.UNCHECKED, **options: Any) -> ProbeOutputs:
+def _probe_model(
+    model: str, base: str, *, prefix: str = "", step: Step = Step.UNCHECKED, **options: Any
+) -> ProbeOutputs:
     """Simulate all scenes that `_probe_scenes` yields for these arguments; return the numbers that are compared."""
     return {
-        f"{name}: {quantity}": value
+        f"{prefix}{name}: {quantity}": value
         for name, scene in _probe_scenes(model, base, **options)
         for quantity, value in _numbers_of_run(simulate(scene, step=step)).items()
     }
@@ -120,18 +116,18 @@ def _probe_model(model: str, base: str, *, step: Step = Step.UNCHECKED, **option
 def _probe_full() -> ProbeOutputs:
     """Compute regression-check numbers of the point-cloud model, for two roller diameters and several solvers."""
     found = _probe_model("full", "paper", duration_s=UNSTABLE_S) | _probe_model("full", "paper", fits=("printed",))
-    own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "duration_s": UNSTABLE_S}
-    for solver in PROBED_SOLVERS:
-        values = _probe_model("full", "paper", solver={"name": solver, "step_s": SOLVER_STEP_S}, **own)
-        found |= {f"{solver} {name}": value for name, value in values.items()}
-    checked = _probe_model("full", "paper", fits=("printed",), states=(Fault.INNER,), step=Step.CHECKED)
-    return found | {f"checked {name}": value for name, value in checked.items()}
+    printed: dict[str, Any] = {"fits": ("printed",)}
+    for name in PROBED_SOLVERS:
+        own = printed | {"states": (Fault.OUTER,), "duration_s": UNSTABLE_S, "prefix": f"{name} "}
+        found |= _probe_model("full", "paper", solver={"name": name, "step_s": SOLVER_STEP_S}, **own)
+    own = printed | {"states": (Fault.INNER,), "prefix": "checked ", "step": Step.CHECKED}
+    return found | _probe_model("full", "paper", **own)
 
 
 def _probe_slices() -> ProbeOutputs:
     """Compute regression-check numbers of the model `slices` in the scene `rig`, at its given speed and at 340 rpm."""
-    values = _probe_model("slices", "rig", states=(Fault.OUTER,), shaft_speed_rad_s=340 * math.pi / 30)
-    return _probe_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
+    slow: dict[str, Any] = {"states": (Fault.OUTER,), "prefix": "slow ", "shaft_speed_rad_s": 340 * math.pi / 30}
+    return _probe_model("slices", "rig") | _probe_model("slices", "rig", **slow)
 
 
 @cache

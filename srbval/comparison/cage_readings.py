@@ -108,8 +108,8 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     reading = read_comb(record, line_hz, half_hz, period_s=None, harmonics=count)
     if reading is None:
         return None
-    rank = rank_line(family, reading, record, families, speed)
-    if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
+    ranks = rank_line(family, reading, record, families, speed)
+    if ranks is None or not is_improbable(reading.noise_false_alarm, ranks[0]):
         return None
     found_hz = []
     for part in np.array_split(vibration, PARTS):

@@ -6,13 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing
-from srbval.diagnosis.baseline import (
-    Baseline,
-    baseline_of,
-    load_healthy,
-    registered_baseline,
-    require_one_unit,
-)
+from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, registered_baseline, require_one_unit
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.diagnosis.long_records import analyse_by_parts
 from srbval.errors import ConfigurationError, DataError
@@ -20,10 +14,7 @@ from srbval.reading.analyse import Analysis, bearing_of
 from srbval.reading.features import features_of
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import questions_error, subject_of
-from srbval.recordings.registry import (
-    load_registered,
-    registered_settings,
-)
+from srbval.recordings.registry import load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION, settings_of
 from srbval.recordings.units import ACCELERATION_UNIT
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2

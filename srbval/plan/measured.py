@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, ClassVar
@@ -23,8 +23,7 @@ MIN_DURATION_SHARE = 0.58  # shortest of the measured runs, as a share of the lo
 # Axes of the table, and settings that change an answer only through the length of the record.
 AXIS_KEYS = {"model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed"}
 AXIS_KEYS |= {"solver.step_s", "load.radial_n", "contact.roller_fit", "defect.kind", "defect.height_m"}
-STORED_KEYS = ("reference", "seconds", "ranges", "values", "pace")  # of the stored table of a scene
-BoundKey = tuple[str, str, str, Question]  # roller fit, defect, model, question
+BoundKey = tuple[str, str, str, str]  # roller fit, defect, model, question
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +67,7 @@ class MeasuredErrors:
     seconds: float
     ranges: Mapping[str, tuple[float, float]]
     values: Mapping[str, Any]
-    models: tuple[str, ...]
+    models: Sequence[str]
     pace: Mapping[str, float]
     bounds: Mapping[BoundKey, Bound]
 
@@ -150,18 +149,10 @@ def measured_errors() -> Mapping[str, MeasuredErrors]:
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
     """Convert the content of the result ``model_levels`` to tables by scene."""
     bounds = defaultdict[str, dict[BoundKey, Bound]](dict)
-    for row in (one for one in content["bounds"] if one["question"] in list(Question)):
-        key = row["fit"], row["kind"], row["model"], Question(row["question"])
+    for row in content["bounds"]:
+        key = row["fit"], row["kind"], row["model"], row["question"]
         bounds[row["base"]][key] = Bound(**{one.name: row[one.name] for one in fields(Bound)})
-    return {
-        base: MeasuredErrors(
-            base=base,
-            models=tuple(about["models"]),
-            bounds=bounds[base],
-            **{name: about[name] for name in STORED_KEYS},
-        )
-        for base, about in content["bases"].items()
-    }
+    return {base: MeasuredErrors(base=base, bounds=bounds[base], **about) for base, about in content["bases"].items()}
 
 
 def nearest_table(scene: Scene) -> MeasuredErrors:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
@@ -86,28 +86,27 @@ def make_plan(
     table, bearing = measured or nearest_table(scene), load_bearing(scene.bearing)
     outside, levels = table.list_gaps(scene), [level_of(name) for name in table.models]
     judged = [_judge_model(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels]
-    few_can, refused = scene.oil is not None or scene.bodies.free_rollers, dict[str, str]()
-    for level in levels:
-        if (few_can or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None:
-            refused[level.name] = why
-    while True:  # in other scenes, whether a model can run is only examined, which takes long, if it would be chosen
-        able = [level for level in levels if level.name not in refused]
-        if not able:
-            raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
-        enough = [one for one in judged if one.ok and one.model not in refused]
-        if enough:
-            chosen = min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
-        else:  # the reference, else the most detailed model that can run and answer
-            knowing = [level.name for level in able if question.value not in level.lacks] or [able[-1].name]
-            chosen = table.reference if table.reference in knowing else knowing[-1]
-        if (why := refusal(level_of(chosen), scene, bearing)) is None:
+    # The cheapest accurate model that can run; else the reference, the most detailed model that answers, or any model.
+    enough = sorted((one for one in judged if one.ok), key=lambda one: math.inf if one.wall_s is None else one.wall_s)
+    detailed = [*levels[::-1]]
+    detailed.sort(key=lambda level: (question.value in level.lacks, level.name != table.reference))
+    few_can = scene.oil is not None or scene.bodies.free_rollers  # else the slow examination is for chosen models only
+    refused = {one.name: refusal(one, scene, bearing) for one in levels if few_can or not one.runs(bearing)}
+    for chosen in (*(one.model for one in enough), *(level.name for level in detailed)):
+        if chosen not in refused:
+            refused[chosen] = refusal(level_of(chosen), scene, bearing)
+        if refused[chosen] is None:
             break
-        refused[chosen] = why
-    candidates = tuple(
-        Candidate(model=one.model, why=refused[one.model]) if one.model in refused else one for one in judged
+    else:
+        raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(map(str, refused.values())))}")
+    return Plan(
+        chosen=chosen,
+        question=question,
+        tolerance_pct=tolerance_pct,
+        met=any(one.model == chosen for one in enough),
+        candidates=tuple(Candidate(model=c.model, why=why) if (why := refused.get(c.model)) else c for c in judged),
+        outside=outside,
     )
-    asked: dict[str, Any] = {"question": question, "tolerance_pct": tolerance_pct}
-    return Plan(chosen=chosen, met=bool(enough), candidates=candidates, outside=outside, **asked)
 
 
 def _judge_model(

@@ -12,7 +12,7 @@ from srbval.bearing import DEFECTS, LARGEST_SLIP, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import NORMAL_95, LineReading, Periodogram
 from srbval.signal.comb import HARMONICS
-from srbval.signal.false_alarm import APART, MIN_PLACEBOS, PlaceboRank, fundamentals, rank_among_placebos
+from srbval.signal.false_alarm import APART, MIN_PLACEBOS, fundamentals, rank_among_placebos
 
 OWN_SIDEBANDS = 3  # sidebands that belong to a found line when a weaker line is read
 PLACEBO_REACH = 2.0  # placebos are drawn up to this factor from a family's frequency, an octave to either side
@@ -72,8 +72,8 @@ def rank_line(
     speed: ShaftSpeed,
     scale: float = 1.0,
     combs: int = MIN_PLACEBOS,
-) -> PlaceboRank | None:
-    """Rank a line with its harmonics among `combs` combs within an octave, where the bearing has no line.
+) -> tuple[float, float] | None:
+    """Rank a line with its harmonics among `combs` mixed placebos within an octave, and among whole placebos.
 
     `reading` is the result of the search for the line at `scale` times the kinematic frequency of its `family`.
     `families` are all lines of the bearing. None if there are too few frequencies without a line.

@@ -175,8 +175,8 @@ def read_lines(
         if reading.detected or not brief:
             rank = rank_line(family, reading, within, families, speed, scale, combs)
         if rank is not None:
-            chance = rank.false_alarm
-            reading = replace(reading, placebo_false_alarm=chance, comb_false_alarm=rank.whole_false_alarm)
+            chance, whole = rank
+            reading = replace(reading, placebo_false_alarm=chance, comb_false_alarm=whole)
         first = _with_reading(lines[family][0], reading, speed)
         if reading.detected:
             explained = _explained_by(first, stronger, within.bin_hz)

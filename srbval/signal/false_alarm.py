@@ -8,7 +8,6 @@ only some tens of whole placebos, but they can be real combs of other sources; `
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import scipy.special
@@ -90,27 +89,12 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
     return 2 * half_window_hz * seconds * math.sqrt(math.pi * ratio / 3) * rate * math.exp(log_density)
 
 
-def rank(score: float, placebos: FloatArray) -> float:
-    """Rank of a `score` among the scores `placebos` [n]: (1 + number of placebos at least as high) / (n + 1)."""
-    return float(1 + np.count_nonzero(placebos >= score)) / (placebos.size + 1)
-
-
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
     """False-alarm probability of a comb (line with harmonics): the larger of `noise` and a mean of two ranks.
 
     `whole` (weight `FOREIGN_COMB`) is the rank among other combs, `mixed` among combs with lines of two fundamentals.
     """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
-
-
-class PlaceboRank(NamedTuple):
-    """Ranks of a comb (line with harmonics) among placebos, which are combs without a bearing line.
-
-    Placebos mix two fundamentals in `false_alarm`, have one in `whole_false_alarm`.
-    """
-
-    false_alarm: float
-    whole_false_alarm: float
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
@@ -126,9 +110,10 @@ def rank_among_placebos(
     placebo_hz: FloatArray,
     *,
     combs: int = MIN_PLACEBOS,
-) -> PlaceboRank | None:
-    """Rank the comb (line with harmonics) at `expected_hz` among `combs` placebos: combs without a bearing line.
+) -> tuple[float, float] | None:
+    """Rank the comb (line with harmonics) at `expected_hz` among `combs` mixed placebos, and among whole placebos.
 
+    A rank is the share of combs that are at least as strong. Placebos are combs without a bearing line.
     A comb's score is the highest sum in its search window of its lines' `neg_log_p`, -log of the probability on noise.
     `placebo_hz` [n] are `fundamentals` more than two half windows away from the comb. A placebo has the comb's number
     of lines, relative window and masked (ignored) points. None if `placebo_hz` covers under `LEAST_WINDOWS` windows.
@@ -176,7 +161,8 @@ def rank_among_placebos(
     placebos = np.concatenate([scores_of(block) for block in blocks])
     stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
     apart = placebo_hz.size / (2 * GRID_PER_HALF_WINDOW)
-    return PlaceboRank(rank(score, placebos), (1 + apart * stronger) / (apart + 1))
+    mixed = (1 + np.count_nonzero(placebos >= score)) / (combs + 1)
+    return mixed, (1 + apart * stronger) / (apart + 1)
 
 
 def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:

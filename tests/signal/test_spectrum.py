@@ -137,11 +137,3 @@ def test_every_row_is_that_of_the_direct_sum(samples, columns):
 def test_a_range_beyond_the_record_is_refused(range_hz):
     with pytest.raises(ConfigurationError, match="allows"):
         signal.morlet_scalogram(np.zeros(SAMPLES), PICTURE_HZ, range_hz=range_hz)
-
-
-@pytest.mark.parametrize("samples", [1000, 1001])
-@pytest.mark.parametrize("segment_s", [0.25, 0.251, 9.0])
-def test_power_density_is_that_of_welch(samples, segment_s):
-    noise = np.random.default_rng(samples).normal(3.0, size=samples)
-    expected = scipy.signal.welch(noise, 1000.0, nperseg=min(round(segment_s * 1000), samples))
-    np.testing.assert_allclose(signal.power_density(noise, 1000.0, segment_s), expected, rtol=1e-12)
