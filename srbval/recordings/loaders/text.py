@@ -79,8 +79,8 @@ def load_text(path: Path) -> RawFile:
     if len(content) > LARGEST_TEXT:
         raise DataError(
             f"{path}: a text file of {len(content) / 1e6:.0f} MB that is no regular table of plain numbers; the limit "
-            f"is then {LARGEST_TEXT / 1e6:g} MB, as reading takes 40 times the size in memory. Export it as .npy, .wav, "
-            "HDF5, TDMS or Parquet, or in parts."
+            f"is then {LARGEST_TEXT / 1e6:g} MB, as reading takes 40 times the size in memory. Export it as .npy, "
+            ".wav, HDF5, TDMS or Parquet, or in parts."
         )
     return _load_lines(path, content)
 
