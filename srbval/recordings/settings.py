@@ -121,8 +121,11 @@ ALIASES = {
 KEYWORDS = {"tolerance": "tolerance_pct", "cage_slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
 KEYWORDS |= {"least_limit": "least_limit_s", "dt": "solver", "elements": "bearing", "orders": "bearing"}
 KEYWORDS |= {"cluster_option": "cluster_options", "cross_from": "cross", "no_pdf": "formats"}
-KEYWORDS |= {"cluster_class": "engine", "scheduler": "engine"}
-OPTION = re.compile(r"(`[^`]*`|\bsrbval [a-z]+ [^;.)]*)|(?<![\w-])--([a-z][a-z-]*)(?: (?=[A-Z\d']|\S+ \|))?")
+KEYWORDS |= {"cluster_class": "engine", "scheduler": "engine", "o": "folder"}
+OPTION = re.compile(
+    r"(`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
+    r"|(?<![\w-])(?:--|-(?=o\b))([a-z][a-z-]*)(?: (?=[A-Z\d']|\S+ \|))?"
+)
 
 
 def with_keywords(text: str) -> str:
