@@ -63,7 +63,7 @@ def _run_action(options: argparse.Namespace) -> RegisterListing:
             folder = Path(options.table).parent if options.folder is None else options.folder
             return registry.add(folder, progress=progress, repin=options.repin, settings=settings, table=options.table)
         if options.action == "verify":
-            return registry.listing(hash_all=True, progress=progress)
+            return registry.verify_recordings(progress=progress)
         return fetch(options.name, options.output, progress=progress)
 
 

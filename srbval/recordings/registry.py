@@ -132,6 +132,11 @@ def listing(*, hash_all: bool = False, progress: Progress = silent) -> RegisterL
     return RegisterListing(_inspect_and_store(files, known, again=hash_all, progress=progress))
 
 
+def verify_recordings(*, progress: Progress = silent) -> RegisterListing:
+    """Hash all registered files again and compare them with their entries."""
+    return listing(hash_all=True, progress=progress)
+
+
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     """Entries of the Torino test rig's open recordings, which are installed with the program in compact form."""
     return RegisterListing(_inspect_and_store(files_under(shipped_folder(RIG_EXCERPTS)), read_manifest())).recordings

@@ -242,7 +242,7 @@ def test_signals_of_the_full_layout_in_other_forms(tmp_path, place, value, said)
 
 def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(tmp_path):
     signals = files.rig_signals(speed_rpm=700.0 * 9.5493)  # rpm stored where rad/s is announced
-    with pytest.raises(DataError, match=r"wrong unit.*--rpm"):
+    with pytest.raises(DataError, match=r"or the unit.*--rpm"):
         full(tmp_path, signals)
     r = full(tmp_path, signals, rpm=700)
     assert (r.speed.value_hz * 60, r.speed.source) == (pytest.approx(700), SpeedSource.STATED)

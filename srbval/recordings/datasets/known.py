@@ -20,7 +20,7 @@ from srbval.recordings.datasets.description import ChannelRule, DatasetDescripti
 from srbval.recordings.raw import RawFile, as_signal, orient_samples, printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal
-from srbval.recordings.speed import RPM_PER_HZ, stated_speed, tachometer_speed
+from srbval.recordings.speed import RPM_PER_HZ, stated_speed, tachometer_speed, with_tachometer
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 N_PER_LBF = 4.4482216152605
@@ -28,7 +28,6 @@ HZ_PER_KHZ = 1e3
 MAX_COPY_NOTE_LENGTH = 300
 _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
 FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4
-IMPLAUSIBLE_RATIO = 3.0  # of the speed to the nominal motor speed; rpm instead of rad/s give 9.5
 # Factors from a display unit to SI (m/s2, rad/s), by the label of a quantity.
 ACCELERATION_TO_SI = {"g": STANDARD_GRAVITY_M_S2, "m/s2": 1.0, "m/s^2": 1.0}
 ROTATION_TO_SI = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
@@ -169,29 +168,15 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     others = [n for n in names if n not in accelerations | rotations]
     left = [f"{n} ({printable(raw.text(f'{n}.y_values.quantity.label') or '')})" for n in others]
     said = (f"left out: {', '.join(left)}",) if left else ()
-    known, speed, signal, note, problem = "label" in groups, None, None, "speed left open", None
     vectors = {n: (columns[0], rate_hz) for n, (columns, rate_hz) in rotations.items() if len(columns) == 1}
-    if len(vectors) > 1:
-        problem = f"{len(vectors)} speed signals: {', '.join(vectors)}."
-    elif not vectors:
-        speed, note = description.set_point(nominal_rpm), "no speed signal in the file"
-    else:
-        ((source, (values_rad_s, rate_hz)),) = vectors.items()
-        values_hz = values_rad_s * (1 / (2 * math.pi))
-        speed, note = tachometer_speed(values_hz, rate_hz), f"speed from {source}, {rate_hz:g} Hz"
-        found_rpm = speed.value_hz * RPM_PER_HZ
-        if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
-            problem = f"{source} measures {found_rpm:.6g} rpm, the file's name states {nominal_rpm:g}: a wrong unit."
-        else:
-            signal = SpeedSignal(values_hz=values_hz, rate_hz=rate_hz)
-    first = next(iter(accelerations))
+    known, first = "label" in groups, next(iter(accelerations))
     sensors, tested = _sensors(raw, accelerations, description if known else None)
     of_the_set = [name for name in sensors if known and tested in (None, name)]
     tested_bearing: dict[str, Any] = {
         "bearing": next((rule.bearing for rule in description.channels if rule.analyse), None),
         "state": description.state_of(groups.get("label")),
     }
-    return Reading(
+    reading = Reading(
         dataset=description.name if known else None,
         channels={
             name: Channel(samples=samples, unit="m/s2", variable=name, **tested_bearing if name in of_the_set else {})
@@ -199,14 +184,18 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         },
         channel=tested,
         fs_hz=accelerations[first][1],
-        speed=speed,
-        speed_signal=signal,
-        speed_problem=problem,
+        speed=None if vectors else description.set_point(nominal_rpm),
+        speed_problem=f"{len(vectors)} speed signals: {', '.join(vectors)}." if len(vectors) > 1 else None,
         radial_n=scaled(groups.get("radial_kn"), N_PER_KN),
         axial_n=scaled(groups.get("axial_kn"), N_PER_KN),
         nominal_rpm=nominal_rpm,
-        notes=(f"acceleration from {first}", note, *(description.notes if known else ()), *said),
+        notes=(f"acceleration from {first}", *(description.notes if known else ()), *said),
     )
+    if len(vectors) != 1:
+        return reading
+    ((source, (values_rad_s, rate_hz)),) = vectors.items()
+    rotation = Channel(samples=values_rad_s * (1 / (2 * math.pi)), unit="Hz", variable=source, fs_hz=rate_hz)
+    return with_tachometer(reading, rotation, pulses_per_rev=None, rpm=nominal_rpm)
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal | None:
