@@ -1,6 +1,5 @@
 """One record in every format, files in the layouts of known data sets, and runs written by srbval."""
 
-import dataclasses
 import re
 import shlex
 import sys
@@ -13,7 +12,7 @@ from scipy.io import savemat
 
 from srbval.bearing import Fault, known_bearings
 from srbval.errors import DataError
-from srbval.recordings import Origin, Recording, SpeedSignal, SpeedSource, load_recording, loaders
+from srbval.recordings import Origin, SpeedSource, load_recording, loaders
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.loaders import detect_format
 
@@ -256,10 +255,3 @@ def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path):
     assert (r.dataset, r.bearing, r.state, r.band_hz) == (None, None, None, None)
     assert (r.unit, r.fs_hz) == ("m/s2", 20480.0)
     assert r.speed.source is SpeedSource.TACHOMETER
-
-
-def test_a_part_after_the_end_of_a_short_speed_signal_has_its_last_speed():
-    whole_record = Recording.from_array(files.vibration(4096), fs_hz=4096.0, unit="g", rpm=660)
-    signal = SpeedSignal(values_hz=np.array([10.0, 11.0, 12.0]), rate_hz=4.0)
-    part = dataclasses.replace(whole_record, speed_signal=signal).part(3072, 4096)
-    assert (part.speed.value_hz, list(part.speed_signal.values_hz)) == (12.0, [12.0])
