@@ -19,8 +19,7 @@ from srbval.errors import DataError
 from srbval.recordings.datasets.description import ChannelRule, DatasetDescription
 from srbval.recordings.raw import RawFile, as_signal, orient_samples, printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
-from srbval.recordings.recording import ShaftSpeed, SpeedSignal
-from srbval.recordings.speed import RPM_PER_HZ, stated_speed, tachometer_speed, with_tachometer
+from srbval.recordings.speed import RPM_PER_HZ, stated_speed, with_tachometer
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 N_PER_LBF = 4.4482216152605
@@ -66,8 +65,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     stated_hz = raw.number(description.rate_variable) if description.rate_variable else None
     fs_hz = named_hz or listed_hz or stated_hz or description.rate_hz
     nominal_rpm = _nominal_rpm(raw, description, facts, record)
-    seconds = None if fs_hz is None else max(c.samples.size for c in channels.values()) / fs_hz
-    speed, speed_signal = _speed(raw, description, record, nominal_rpm, seconds)
+    rpm = raw.number(description.stated_rpm.format(record=record)) if description.stated_rpm else None
     radial_n = scaled(facts.get("radial_kn", description.radial_kn), N_PER_KN)
     if description.load_lbf_variable is not None:
         radial_n = scaled(raw.number(description.load_lbf_variable), N_PER_LBF)
@@ -77,13 +75,12 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     notes += [listed["note"]] if "note" in listed else []
     notes += [f"left out: signals of record {', '.join(others)}"] if others else []
     notes += [f"compact copy of {printable(original, MAX_COPY_NOTE_LENGTH)}"] if isinstance(original, str) else []
-    return Reading(
+    reading = Reading(
         dataset=description.name,
         channels=channels,
         channel=marked[0] if marked else next(iter(channels)) if len(channels) == 1 else None,
         fs_hz=fs_hz,
-        speed=speed,
-        speed_signal=speed_signal,
+        speed=description.set_point(nominal_rpm) if rpm is None else stated_speed(rpm),
         radial_n=radial_n,
         axial_n=scaled(facts.get("axial_kn", description.axial_kn), N_PER_KN),
         nominal_rpm=nominal_rpm,
@@ -95,6 +92,12 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
             if key in listed and facts[key].upper() != listed[key].upper()
         ),
     )
+    if (tachometer := description.tachometer_rpm) is None or tachometer not in raw.arrays:
+        return reading
+    values_hz = raw.signal(tachometer) / RPM_PER_HZ
+    rate_hz = values_hz.size / (reading.main.samples.size / fs_hz) if fs_hz else None  # it covers the whole record
+    rotation = Channel(samples=values_hz, unit="Hz", variable=tachometer, fs_hz=rate_hz)
+    return with_tachometer(reading, rotation, pulses_per_rev=None, rpm=None)
 
 
 def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
@@ -136,20 +139,6 @@ def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str,
     if "hp" not in facts and "first" in facts and facts["last"] - facts["first"] == len(by_load) - 1:
         load = int(record) - facts["first"]
     return by_load[load] if load < len(by_load) else scaled(facts.get("rpm", description.nominal_rpm), 1.0)
-
-
-def _speed(
-    raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
-) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Shaft speed (from a tachometer, else stated, else nominal) and tachometer signal; `seconds` is the duration."""
-    tachometer, stated = description.tachometer_rpm, description.stated_rpm
-    if tachometer in raw.arrays:
-        values_hz, signal = raw.signal(tachometer) / RPM_PER_HZ, None
-        if seconds is not None:  # its samples cover the whole record at any rate
-            signal = SpeedSignal(values_hz=values_hz, rate_hz=values_hz.size / seconds)
-        return tachometer_speed(values_hz, None if signal is None else signal.rate_hz), signal
-    rpm = raw.number(stated.format(record=record)) if stated else None
-    return description.set_point(nominal_rpm) if rpm is None else stated_speed(rpm), None
 
 
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
