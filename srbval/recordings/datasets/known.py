@@ -40,7 +40,10 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         return None
     record, others = _record_number(raw, description, named)
     listed = next((r for r in description.records if record and r["first"] <= int(record) <= r["last"]), {})
-    facts = {**listed, **named}
+    places = {fact: variable.format(record=record) for fact, variable in description.fact_variables.items()}
+    stated = {fact: raw.text(place) if fact == "label" else raw.number(place) for fact, place in places.items()}
+    facts = {**description.constants, **listed, **named}
+    facts |= {fact: value for fact, value in stated.items() if value not in (None, "")}
     state, end = description.state_of(facts.get("label")), facts.get("end", "").upper()
     used = dict(_match_channels(raw, description, record))
     channels = {
@@ -56,19 +59,17 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     if not channels:
         return None
     marked = [name for name in (end, *(rule.name for rule in used if rule.analyse)) if name in channels]
-    named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), facts.get("fs_hz")
+    named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), listed.get("fs_hz")
     if named_hz and listed_hz and named_hz != listed_hz:
         raise DataError(
             f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed_hz:g} Hz for this record; "
             "rename the file or correct the list."
         )
-    stated_hz = raw.number(description.rate_variable) if description.rate_variable else None
-    fs_hz = named_hz or listed_hz or stated_hz or description.rate_hz
-    nominal_rpm = _nominal_rpm(raw, description, facts, record)
-    rpm = raw.number(description.stated_rpm.format(record=record)) if description.stated_rpm else None
-    radial_n = scaled(facts.get("radial_kn", description.radial_kn), N_PER_KN)
-    if description.load_lbf_variable is not None:
-        radial_n = scaled(raw.number(description.load_lbf_variable), N_PER_LBF)
+    fs_hz = named_hz or facts.get("fs_hz")
+    nominal_rpm = _nominal_rpm(description, facts, record)
+    rpm, radial_n = facts.get("mean_rpm"), scaled(facts.get("radial_kn"), N_PER_KN)
+    if "radial_lbf" in facts:
+        radial_n = scaled(facts["radial_lbf"], N_PER_LBF)
     original = raw.attributes.get("copy_of")  # in a compact copy, such as the shipped records
     notes = [f"record {int(record)} by its variables' names"] if record else []
     notes += [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
@@ -82,7 +83,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         fs_hz=fs_hz,
         speed=description.set_point(nominal_rpm) if rpm is None else stated_speed(rpm),
         radial_n=radial_n,
-        axial_n=scaled(facts.get("axial_kn", description.axial_kn), N_PER_KN),
+        axial_n=scaled(facts.get("axial_kn"), N_PER_KN),
         nominal_rpm=nominal_rpm,
         notes=tuple(notes),
         cautions=tuple(
@@ -130,15 +131,15 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
             yield rule, name
 
 
-def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
-    """Nominal speed [rpm], as `description` states: from a variable, the motor load, the file's name or a constant."""
-    if description.nominal_hz_variable is not None:
-        return scaled(raw.number(description.nominal_hz_variable), RPM_PER_HZ)
+def _nominal_rpm(description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
+    """Nominal speed [rpm], as `facts` state, else by the motor load."""
+    if "nominal_hz" in facts:
+        return scaled(facts["nominal_hz"], RPM_PER_HZ)
     by_load = description.nominal_rpm_by_load
     load = int(facts.get("hp", len(by_load)))
     if "hp" not in facts and "first" in facts and facts["last"] - facts["first"] == len(by_load) - 1:
         load = int(record) - facts["first"]
-    return by_load[load] if load < len(by_load) else scaled(facts.get("rpm", description.nominal_rpm), 1.0)
+    return by_load[load] if load < len(by_load) else scaled(facts.get("rpm"), 1.0)
 
 
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
