@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFECTS, load_bearing
-from srbval.diagnosis.baseline import (
-    NO_HEALTHY,
-)
+from srbval.diagnosis.baseline import NO_HEALTHY
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding
 from srbval.diagnosis.records import RecordReading, RecordRequest, load_record, read_record
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
@@ -20,13 +18,7 @@ from srbval.reading.features import read_short
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Recording
 from srbval.recordings.load import open_channels
-from srbval.recordings.registry import (
-    RecordSource,
-    files_of,
-    listing,
-    recording_of,
-    registered_settings,
-)
+from srbval.recordings.registry import RecordSource, files_of, listing, recording_of, registered_settings
 from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json

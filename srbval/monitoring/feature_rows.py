@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 from srbval.diagnosis.records import RecordRequest, build_request
 from srbval.monitoring.batch import FailedFile, answers_of, requests_for, separate_other_files
 from srbval.progress import Progress, silent
-from srbval.recordings.registry import (
-    RecordSource,
-)
+from srbval.recordings.registry import RecordSource
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.recordings.units import ACCELERATION_UNIT, UNKNOWN
 

@@ -208,25 +208,25 @@ def trend_of(
             "comparable": abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
         }
 
-    series = {}
+    series, before, comparisons = {}, {}, 0
     for channel, found in by_channel.items():
         usual_hz = statistics.median_low(one["shaft_hz"]["value"] for one in found[:count])
         series[channel] = [point_of(one, usual_hz) for one in found]
-    names = [*(fault.line or "" for fault in DEFECTS), RMS]
-    levels = {c: pd.DataFrame([p["levels"] for p in points], columns=names) for c, points in series.items()}
-    judged = {c: [n >= count and p["comparable"] for n, p in enumerate(points)] for c, points in series.items()}
-    before = {c: levels[c][[n < count and p["comparable"] for n, p in enumerate(x)]] for c, x in series.items()}
-    enough = {channel: own.columns[own.count() >= LEAST_BASELINE] for channel, own in before.items()}
-    comparisons = sum(int(levels[channel][judged[channel]][enough[channel]].count().sum()) for channel in series)
+        names = [*(fault.line or "" for fault in DEFECTS), RMS]
+        levels = pd.DataFrame([p["levels"] for p in series[channel]], columns=names)
+        levels = levels[[p["comparable"] for p in series[channel]]]  # its index is the number of the record
+        before[channel] = levels[levels.index < count]
+        comparisons += int(levels.loc[count:, before[channel].count() >= LEAST_BASELINE].count().sum())
     channels, no_zone = [], "" if boundaries else "no class of machine: --machine-class"
     for channel, points in series.items():
         features = by_channel[channel][0]["features"]
         logs = np.log(before[channel].dropna(axis="columns", how="all"))
         known = logs.count()
         factor = -stdtrit(known - 1, ALPHA / max(1, comparisons)) * np.sqrt(1 + 1 / known)
-        limits = np.exp(logs.mean() + factor * logs.std())[enough[channel]].to_dict() if comparisons else {}
-        for point, is_judged in zip(points, judged[channel], strict=True):
-            point["risen"] = [x for x, limit in limits.items() if is_judged and point["levels"].get(x, 0.0) > limit]
+        limits = np.exp(logs.mean() + factor * logs.std())[known >= LEAST_BASELINE].to_dict() if comparisons else {}
+        for n, point in enumerate(points):
+            passed = [name for name, limit in limits.items() if point["levels"].get(name, 0.0) > limit]
+            point["risen"] = passed if n >= count and point["comparable"] else []
         channels.append(
             ChannelTrend(
                 channel=channel,

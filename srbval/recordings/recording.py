@@ -148,12 +148,15 @@ class Recording(SourceFacts, NotebookObject):
         return self.speed
 
     def part(self, first: int, end: int) -> Recording:
-        """Copy samples [`first`, `end`) as float64; the mean speed is recomputed if the record has a speed signal."""
+        """Copy samples [`first`, `end`) as float64; a speed signal is cut, and the mean speed recomputed.
+
+        After the end of a speed signal that is shorter than the record its last value is used.
+        """
         channels = {name: np.array(samples[first:end], dtype=np.float64) for name, samples in self.channels.items()}
         course, speed = self.speed_signal, self.speed
         if course is not None and speed is not None:
             low, high = (round(place * course.rate_hz / self.fs_hz) for place in (first, end))
-            there = course.values_hz[low : high + 1]
+            there = course.values_hz[min(low, course.values_hz.size - 1) : high + 1]
             mean_hz = abs(float(np.mean(there)) / float(np.mean(course.values_hz))) * speed.value_hz
             course = replace(course, values_hz=there)
             speed = replace(speed, value_hz=mean_hz, spread_hz=float(np.std(there)))

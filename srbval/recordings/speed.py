@@ -112,10 +112,9 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
 
     A channel in Hz contains a speed, a channel in rev an angle without jumps, any other channel pulses. It has the
     record's sampling rate if both have the same number of samples, unless the file states another rate. If `rpm`, the
-    mean speed stated by the user, disagrees, this is a `speed_problem` as well.
+    mean speed stated by the user or by the file's name, disagrees, this is a `speed_problem` as well.
     """
-    name, problem = channel.variable or "", None
-    main = reading.channels[reading.channel] if reading.channel is not None else channel
+    name, problem, main = channel.variable or "", None, reading.main
     if channel.fs_hz and main.fs_hz and reading.fs_hz:
         fs_hz: float | None = channel.fs_hz * reading.fs_hz / main.fs_hz
     else:
@@ -136,7 +135,8 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
         return dataclasses.replace(reading, speed=None, speed_signal=None, speed_problem=f"tachometer {name}: {error}")
     found = speed.value_hz * RPM_PER_HZ
     if rpm is not None and abs(found / rpm - 1) > AGREES:
-        problem = f"tachometer {name} measures {found:.6g} rpm, but {rpm:g} rpm are stated: check --pulses-per-rev."
+        problem = f"tachometer {name} measures {found:.6g} rpm, but {rpm:g} rpm are stated"
+        problem += ": check --pulses-per-rev or the unit."
     if reading.origin is Origin.SIMULATED and channel.rotates:  # exact
         speed = dataclasses.replace(speed, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
     notes = (*reading.notes, f"speed from tachometer {name}, {said}")

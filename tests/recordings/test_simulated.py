@@ -11,7 +11,7 @@ import pytest
 from scipy.io import savemat
 
 from srbval.errors import DataError
-from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording
+from srbval.recordings import Origin, Recording, RecordingSettings, SpeedSignal, SpeedSource, load_recording
 from srbval.recordings import speed as speed_module
 from srbval.recordings.loaders.nested import add_objects
 from srbval.recordings.registry import add, load_registered
@@ -412,10 +412,7 @@ def test_a_channel_beside_the_vibration(tmp_path):
         ({}, r"which of 2 channels: --channel acc \| key; .*no shaft speed: .*--tacho"),
         ({"tacho": "none"}, r"no channel 'none'; it has acc, key"),
         ({"tacho": "key"}, r"tachometer key: the number of pulses .* is not stated: --pulses-per-rev N"),
-        (
-            {"tacho": "key", "pulses_per_rev": 1, "rpm": 1500},
-            r"300\d\S* rpm, but 1500 rpm are stated: check --pulses-per",
-        ),
+        ({"tacho": "key", "pulses_per_rev": 1, "rpm": 1500}, r"300\d\S* rpm, but 1500 rpm are stated: check --puls"),
     ):
         with pytest.raises(DataError, match=said):
             load_recording(path, RecordingSettings(**given))
@@ -427,6 +424,8 @@ def test_a_channel_beside_the_vibration(tmp_path):
     np.savez(path, fs=np.array(PULSES_HZ), acc_unit=np.array("g"), acc=acc, rpm=60 * (START_HZ + RISE_HZ_PER_S * TIME))
     found = load_recording(path, RecordingSettings(tacho="rpm"))  # a speed in place of pulses
     assert (found.channel, found.speed.value_hz) == ("acc", pytest.approx(MEAN_HZ, rel=1e-4))
+    short = Recording(**vars(found) | {"speed_signal": SpeedSignal(values_hz=np.array([8.0, 9.0]), rate_hz=1000.0)})
+    assert short.part(1000, TIME.size).speed_signal.values_hz == [9.0]  # the last value
 
 
 def test_the_shaft_s_own_variation_is_no_error_of_the_record_s_mean():

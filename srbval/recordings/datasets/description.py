@@ -23,8 +23,7 @@ class MatchRule:
     match is not part of the data set. The named groups of `file` are ``label`` (of the fault), ``rpm`` (nominal speed),
     ``radial_kn``, ``axial_kn``, ``rate_khz`` (sampling rate), ``end`` (motor end with the faulty bearing), ``record``
     (record number) and ``hp`` (motor load). Each regular expression in `variables` must match the name of a variable.
-    `columns` lists the permitted numbers of columns of a text table, `vectors` is the required number of arrays. The
-    variables `label_variable` and `nominal_rpm_variable`, if a file has them, replace ``label`` and ``rpm``.
+    `columns` lists the permitted numbers of columns of a text table, `vectors` is the required number of arrays.
     """
 
     file: str | None = None
@@ -32,8 +31,6 @@ class MatchRule:
     variables: tuple[str, ...] = ()
     columns: tuple[int, ...] = ()
     vectors: int | None = None
-    label_variable: str | None = None
-    nominal_rpm_variable: str | None = None
 
     def groups(self, raw: RawFile) -> dict[str, str] | None:
         """Values of the named groups, such as ``label``, for a file; None if the file does not fit this rule."""
@@ -46,10 +43,7 @@ class MatchRule:
             return None
         if self.vectors is not None and sum(array.size > 1 for array in raw.arrays.values()) != self.vectors:
             return None
-        groups = {key: value for key, value in found.groupdict().items() if value is not None} if found else {}
-        label = raw.text(self.label_variable) if self.label_variable else None
-        rpm = raw.number(self.nominal_rpm_variable) if self.nominal_rpm_variable else None
-        return groups | ({"label": label} if label else {}) | ({"rpm": str(rpm)} if rpm else {})
+        return {key: value for key, value in found.groupdict().items() if value is not None} if found else {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,12 +81,13 @@ class DatasetDescription:
     """Description of a data set: how its files are recognised and interpreted.
 
     * `reader`: ``variables`` for files of named arrays, ``signal-structs`` for files with one struct per signal.
-    * Sampling rate, if neither the file's name nor `records` states it: the variable `rate_variable`, else `rate_hz`.
-    * Measured shaft speed: a signal in the variable `tachometer_rpm`, or a mean in the variable `stated_rpm`, in whose
-      name ``{record}`` stands for the number of the record.
-    * Set point of the speed, if none was measured: the variable `nominal_hz_variable`, `nominal_rpm_by_load` (by motor
-      load), ``rpm`` in the file's name, or `nominal_rpm`. The true speed is within `nominal_ci95_pct` per cent of the
-      set point in 95 % of the records.
+    * `constants`: facts that hold for all records. `fact_variables`: the variable that contains a fact; ``{record}`` in
+      its name stands for the number of the record. Facts are ``label`` (of the fault), ``fs_hz`` (sampling rate),
+      ``mean_rpm`` (measured shaft speed), ``rpm`` or ``nominal_hz`` (its set point), ``radial_kn`` or ``radial_lbf``,
+      ``axial_kn``. A variable is preferred to the file's name, the name to `records`, and `records` to `constants`.
+    * `tachometer_rpm`: variable with a signal of the shaft speed, which is preferred to ``mean_rpm``.
+    * `nominal_rpm_by_load`: set points of the speed by motor load. The true speed is within `nominal_ci95_pct` per cent
+      of the set point in 95 % of the records.
     * `labels`: regular expressions for fault labels, each with the bearing state that the label denotes.
     * `bands`: demodulation bands with their `reason`; a band with `fs_hz` is valid only for this sampling rate.
     * `records`: label, sampling rate etc. of records number `first` to `last`; `end` is the motor end with the fault.
@@ -110,13 +105,10 @@ class DatasetDescription:
     reader: str = "variables"
     match: MatchRule = MatchRule()
     channels: tuple[ChannelRule, ...] = ()
-    rate_variable: str | None = None
-    rate_hz: float | None = None
+    constants: Mapping[str, float] = field(default_factory=dict)
+    fact_variables: Mapping[str, str] = field(default_factory=dict)
     tachometer_rpm: str | None = None
-    stated_rpm: str | None = None
-    nominal_rpm: float | None = None
     nominal_rpm_by_load: tuple[float, ...] = ()
-    nominal_hz_variable: str | None = None
     nominal_ci95_pct: float = 1.5
     labels: Mapping[str, Fault] = field(default_factory=dict)
     bands: tuple[Mapping[str, Any], ...] = ()
@@ -124,9 +116,6 @@ class DatasetDescription:
     records: tuple[Mapping[str, Any], ...] = ()
     files: tuple[Mapping[str, str], ...] = ()
     grid: Mapping[str, Any] | None = None
-    radial_kn: float | None = None
-    axial_kn: float | None = None
-    load_lbf_variable: str | None = None
     notes: tuple[str, ...] = ()
     one_rig_a_folder: bool = False
 

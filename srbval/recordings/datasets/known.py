@@ -19,8 +19,7 @@ from srbval.errors import DataError
 from srbval.recordings.datasets.description import ChannelRule, DatasetDescription
 from srbval.recordings.raw import RawFile, as_signal, orient_samples, printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
-from srbval.recordings.recording import ShaftSpeed, SpeedSignal
-from srbval.recordings.speed import RPM_PER_HZ, stated_speed, tachometer_speed
+from srbval.recordings.speed import RPM_PER_HZ, stated_speed, with_tachometer
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 N_PER_LBF = 4.4482216152605
@@ -28,7 +27,6 @@ HZ_PER_KHZ = 1e3
 MAX_COPY_NOTE_LENGTH = 300
 _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
 FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4
-IMPLAUSIBLE_RATIO = 3.0  # of the speed to the nominal motor speed; rpm instead of rad/s give 9.5
 # Factors from a display unit to SI (m/s2, rad/s), by the label of a quantity.
 ACCELERATION_TO_SI = {"g": STANDARD_GRAVITY_M_S2, "m/s2": 1.0, "m/s^2": 1.0}
 ROTATION_TO_SI = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
@@ -42,7 +40,10 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         return None
     record, others = _record_number(raw, description, named)
     listed = next((r for r in description.records if record and r["first"] <= int(record) <= r["last"]), {})
-    facts = {**listed, **named}
+    places = {fact: variable.format(record=record) for fact, variable in description.fact_variables.items()}
+    stated = {fact: raw.text(place) if fact == "label" else raw.number(place) for fact, place in places.items()}
+    facts = {**description.constants, **listed, **named}
+    facts |= {fact: value for fact, value in stated.items() if value not in (None, "")}
     state, end = description.state_of(facts.get("label")), facts.get("end", "").upper()
     used = dict(_match_channels(raw, description, record))
     channels = {
@@ -58,35 +59,31 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     if not channels:
         return None
     marked = [name for name in (end, *(rule.name for rule in used if rule.analyse)) if name in channels]
-    named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), facts.get("fs_hz")
+    named_hz, listed_hz = scaled(facts.get("rate_khz"), HZ_PER_KHZ), listed.get("fs_hz")
     if named_hz and listed_hz and named_hz != listed_hz:
         raise DataError(
             f"{raw.path}: its name states {named_hz:g} Hz, the data set's list {listed_hz:g} Hz for this record; "
             "rename the file or correct the list."
         )
-    stated_hz = raw.number(description.rate_variable) if description.rate_variable else None
-    fs_hz = named_hz or listed_hz or stated_hz or description.rate_hz
-    nominal_rpm = _nominal_rpm(raw, description, facts, record)
-    seconds = None if fs_hz is None else max(c.samples.size for c in channels.values()) / fs_hz
-    speed, speed_signal = _speed(raw, description, record, nominal_rpm, seconds)
-    radial_n = scaled(facts.get("radial_kn", description.radial_kn), N_PER_KN)
-    if description.load_lbf_variable is not None:
-        radial_n = scaled(raw.number(description.load_lbf_variable), N_PER_LBF)
+    fs_hz = named_hz or facts.get("fs_hz")
+    nominal_rpm = _nominal_rpm(description, facts, record)
+    rpm, radial_n = facts.get("mean_rpm"), scaled(facts.get("radial_kn"), N_PER_KN)
+    if "radial_lbf" in facts:
+        radial_n = scaled(facts["radial_lbf"], N_PER_LBF)
     original = raw.attributes.get("copy_of")  # in a compact copy, such as the shipped records
     notes = [f"record {int(record)} by its variables' names"] if record else []
     notes += [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
     notes += [listed["note"]] if "note" in listed else []
     notes += [f"left out: signals of record {', '.join(others)}"] if others else []
     notes += [f"compact copy of {printable(original, MAX_COPY_NOTE_LENGTH)}"] if isinstance(original, str) else []
-    return Reading(
+    reading = Reading(
         dataset=description.name,
         channels=channels,
         channel=marked[0] if marked else next(iter(channels)) if len(channels) == 1 else None,
         fs_hz=fs_hz,
-        speed=speed,
-        speed_signal=speed_signal,
+        speed=description.set_point(nominal_rpm) if rpm is None else stated_speed(rpm),
         radial_n=radial_n,
-        axial_n=scaled(facts.get("axial_kn", description.axial_kn), N_PER_KN),
+        axial_n=scaled(facts.get("axial_kn"), N_PER_KN),
         nominal_rpm=nominal_rpm,
         notes=tuple(notes),
         cautions=tuple(
@@ -96,6 +93,12 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
             if key in listed and facts[key].upper() != listed[key].upper()
         ),
     )
+    if (tachometer := description.tachometer_rpm) is None or tachometer not in raw.arrays:
+        return reading
+    values_hz = raw.signal(tachometer) / RPM_PER_HZ
+    rate_hz = values_hz.size / (reading.main.samples.size / fs_hz) if fs_hz else None  # it covers the whole record
+    rotation = Channel(samples=values_hz, unit="Hz", variable=tachometer, fs_hz=rate_hz)
+    return with_tachometer(reading, rotation, pulses_per_rev=None, rpm=None)
 
 
 def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
@@ -128,29 +131,15 @@ def _match_channels(raw: RawFile, description: DatasetDescription, record: str) 
             yield rule, name
 
 
-def _nominal_rpm(raw: RawFile, description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
-    """Nominal speed [rpm], as `description` states: from a variable, the motor load, the file's name or a constant."""
-    if description.nominal_hz_variable is not None:
-        return scaled(raw.number(description.nominal_hz_variable), RPM_PER_HZ)
+def _nominal_rpm(description: DatasetDescription, facts: dict[str, Any], record: str) -> float | None:
+    """Nominal speed [rpm], as `facts` state, else by the motor load."""
+    if "nominal_hz" in facts:
+        return scaled(facts["nominal_hz"], RPM_PER_HZ)
     by_load = description.nominal_rpm_by_load
     load = int(facts.get("hp", len(by_load)))
     if "hp" not in facts and "first" in facts and facts["last"] - facts["first"] == len(by_load) - 1:
         load = int(record) - facts["first"]
-    return by_load[load] if load < len(by_load) else scaled(facts.get("rpm", description.nominal_rpm), 1.0)
-
-
-def _speed(
-    raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
-) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
-    """Shaft speed (from a tachometer, else stated, else nominal) and tachometer signal; `seconds` is the duration."""
-    tachometer, stated = description.tachometer_rpm, description.stated_rpm
-    if tachometer in raw.arrays:
-        values_hz, signal = raw.signal(tachometer) / RPM_PER_HZ, None
-        if seconds is not None:  # its samples cover the whole record at any rate
-            signal = SpeedSignal(values_hz=values_hz, rate_hz=values_hz.size / seconds)
-        return tachometer_speed(values_hz, None if signal is None else signal.rate_hz), signal
-    rpm = raw.number(stated.format(record=record)) if stated else None
-    return description.set_point(nominal_rpm) if rpm is None else stated_speed(rpm), None
+    return by_load[load] if load < len(by_load) else scaled(facts.get("rpm"), 1.0)
 
 
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
@@ -169,29 +158,15 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     others = [n for n in names if n not in accelerations | rotations]
     left = [f"{n} ({printable(raw.text(f'{n}.y_values.quantity.label') or '')})" for n in others]
     said = (f"left out: {', '.join(left)}",) if left else ()
-    known, speed, signal, note, problem = "label" in groups, None, None, "speed left open", None
     vectors = {n: (columns[0], rate_hz) for n, (columns, rate_hz) in rotations.items() if len(columns) == 1}
-    if len(vectors) > 1:
-        problem = f"{len(vectors)} speed signals: {', '.join(vectors)}."
-    elif not vectors:
-        speed, note = description.set_point(nominal_rpm), "no speed signal in the file"
-    else:
-        ((source, (values_rad_s, rate_hz)),) = vectors.items()
-        values_hz = values_rad_s * (1 / (2 * math.pi))
-        speed, note = tachometer_speed(values_hz, rate_hz), f"speed from {source}, {rate_hz:g} Hz"
-        found_rpm = speed.value_hz * RPM_PER_HZ
-        if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
-            problem = f"{source} measures {found_rpm:.6g} rpm, the file's name states {nominal_rpm:g}: a wrong unit."
-        else:
-            signal = SpeedSignal(values_hz=values_hz, rate_hz=rate_hz)
-    first = next(iter(accelerations))
+    known, first = "label" in groups, next(iter(accelerations))
     sensors, tested = _sensors(raw, accelerations, description if known else None)
     of_the_set = [name for name in sensors if known and tested in (None, name)]
     tested_bearing: dict[str, Any] = {
         "bearing": next((rule.bearing for rule in description.channels if rule.analyse), None),
         "state": description.state_of(groups.get("label")),
     }
-    return Reading(
+    reading = Reading(
         dataset=description.name if known else None,
         channels={
             name: Channel(samples=samples, unit="m/s2", variable=name, **tested_bearing if name in of_the_set else {})
@@ -199,14 +174,18 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         },
         channel=tested,
         fs_hz=accelerations[first][1],
-        speed=speed,
-        speed_signal=signal,
-        speed_problem=problem,
+        speed=None if vectors else description.set_point(nominal_rpm),
+        speed_problem=f"{len(vectors)} speed signals: {', '.join(vectors)}." if len(vectors) > 1 else None,
         radial_n=scaled(groups.get("radial_kn"), N_PER_KN),
         axial_n=scaled(groups.get("axial_kn"), N_PER_KN),
         nominal_rpm=nominal_rpm,
-        notes=(f"acceleration from {first}", note, *(description.notes if known else ()), *said),
+        notes=(f"acceleration from {first}", *(description.notes if known else ()), *said),
     )
+    if len(vectors) != 1:
+        return reading
+    ((source, (values_rad_s, rate_hz)),) = vectors.items()
+    rotation = Channel(samples=values_rad_s * (1 / (2 * math.pi)), unit="Hz", variable=source, fs_hz=rate_hz)
+    return with_tachometer(reading, rotation, pulses_per_rev=None, rpm=nominal_rpm)
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal | None:

@@ -59,43 +59,42 @@ class FileFormat:
     def _read_in_child(self, path: Path) -> RawFile:
         computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
         folder = None if path.is_absolute() else os.getcwd()
-        memory = self.expansion * path.stat().st_size + WORKSPACE_BYTES
+        limit_s, memory = WAITING * computing_s, self.expansion * path.stat().st_size + WORKSPACE_BYTES
         request = (self, path, folder, computing_s, memory)
-        for fresh in (False, True):  # a new process tries again if one dies that has read other files
+        try:
+            reader, is_new = _idle.pop(), False
+        except IndexError:
+            reader, is_new = WorkerProcess(READER, may_fork=True), True
+        _running.add(reader)
+        try:
             try:
-                reader = WorkerProcess(READER, may_fork=True) if fresh else _idle.pop()
-                reader.start()
-            except IndexError:
-                continue
-            except OSError as error:
-                raise DataError(f"{path}: cannot start a process to read it ({error.strerror}). Try again.") from None
-            _running.add(reader)
-            try:
-                answer: RawFile | DataError = reader.call(request, limit_s=WAITING * computing_s)
+                answer: RawFile | DataError = reader.call(request, limit_s=limit_s)
             except DiedError as error:
-                if reader not in _running:
-                    raise DataError(f"{path}: not read, as the program was interrupted.") from None
-                died, how = error, str(error)
-                if fresh or isinstance(error, OverLimitError) or how.endswith("SIGXCPU"):
-                    break
-            except BaseException:
-                reader.kill()
-                reader.close()
-                raise
+                if is_new or reader not in _running or isinstance(error, OverLimitError) or "SIGXCPU" in str(error):
+                    raise
+                answer = reader.call(request, limit_s=limit_s)  # in a new process: the former one has read other files
+        except DiedError as error:
+            if reader not in _running:
+                text = "not read, as the program was interrupted."
+            elif isinstance(error, OverLimitError):
+                text = f"could not be read within {limit_s} s; its disk may not answer. Try again, or copy it"
+            elif "SIGXCPU" in str(error):
+                text = f"reading it took more than {computing_s} s of computing time. It is damaged; copy it again"
             else:
-                _idle.append(reader)
-                if isinstance(answer, DataError):
-                    raise answer
-                return answer
-            finally:
-                _running.discard(reader)
-        if isinstance(died, OverLimitError):
-            text = f"could not be read within {WAITING * computing_s} s; its disk may not answer. Try again, or copy it"
-        elif how.endswith("SIGXCPU"):
-            text = f"reading it took more than {computing_s} s of computing time. The file is damaged; copy it again"
-        else:
-            text = f"the process that reads it ended ({how}). Copy the file again; see also: srbval doctor"
-        raise DataError(f"{path}: {text}")
+                text = f"the process that reads it ended ({error}). Copy the file again; see also: srbval doctor"
+            raise DataError(f"{path}: {text}") from None
+        except OSError as error:
+            raise DataError(f"{path}: cannot start a process to read it ({error.strerror}). Try again.") from None
+        except BaseException:
+            reader.kill()
+            reader.close()
+            raise
+        finally:
+            _running.discard(reader)
+        _idle.append(reader)
+        if isinstance(answer, DataError):
+            raise answer
+        return answer
 
 
 @atexit.register

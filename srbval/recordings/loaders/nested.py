@@ -21,7 +21,7 @@ TIMESERIES_SUFFIX = ".Data_"  # property of a `timeseries` with its samples
 TRANSPOSED = "binTrans"  # layout of a Modelica result file; the other one is binNormal
 _MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at the end of a description
 MAX_CELLS = 64  # of one dataset of references
-OBJECT_MARK = "MATLAB_object_decode"  # attribute of the references of an object
+MATLAB_MARK, OBJECT_MARK = "MATLAB_class", "MATLAB_object_decode"  # attributes: of datasets, of objects
 SKIPPED = ("#refs#", "#subsystem#")
 
 
@@ -144,75 +144,69 @@ def load_hdf5(path: Path) -> RawFile:
     """
     import h5py
 
-    checked = checked_summary(path) is not None
+    checked, marks = checked_summary(path) is not None, set[str]()
+    found: dict[str, Any] = {key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")}
     with h5py.File(path, "r") as file:
-        reader = _Hdf5Reader(h5py, file)
-    if CHECKSUM in reader.found["attributes"] and not checked:
+        _read_members("", file, found, marks)
+    if CHECKSUM in found["attributes"] and not checked:
         raise DataError(f"{path}: no checksum at its end: cut off, or changed by another program. Copy it again.")
-    notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
-    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else "", notes=notes, **reader.found)
+    notes = add_objects(path, found["variables"]) if OBJECT_MARK in marks else ()
+    return RawFile(path=path, format="MATLAB v7.3" if MATLAB_MARK in marks else "", notes=notes, **found)
 
 
-class _Hdf5Reader:
-    """Reader of an open HDF5 file by the module `h5py`; `found` contains the fields of the `RawFile` to create."""
+def _read_members(name: str, item: Any, found: dict[str, Any], marks: set[str]) -> None:
+    """Add a dataset, or a group and its members, to `found`, and the names of the datasets' attributes to `marks`.
 
-    def __init__(self, h5py: Any, file: Any) -> None:
-        self.h5py, self.file = h5py, file
-        self.has_objects = self.matlab = False
-        self.found: dict[str, Any] = {key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")}
-        self._read("", file)
+    `found` contains the fields of the `RawFile` to create. A stored data type is neither a dataset nor a group.
+    `visititems` follows no soft and external links, which may leave the file, and visits each member once.
+    """
+    import h5py
 
-    def _read(self, name: str, item: Any) -> None:
-        """Add a dataset, or a group and its members, to `found`.
+    members = [(name, item)]
+    if isinstance(item, h5py.Group):
+        item.visititems(lambda key, member: members.append((_join(name, key.replace("/", ".")), member)))
+    for place, member in members:
+        if isinstance(member, h5py.Dataset) and not place.startswith(SKIPPED):
+            marks |= set(member.attrs)
+            _read_dataset(place, member, found, marks)
+        elif isinstance(member, h5py.Group) and not place.startswith(SKIPPED):
+            found["attributes"] |= {_join(place, key): value for key, value in _attributes(member)}
 
-        `visititems` follows no soft and external links, which may leave the file, and visits each member once.
-        """
-        if isinstance(item, self.h5py.Group):
-            item.visititems(lambda key, member: self._add(_join(name, key.replace("/", ".")), member))
-        self._add(name, item)
 
-    def _add(self, name: str, item: Any) -> None:
-        """Add a dataset, or the attributes of a group, to `found`; a stored data type is neither."""
-        if isinstance(item, self.h5py.Dataset) and not name.startswith(SKIPPED):
-            self._read_dataset(name, item)
-        elif isinstance(item, self.h5py.Group) and not name.startswith(SKIPPED):
-            self.found["attributes"] |= {_join(name, key): value for key, value in _attributes(item)}
+def _read_dataset(name: str, dataset: Any, found: dict[str, Any], marks: set[str]) -> None:
+    """Add a dataset of numbers, references or one text to `found`."""
+    import h5py
 
-    def _read_dataset(self, name: str, dataset: Any) -> None:
-        """Add a dataset of numbers, references or one text to `found`."""
-        h5py = self.h5py
-        if dataset.shape is None or dataset.is_virtual or dataset.external:
+    if dataset.shape is None or dataset.is_virtual or dataset.external:
+        return
+    dtype, size, is_matlab = dataset.dtype, math.prod(dataset.shape), MATLAB_MARK in dataset.attrs
+    references, text = h5py.check_ref_dtype(dtype) is h5py.Reference, h5py.check_string_dtype(dtype) is not None
+    if OBJECT_MARK in dataset.attrs or not (references or (text and size == 1) or dtype.kind in "fiub"):
+        return
+    for key, value in _attributes(dataset):
+        if is_unit_key(key) and isinstance(value, str):
+            found["units"].setdefault(name, value)
+        elif stated := stated_rate(key, value):
+            found["rates_hz"].setdefault(name, stated[0])
+    values: ArrayOrText = ""
+    if reason := _reason_unreadable(name, dataset, size):
+        if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable
             return
-        dtype, size, is_matlab = dataset.dtype, math.prod(dataset.shape), "MATLAB_class" in dataset.attrs
-        references, text = h5py.check_ref_dtype(dtype) is h5py.Reference, h5py.check_string_dtype(dtype) is not None
-        is_object = OBJECT_MARK in dataset.attrs
-        self.has_objects |= is_object
-        self.matlab |= is_matlab
-        if is_object or not (references or (text and size == 1) or dtype.kind in "fiub"):
-            return
-        for key, value in _attributes(dataset):
-            if is_unit_key(key) and isinstance(value, str):
-                self.found["units"].setdefault(name, value)
-            elif stated := stated_rate(key, value):
-                self.found["rates_hz"].setdefault(name, stated[0])
-        values: ArrayOrText = ""
-        if reason := _reason_unreadable(name, dataset, size):
-            if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable
-                return
-            self.found["unusable"][name] = reason
-            values = np.full(dataset.shape, np.nan, np.float16)
-        elif references:
-            held = [r for r in np.ravel(dataset[()]) if r][:MAX_CELLS]
-            for i, reference in enumerate(held, 1):
-                self._read(name if len(held) == 1 else f"{name}({i})", self.file[reference])
-            return
-        elif text:
-            values = str(np.asarray(dataset.asstr()[()], object).item())
-        elif is_matlab and _attribute(dataset, "MATLAB_class") == "char":
-            values = "".join(map(chr, dataset[()].ravel()))
-        else:
-            values = np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()])
-        self.found["variables"][name] = values.T if is_matlab and isinstance(values, np.ndarray) else values
+        found["unusable"][name] = reason
+        values = np.full(dataset.shape, np.nan, np.float16)
+    elif references:
+        held = [r for r in np.ravel(dataset[()]) if r][:MAX_CELLS]
+        for i, reference in enumerate(held, 1):
+            place = name if len(held) == 1 else f"{name}({i})"
+            _read_members(place, dataset.file[reference], found, marks)
+        return
+    elif text:
+        values = str(np.asarray(dataset.asstr()[()], object).item())
+    elif is_matlab and _attribute(dataset, MATLAB_MARK) == "char":
+        values = "".join(map(chr, dataset[()].ravel()))
+    else:
+        values = np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()])
+    found["variables"][name] = values.T if is_matlab and isinstance(values, np.ndarray) else values
 
 
 def _join(*names: str) -> str:
