@@ -25,7 +25,7 @@ from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, re
 
 # Bands of the paper for signals of the rig and of the model, and a band that spans both [Hz].
 BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
-PARTS = 4  # of a record, between which the frequency of the passage lines scatters
+RECORD_PARTS = 4  # of a record, between which the frequency of the passage lines scatters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,14 +112,14 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     if ranks is None or not is_improbable(reading.noise_false_alarm, ranks[0]):
         return None
     found_hz = []
-    for part in np.array_split(vibration, PARTS):
+    for part in np.array_split(vibration, RECORD_PARTS):
         of_part = Periodogram.of(part, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
         of_part = dataclasses.replace(of_part, masks_hz=of_part.masks_hz[:0])  # which would hide wide lines
         own = read_comb(of_part, reading.found_hz, of_part.bin_hz / 2, period_s=None, harmonics=count)
         if own is None:
             return None
         found_hz.append(own.found_hz)
-    ci95_hz = float(scipy.special.stdtrit(PARTS - 1, 0.975) * np.std(found_hz, ddof=1)) / math.sqrt(PARTS)
+    ci95_hz = float(scipy.special.stdtrit(RECORD_PARTS - 1, 0.975) * np.std(found_hz, ddof=1)) / math.sqrt(RECORD_PARTS)
     reading = dataclasses.replace(reading, ci95_hz=ci95_hz)
     return _cage_reading_of(recording, bearing, reading, f"{family.name} multiples, vibration", band_hz)
 
