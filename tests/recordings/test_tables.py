@@ -85,10 +85,10 @@ def ends(request, monkeypatch):
         [f"{a}" for a in X],
     ],
 )
-def test_a_long_table_of_plain_numbers_is_converted_as_a_whole(tmp_path, monkeypatch, lines, end):
+def test_a_long_table_of_plain_numbers_is_converted_in_blocks(tmp_path, monkeypatch, lines, end):
     expected = read(tmp_path, end.join([*lines, ""]))
     whole = load_text(tmp_path / "table.csv")
-    for name, value in {"END_BYTES": 300, "LARGEST_TEXT": 1000}.items():
+    for name, value in {"END_BYTES": 300, "BLOCK_BYTES": 1000, "LARGEST_TEXT": 1000}.items():
         monkeypatch.setattr(text_loader, name, value)
     if lines[-1].endswith(","):  # an empty field at the end of each line: each line is examined
         with pytest.raises(DataError, match="no regular table of plain numbers"):

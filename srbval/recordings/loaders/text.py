@@ -5,6 +5,7 @@ import contextlib
 import csv
 import io
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 NOTE_CHARACTERS = 1024  # characters of a note; of the beginning of a text by which its kind is found
 LARGEST_TEXT = 500 * 10**6  # bytes, if every line is examined
 END_BYTES = 2**18  # of a long text of plain numbers, only this much at both ends is examined line by line
+BLOCK_BYTES = 2**24  # of a long text that are converted at once
 FEW_ROWS, MANY_FIELDS = 64, 256  # if a table has fewer rows and more fields, each row is a channel
 TRIED_ROWS = 25  # rows by which the kind of each column is decided
 HEADER_LINES = 4  # lines above the table that may contain names and units
@@ -70,22 +72,27 @@ def load_text(path: Path) -> RawFile:
     `RawFile.unusable`. Each row is a channel in a table of at most `FEW_ROWS` rows and at least `MANY_FIELDS` columns.
     Raises `DataError` if rows differ in layout.
     """
-    content = path.read_bytes()
-    begin, end = content.find(b"\n", END_BYTES) + 1, content.find(b"\n", len(content) - END_BYTES) + 1
-    if len(content) > 4 * END_BYTES and 0 < begin < end and not content.startswith(UTF16):
-        with contextlib.suppress(DataError, ValueError):  # irregular: each line is examined below
-            ends, middle = content[:begin] + content[end:], content[begin:end]
-            return _load_lines(path, ends, content.count(b"\n", 0, begin), middle)
-    if len(content) > LARGEST_TEXT:
+    size = path.stat().st_size
+    if size > 4 * END_BYTES:
+        with path.open("rb") as stream:
+            head = stream.read(END_BYTES)
+            stream.seek(size - END_BYTES)
+            tail = stream.read()
+        begin, end = head.rfind(b"\n") + 1, tail.find(b"\n") + 1
+        if begin and end and not head.startswith(UTF16):
+            middle = _read_blocks(path, begin, size - END_BYTES + end)
+            with contextlib.suppress(DataError, ValueError):  # irregular: each line is examined below
+                return _load_lines(path, head[:begin] + tail[end:], head.count(b"\n"), middle)
+    if size > LARGEST_TEXT:
         raise DataError(
-            f"{path}: a text file of {len(content) / 1e6:.0f} MB that is no regular table of plain numbers; the limit "
-            f"is then {LARGEST_TEXT / 1e6:g} MB, as reading takes 40 times the size in memory. Export it as .npy, "
-            ".wav, HDF5, TDMS or Parquet, or in parts."
+            f"{path}: a text file of {size / 1e6:.0f} MB that is no regular table of plain numbers; the limit is then "
+            f"{LARGEST_TEXT / 1e6:g} MB, as reading takes 40 times the size in memory. Export it as .npy, .wav, HDF5, "
+            "TDMS or Parquet, or in parts."
         )
-    return _load_lines(path, content)
+    return _load_lines(path, path.read_bytes())
 
 
-def _load_lines(path: Path, content: bytes, cut: int = 0, middle: bytes = b"") -> RawFile:
+def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes] | None = None) -> RawFile:
     """Read a table from `content`; the lines in `middle`, if given, belong after the first `cut` lines of `content`.
 
     Raises `ValueError` if a line in `middle` is not a row of finite numbers of the same layout.
@@ -104,12 +111,12 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: bytes = b"") -
         names, units, used = _header(path, above, table)
         columns, kinds = [list(column) for column in zip(*table.rows, strict=True)], table.kinds
     comma = _has_decimal_commas(path, columns, kinds, table)
-    cut_row, cut_out = 0, np.zeros((0, len(columns)))
-    if middle:
+    cut_row, cut_out = 0, list[NDArray[np.float64]]()
+    if middle is not None:
         cut_row = table.lines.index(cut)
         if table.lines[cut_row - 1] != cut - 1 or len(columns) < len(table.kinds):  # or each row may be a channel
             raise ValueError("not one table")
-        cut_out = _read_regular(middle, table, comma=comma)
+        cut_out = [_read_regular(block, table, comma=comma) for block in middle]
     names = names or [""] * len(columns)
     variables: dict[str, ArrayOrText] = {}
     said: dict[str, str] = {}
@@ -126,7 +133,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: bytes = b"") -
             values, said[key] = np.full(len(fields), np.nan) if times is None else times, "s"
         elif kinds[i] in "ne" and not np.isnan(values := _parse_numbers(fields, comma=comma)).all():
             wrong = _describe_non_finite(key, fields, values, table.lines)
-            values = np.concatenate([values[:cut_row], cut_out[:, i], values[cut_row:]])
+            values = np.concatenate([values[:cut_row], *(block[:, i] for block in cut_out), values[cut_row:]])
         else:
             left += [printable(name)] if name and kinds[i] != "d" else []
             continue
@@ -135,7 +142,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: bytes = b"") -
         variables[key] = values
         said |= {key: units[i]} if key not in said and any(map(str.isalpha, "".join(units[i : i + 1]))) else {}
         unusable |= {key: wrong} if wrong else {}
-    if unusable and middle:
+    if unusable and middle is not None:
         raise ValueError("line numbers differ")
     notes += ("decimal commas read as decimal points",) if comma else ()
     notes += (f"left out, no numbers: {', '.join(left)[:NOTE_CHARACTERS]}",) if left else ()
@@ -155,20 +162,28 @@ def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64
     return f"{bad.size} line(s) with a field that is not finite ({field!r}) {where}. Export the record again."
 
 
-def _read_regular(text: bytes, table: TableLayout, *, comma: bool) -> NDArray[np.float64]:
+def _read_blocks(path: Path, begin: int, end: int) -> Iterator[bytes]:
+    """Yield the lines of a file between the bytes `begin` and `end`, in blocks of whole lines."""
+    with path.open("rb") as stream:
+        stream.seek(begin)
+        while (left := end - stream.tell()) > 0:
+            yield stream.read(min(left, BLOCK_BYTES)) + (stream.readline() if left > BLOCK_BYTES else b"")
+
+
+def _read_regular(block: bytes, table: TableLayout, *, comma: bool) -> NDArray[np.float64]:
     """Convert lines to an array [rows, columns]; `ValueError` unless all are rows of finite numbers as in `table`.
 
     The lines are not examined one by one. Only separators and the characters of plain numbers are permitted, so that
     no comment, quote, time, missing value or thousands separator is overlooked.
     """
     allowed = b"0123456789+-eE\r\n " + (b"," if comma else b".") + (table.separator or " \t").encode()
-    if set(table.kinds) != {"n"} or text.translate(None, allowed):
+    if set(table.kinds) != {"n"} or block.translate(None, allowed):
         raise ValueError("not only numbers")
-    if table.separator == "," and _AMBIGUOUS.search(text):
+    if table.separator == "," and _AMBIGUOUS.search(block):
         raise ValueError("perhaps decimal commas")
-    stream = io.BytesIO(text.replace(b",", b".") if comma else text)
-    numbers = np.loadtxt(stream, np.float64, comments=None, delimiter=table.separator, ndmin=2)
-    if numbers.shape != (text.count(b"\n"), len(table.kinds)) or not np.isfinite(numbers).all():
+    text = io.BytesIO(block.replace(b",", b".") if comma else block)
+    numbers = np.loadtxt(text, np.float64, comments=None, delimiter=table.separator, ndmin=2)
+    if numbers.shape != (block.count(b"\n"), len(table.kinds)) or not np.isfinite(numbers).all():
         raise ValueError("field without number")
     return numbers
 
