@@ -5,7 +5,6 @@ texts is ``**strong**`` and ```code```; a backslash before ``*``, a backtick or 
 """
 
 import base64
-import dataclasses
 import enum
 import hashlib
 import itertools
@@ -13,6 +12,7 @@ import json
 import re
 import tempfile
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime
 from functools import lru_cache, partial
 from importlib import resources
@@ -75,18 +75,10 @@ def spans(text: str) -> tuple[Span, ...]:
 
 def as_plain(report: Report) -> dict[str, Any]:
     """Convert a report to dicts, lists and strings; text with markup becomes a list of (kind, text) pieces."""
-    return {
-        "title": mask_controls(report.title),
-        "subtitle": mask_controls(report.subtitle),
-        "made_by": f"srbval {__version__}",
-        "generated": f"{datetime.now(UTC):%Y-%m-%d}",
-        "verdict": _plain(report.verdict),
-        "sections": [
-            _plain(section) | {"open": section.open or len(report.sections) <= MAX_OPEN_SECTIONS}
-            for section in report.sections
-            if section.blocks
-        ],
-    }
+    few = len(report.sections) <= MAX_OPEN_SECTIONS
+    shown = tuple(replace(one, open=one.open or few) for one in report.sections if one.blocks)
+    about = {"made_by": f"srbval {__version__}", "generated": f"{datetime.now(UTC):%Y-%m-%d}"}
+    return about | _plain(replace(report, sections=shown, data={}))
 
 
 def _plain(value: Any, name: str = "") -> Any:
@@ -97,9 +89,9 @@ def _plain(value: Any, name: str = "") -> Any:
         return spans(value) if name in MARKUP else mask_controls(value)
     if isinstance(value, list | tuple):
         return [_plain(item, name) for item in value]
-    if not dataclasses.is_dataclass(value):
+    if not is_dataclass(value):
         return value
-    names = (*(field.name for field in dataclasses.fields(value)), *getattr(value, "JSON_PROPERTIES", ()))
+    names = (*(field.name for field in fields(value)), *getattr(value, "JSON_PROPERTIES", ()))
     parts = {name: getattr(value, name) for name in names if name != "draw"}
     if isinstance(value, ReportTable):
         parts["rows"] = [list(_cells(row, value.columns)) for row in value.rows]

@@ -23,11 +23,9 @@ from srbval.recordings.settings import with_keywords
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
-from srbval.report.findings.findings import Findings
-from srbval.report.findings.gather import gather
-from srbval.report.findings.provenance import provenance
+from srbval.report.findings.findings import Findings, gather
 from srbval.report.findings.user_records import UserRecord, gather_user_records
-from srbval.report.pages import Page
+from srbval.report.pages import Page, provenance
 from srbval.report.renderers import FORMATS, check_formats, draw_figures, render_html, write_report
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.case import MAX_DRAWN_PAIRS, assemble_case
@@ -124,7 +122,7 @@ def report_sources(
     with one_thread():
         analysed, unread, facts = gather_user_records(requests, progress=progress)
         failed = [*unread, *failed]
-        report = assemble_user_report(analysed, command=command, provenance=facts, failed=failed, others=others)
+        report = assemble_user_report(analysed, origin={"command": command} | facts, failed=failed, others=others)
         return report, _written(report, folder, formats, progress)
 
 
@@ -182,7 +180,9 @@ def report_case(
 
     with one_thread():
         result = validate(case, found=found, progress=progress)
-        return result, _written(assemble_case(result, grids, command=command), Path(folder), formats, progress)
+        return result, _written(
+            assemble_case(result, grids, {"command": command} | provenance()), Path(folder), formats, progress
+        )
 
 
 def check_plot(path: Path) -> None:
@@ -196,8 +196,7 @@ def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbv
     path, baseline = Path(path), reading.baseline
     check_plot(path)
     if path.suffix.lower() == ".html":
-        record = UserRecord(analysis=reading.analysis, baseline=baseline, verdict=reading.verdict)
-        _write_page(assemble_user_report([record], command=command, provenance={}), path)
+        _write_page(assemble_user_report([UserRecord(**vars(reading))], origin={"command": command}), path)
     else:
         with atomic_write(path) as part, figure_style():
             figure = analysis_figure(reading.analysis, None if baseline is None else baseline.analysis)
@@ -206,7 +205,7 @@ def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbv
 
 def write_trend(trend: Trend, path: str | Path, *, command: str = "srbval trend") -> None:
     """Write the trend of a machine's records to `path`, as one HTML page that contains its pictures."""
-    _write_page(assemble_trend(trend, command=command, provenance=provenance((), ())), Path(path))
+    _write_page(assemble_trend(trend, {"command": command} | provenance()), Path(path))
 
 
 def _write_page(page: Report, path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
+from srbval.comparison.counterpart import PAPER_STATES
 from srbval.report.blocks import Callout, Figure, FigureGrid, ReportRow, ReportTable, Tone, VerdictBox
 from srbval.report.figures.signals import draw_thumbnail
 from srbval.report.figures.style import Panel
@@ -39,8 +40,8 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
     origin = {
         "machine": data["provenance"]["machine"]["processor"],
         "version": __version__,
-        "runs": len(findings.runs),
-        "readings": len(data["pairs"]) + len(findings.analyses["paper"]),
+        "runs": len(findings.data["runs"]),
+        "readings": len(data["pairs"]) + len(PAPER_STATES),
         "stored": stored_sentence(findings.results.values()),
         "records": used_sentence(data["comparisons"], data["cage_readings"]),
     }
