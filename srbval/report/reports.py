@@ -11,7 +11,6 @@ from typing import Any
 from srbval.campaign.run import case_numbers
 from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.records import RecordReading, RecordRequest, build_request
-from srbval.errors import ConfigurationError
 from srbval.monitoring import batch
 from srbval.monitoring.batch import FailedFile
 from srbval.monitoring.trend import Trend, trend_of
@@ -32,12 +31,12 @@ from srbval.report.sections.case import MAX_DRAWN_PAIRS, assemble_case
 from srbval.report.sections.figures import pair_figures
 from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
-from srbval.storage.files import atomic_write
+from srbval.storage.files import atomic_write, check_suffix
 from srbval.validation.case import ValidationCase
 from srbval.validation.validate import PairReading, Validation, validate
 
 MAX_RECORD_SECTIONS = 6  # recordings with a section; further recordings have a row in a table
-PLOT_SUFFIXES = (".png", ".svg", ".html")
+PLOT = ("PNG, SVG or HTML", (".png", ".svg", ".html"))  # formats and suffixes of pictures
 
 
 def make_report(
@@ -185,16 +184,10 @@ def report_case(
         )
 
 
-def check_plot(path: Path) -> None:
-    """Raise `ConfigurationError` if the file name does not end with a suffix that `write_plot` supports."""
-    if path.suffix.lower() not in PLOT_SUFFIXES:
-        raise ConfigurationError(f"{path}: the name of a picture must end with one of {', '.join(PLOT_SUFFIXES)}.")
-
-
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
     """Draw an analysed record to `path`: as PNG, SVG, or HTML page with a table of the fault lines, by its suffix."""
     path, baseline = Path(path), reading.baseline
-    check_plot(path)
+    check_suffix(path, *PLOT)
     if path.suffix.lower() == ".html":
         _write_page(assemble_user_report([UserRecord(**vars(reading))], origin={"command": command}), path)
     else:

@@ -57,10 +57,6 @@ class Findings:
     results: StoredResults
     provenance: Mapping[str, Any]
 
-    def sides_of(self, state: Fault) -> list[RecordView]:
-        """Return the arrays of the model's record, then of the rig's record, of a bearing with the fault `state`."""
-        return [side[state] for side in self.views.values()]
-
 
 def gather(
     *, seconds: float, pages: Iterable[Page] = (), jobs: int | None = None, progress: Progress = silent

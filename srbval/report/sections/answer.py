@@ -150,7 +150,7 @@ def _thumbnails(findings: Findings) -> FigureGrid:
     """Arrange thumbnails of the paper's Figures 11 to 14, model beside rig; each caption states if both are alike."""
     shown: list[Figure] = []
     for name, state in THUMBNAILS.items():
-        kind, sides = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
+        kind, sides = PAPER_FIGURES[name[:2]][0], [side[state] for side in findings.views.values()]
         tops = shared_limits(sides) | {"spectrum": HEAD_ROOM * max(peak_amplitude(one, SPECTRUM_HZ) for one in sides)}
         plot = Panel(draw_thumbnail, sides, kind, SPECTRUM_HZ, tops[kind])
         words: dict[str, Any] = {"number": name[:2], "kind": kind, "state": state.label}
