@@ -62,8 +62,7 @@ class Parser(argparse.ArgumentParser):
                 one = to.add_argument(*names.split(), **given | several)
                 if any(word in str(one.metavar) for word in PATHS):
                     one.complete = COMPLETE_FILES  # type: ignore[attr-defined]
-        if "run" in table:
-            added.set_defaults(run=table["run"])
+        added.set_defaults(**{key: table[key] for key in ("run", "study") if key in table})
         if "actions" in table:
             actions = added.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
             for action, about in table["actions"].items():
@@ -77,11 +76,8 @@ def command_tables() -> dict[str, Any]:
     studies = commands["study"]["actions"]["run"]["actions"] = {}
     for path in sorted((package_folder() / "studies").glob("*/study.toml")):
         study = read_toml(path)
-        studies[path.parent.name] = {
-            "groups": ["study"],
-            "help": study["question"],
-            "arguments": study.get("options", {}),
-        }
+        about = {"study": path.parent.name, "groups": ["study"], "help": study["question"]}
+        studies[path.parent.name] = about | {"arguments": study.get("options", {})}
     for command in commands.values():
         if "study" in command:  # another name for the command that runs this study
             studies[command["study"]]["groups"] = command["groups"]

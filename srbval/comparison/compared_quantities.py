@@ -126,6 +126,7 @@ ROLLER_LINE = ComparedQuantity(
 )
 # Its information is that of the cage ratio, whose errors may be averaged over races.
 RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
+LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
 HARMONIC = {
     number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", harmonic=number)
     for number in (2, 3, 4, 5)

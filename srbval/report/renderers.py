@@ -166,7 +166,7 @@ def render_pdf(report: Report, folder: Path) -> bytes:
         template.encode("utf-8"),
         root=str(folder),
         format="pdf",
-        font_paths=[str(_font_folder())],
+        font_paths=[str(_font()[0])],
         ignore_system_fonts=True,
         sys_inputs={"report": text},
         pdf_standards=["ua-1"],
@@ -175,18 +175,13 @@ def render_pdf(report: Report, folder: Path) -> bytes:
     return content
 
 
-def _font_folder() -> Path:
-    import matplotlib
-
-    return Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-
-
 @lru_cache(maxsize=1)
-def _known_characters() -> frozenset[int]:
-    """Return the code points that the PDF's font can display; PDF/UA forbids characters without a glyph."""
-    from matplotlib.ft2font import FT2Font
+def _font() -> tuple[Path, frozenset[int]]:
+    """Return the folder of the PDF's font and the code points that it can display; PDF/UA forbids missing glyphs."""
+    from matplotlib import ft2font, get_data_path
 
-    return frozenset(FT2Font(str(_font_folder() / "DejaVuSans.ttf")).get_charmap())
+    folder = Path(get_data_path()) / "fonts" / "ttf"
+    return folder, frozenset(ft2font.FT2Font(str(folder / "DejaVuSans.ttf")).get_charmap())
 
 
 def _displayable(value: Any) -> Any:
@@ -197,7 +192,7 @@ def _displayable(value: Any) -> Any:
         return [_displayable(item) for item in value]
     if not isinstance(value, str):
         return value
-    known = _known_characters()
+    _, known = _font()
     shown = "".join(c if c in "\n\t" or ord(c) in known else "\ufffd" for c in value)
     parts = re.sub(LONG_WORD, lambda word: _SEPARATOR.sub("\u200b", word[0]), shown)
     return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", parts)

@@ -16,21 +16,13 @@ from scipy.special import stdtrit
 
 from srbval.bearing import Fault
 from srbval.comparison import comparison
-from srbval.comparison.compared_quantities import (
-    CAGE_RATIO,
-    COMPARED,
-    RACE_LINE,
-    ROLLER_LINE,
-    ComparedQuantity,
-    Effects,
-)
+from srbval.comparison.compared_quantities import CAGE_RATIO, COMPARED, LINE_QUANTITIES, ComparedQuantity, Effects
 from srbval.comparison.comparison import QuantityValue, Row, Verdict
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.sides import SideReading
 
 STATED_PART, REPEATS_PART = "simulation: stated", "simulation: repeats"
-LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
 MAX_SPEED_DIFFERENCE = 1e-3  # relative difference of shaft speeds up to which lines are compared in Hz
 MISSING_VALUE = QuantityValue(value=math.nan, ci95=None, present=False)  # of a quantity not found on a side
 PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # keys of a row beyond those of `comparison_row`
@@ -123,9 +115,9 @@ def stated_part(quantity: ComparedQuantity, state: Fault, value: float, case: Va
     rolling element, which depends on its spin.
     """
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db
-    if stated is None or quantity is ROLLER_LINE:
+    if stated is None or (quantity.value_of and state is Fault.ROLLER):
         return {}
-    of_line = quantity is RACE_LINE and state is Fault.INNER
+    of_line = quantity in LINE_QUANTITIES and state is Fault.INNER
     return {STATED_PART: stated * (case.known_bearing.rolling_elements / value - 1) if of_line else stated}
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading, cage_readings
-from srbval.comparison.compared_quantities import RACE_LINE, biases
+from srbval.comparison.compared_quantities import LINE_QUANTITIES, RACE_LINE, biases
 from srbval.comparison.comparison import VERDICT, Row, comparison_frame, verdict_on_error
 from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_runs, run_counterpart
 from srbval.comparison.table6 import PAPER_CASE, check_table6_sums, measured_rows, published_rows, table6
@@ -34,7 +34,7 @@ from srbval.signal import NORMAL_95, kurtosis
 from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.tables import build
 from srbval.sweep.sweep import records
-from srbval.validation.compare import LINE_QUANTITIES, PAIR_KEYS
+from srbval.validation.compare import PAIR_KEYS
 from srbval.validation.validate import PairReading, Validation, validate
 
 CAGE_STORE = ContentStore(kind="cage", computed_by="srbval.comparison.cage_readings")
