@@ -108,14 +108,6 @@ def _scatter_db(line: Line) -> float:
     return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
-CAGE_RATIO = ComparedQuantity(
-    kind="cage ratio",
-    name="cage ratio",
-    unit="1",
-    value_of=cage_ratio_of_order,
-    faults=RACE_DEFECTS,
-    margin=TOLERANCE.limit_pct,
-)
 ROLLER_LINE = ComparedQuantity(
     kind="roller line",
     name="{line}",
@@ -126,6 +118,7 @@ ROLLER_LINE = ComparedQuantity(
 )
 # Its information is that of the cage ratio, whose errors may be averaged over races.
 RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
+CAGE_RATIO = replace(RACE_LINE, kind="cage ratio", name="cage ratio", unit="1", value_of=cage_ratio_of_order)
 LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
 HARMONIC = {
     number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", harmonic=number)

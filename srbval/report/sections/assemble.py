@@ -1,6 +1,5 @@
 """Assemble the main report: its sections in order; records, limitations, glossary and command at the end."""
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -53,7 +52,7 @@ def records_blocks(findings: Findings) -> Iterator[Block]:
         yield Listing((*(RECORD_TEXTS.text("problem", **row) for row in rows[:MAX_LISTED]), *more))
     readings = []
     for one in findings.data["cage_readings"]:
-        ci95 = NORMAL_95 * math.hypot(one.reading_u, one.speed_u)
+        ci95 = NORMAL_95 * (one.reading_u**2 + one.speed_u**2) ** 0.5
         readings.append(vars(one) | {"name": record_words(Path(one.record).stem), "ratio_ci95": ci95})
     yield RECORD_TEXTS.table("records", readings)
 
