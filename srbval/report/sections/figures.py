@@ -57,8 +57,8 @@ def figures_section(findings: Findings) -> Section:
                 label = f"{number}{letter[kind == 'spectrum']}"
                 if state in states:
                     explore = explore_spectrum(view) if kind == "spectrum" else ""
-                    about = {"id": f"fig{label}", "label": f"Figure {label}", "explore": explore}
-                    panels[number].append(replace(made[kind], **about))
+                    own = replace(made[kind], id=f"fig{label}", label=f"Figure {label}", explore=explore)
+                    panels[number].append(own)
     sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
     sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
