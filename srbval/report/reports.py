@@ -179,9 +179,8 @@ def report_case(
 
     with one_thread():
         result = validate(case, found=found, progress=progress)
-        return result, _written(
-            assemble_case(result, grids, {"command": command} | provenance()), Path(folder), formats, progress
-        )
+        report = assemble_case(result, grids, {"command": command} | provenance())
+        return result, _written(report, Path(folder), formats, progress)
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
