@@ -29,8 +29,7 @@ from srbval.recordings.registry import recording_of as load_recording
 from srbval.recordings.registry import remove as remove_recordings
 from srbval.recordings.registry import verify_recordings
 from srbval.report.figures.plot import plot
-from srbval.report.findings.findings import Findings
-from srbval.report.findings.gather import gather
+from srbval.report.findings.findings import Findings, gather
 from srbval.report.reports import report, report_case, trend, write_plot, write_trend
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram

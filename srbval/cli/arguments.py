@@ -26,11 +26,6 @@ class Parser(argparse.ArgumentParser):
     The message suggests the closest known command, option or choice.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        for name, type_ in ARGUMENT_TYPES.items():
-            self.register("type", name, type_)
-
     def error(self, message: str) -> NoReturn:
         """Raise `ConfigurationError` with the `message`, a suggestion and a reference to ``--help``."""
         choice = INVALID_CHOICE.search(message)
@@ -54,7 +49,7 @@ class Parser(argparse.ArgumentParser):
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print the result as one JSON document")
-        export: dict[str, Any] = {"metavar": "OUT.csv|xlsx", "type": "table", "default": default or None}
+        export: dict[str, Any] = {"metavar": "OUT.csv|xlsx", "type": export_file, "default": default or None}
         words = "write the result to this CSV or Excel file; if it has several tables, each gets its own file or sheet"
         added.add_argument("--export", help=words, **export)
         for group in (*table.get("groups", ()), ""):
@@ -62,12 +57,12 @@ class Parser(argparse.ArgumentParser):
             to = added.add_argument_group(group) if group else added
             to = to.add_mutually_exclusive_group() if group in ALTERNATIVES else to
             for names, settings in arguments.items():
+                given = settings | ({"type": ARGUMENT_TYPES[settings["type"]]} if "type" in settings else {})
                 several = {"metavar": tuple(settings["metavar"])} if settings.get("nargs") in (2, 3) else {}
-                one = to.add_argument(*names.split(), **settings | several)
+                one = to.add_argument(*names.split(), **given | several)
                 if any(word in str(one.metavar) for word in PATHS):
                     one.complete = COMPLETE_FILES  # type: ignore[attr-defined]
-        if "run" in table:
-            added.set_defaults(run=table["run"])
+        added.set_defaults(**{key: table[key] for key in ("run", "study") if key in table})
         if "actions" in table:
             actions = added.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
             for action, about in table["actions"].items():
@@ -81,11 +76,8 @@ def command_tables() -> dict[str, Any]:
     studies = commands["study"]["actions"]["run"]["actions"] = {}
     for path in sorted((package_folder() / "studies").glob("*/study.toml")):
         study = read_toml(path)
-        studies[path.parent.name] = {
-            "groups": ["study"],
-            "help": study["question"],
-            "arguments": study.get("options", {}),
-        }
+        about = {"study": path.parent.name, "groups": ["study"], "help": study["question"]}
+        studies[path.parent.name] = about | {"arguments": study.get("options", {})}
     for command in commands.values():
         if "study" in command:  # another name for the command that runs this study
             studies[command["study"]]["groups"] = command["groups"]
@@ -175,7 +167,6 @@ PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING") 
 COMPLETE_FILES = {"bash": "_shtab_compgen_files", "zsh": "_files", "fish": "(__fish_complete_path (commandline -ct))"}
 ALTERNATIVES = ("bearing", "band", "model")  # groups whose options exclude each other
 ARGUMENT_TYPES = {
-    "table": export_file,
     "elements": partial(_inline_bearing, "elements"),
     "orders": partial(_inline_bearing, "orders"),
     "finite": partial(_read_number, float, -LARGEST, LARGEST),

@@ -12,17 +12,8 @@ from srbval.cli.output import print_result, write_text
 from srbval.processes.machine import usable_cores
 from srbval.progress import ProgressDisplay
 from srbval.progress.tables import text_table
+from srbval.storage import installation
 from srbval.storage.content_store import LIMIT_BYTES
-from srbval.storage.installation import (
-    KERNELS,
-    SCENE_RESULTS,
-    cache_folder,
-    cache_use,
-    clear_cache,
-    package_folder,
-    pip_command,
-    shipped_folder,
-)
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
@@ -32,11 +23,11 @@ MEGABYTE = 1e6  # [bytes]
 
 def run_doctor_command(options: argparse.Namespace) -> int:
     """Check the installation; on request compile all kernels or clear the cache. Exit code 1 for problems."""
-    cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
+    cleared = None if options.clear_cache is None else installation.clear_cache(*options.clear_cache)
     warmed = compile_all_kernels() if options.warm else {}
     found = doctor()
     problems = found["problems"]
-    schemas = sorted((package_folder() / "schemas").iterdir()) if options.schemas else []
+    schemas = sorted((installation.package_folder() / "schemas").iterdir()) if options.schemas else []
     written = [Path(options.schemas) / schema.name for schema in schemas]
     for path, schema in zip(written, schemas, strict=True):
         write_text(path, schema.read_text(encoding="utf-8"))
@@ -48,8 +39,9 @@ def run_doctor_command(options: argparse.Namespace) -> int:
         ]
         print("\n" + text_table(("cache", "files", "MB", "folder"), rows))
         if found["cache"]:
-            limit = f"{SCENE_RESULTS}: above {LIMIT_BYTES / MEGABYTE:,.0f} MB the least recently used files are removed"
-            print(f"All content can be computed again. {limit}. To delete: srbval doctor --clear-cache KIND")
+            limit = f"above {LIMIT_BYTES / MEGABYTE:,.0f} MB the least recently used files are removed"
+            known = f"All content can be computed again. {installation.SCENE_RESULTS}: {limit}"
+            print(f"{known}. To delete: srbval doctor --clear-cache KIND")
         for use in cleared or ():
             print(f"deleted: {use['folder']}, {use['files']} files, {use['size_bytes'] / MEGABYTE:.1f} MB")
         if warmed:
@@ -80,9 +72,10 @@ def doctor() -> dict[str, Any]:
     facts: dict[str, Any] = {"srbval": __version__, "python": platform.python_version()}
     facts |= {"machine": platform.machine(), "cores": usable_cores()}
     facts |= {name: _version(name) for name in REQUIRED}
-    problems = [f"{name} is not installed: {pip_command(name)}" for name in REQUIRED if facts[name] is None]
-    facts |= {name: _version(name) or f"not installed: {pip_command(name)}" for name in OPTIONAL}
-    kernels = cache_folder(KERNELS)
+    missing = {name: f"not installed: {installation.pip_command(name)}" for name in (*REQUIRED, *OPTIONAL)}
+    problems = [f"{name} is {missing[name]}" for name in REQUIRED if facts[name] is None]
+    facts |= {name: _version(name) or missing[name] for name in OPTIONAL}
+    kernels = installation.cache_folder(installation.KERNELS)
     existing = next(folder for folder in (kernels, *kernels.parents) if folder.exists())
     if not os.access(existing, os.W_OK):
         problems.append(f"compiled kernels cannot be stored: {existing} is not writable; set NUMBA_CACHE_DIR")
@@ -91,11 +84,11 @@ def doctor() -> dict[str, Any]:
         problems.append(f"SRBVAL_RECORDINGS names {recordings}, which is not a folder")
     facts |= {
         "kernel cache": str(kernels),
-        "known data sets": str(shipped_folder("data_manifest")),
+        "known data sets": str(installation.shipped_folder("data_manifest")),
         "SRBVAL_RECORDINGS": recordings or "not set",
         "numba threads": os.environ.get("NUMBA_NUM_THREADS", "default (kernels use one)"),
     }
-    return {"ok": not problems, "problems": problems, "facts": facts, "cache": cache_use()}
+    return {"ok": not problems, "problems": problems, "facts": facts, "cache": installation.cache_use()}
 
 
 def _version(name: str) -> str | None:

@@ -32,7 +32,6 @@ BELONGS_TO = {  # option on the command line that discards the machine's value
 }
 OTHER_OPTIONS = ("healthy", "healthy_scale", "baseline", "machine_class", "zones_mm_s")  # named like their keys
 KEY_OF_OPTION = ALIASES | {"cage_slip": "cage_slip_pct"} | {name: name for name in OTHER_OPTIONS}
-FORMER_TABLES = ("set_point", "sensor", "baseline", "limits")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,12 +77,6 @@ def machine_options(path: str | Path) -> dict[str, Any]:
     file = Path(path)
     try:
         table = read_toml(file)
-        if former := [f"[{name}]" for name in FORMER_TABLES if isinstance(table.get(name), Mapping)]:
-            raise ConfigurationError(
-                f"a machine file has no table {', '.join(former)} any more. Write the entries above all tables, as "
-                "numbers without units: speed as rpm, speed_tolerance_pct as rpm_tolerance_pct, rate as fs_hz, records "
-                "as baseline, and radial_kn, axial_kn, band_hz, zones_mm_s, resample_hz, skip_s."
-            )
         own_bearing = {"bearing": file.name} if isinstance(table.get("bearing"), Mapping) else {}
         stated = to_json(build(Machine, table | own_bearing, str(file)))
         options = {option: stated[key] for option, key in KEY_OF_OPTION.items() if stated[key] is not None}

@@ -95,9 +95,9 @@ def run_features_command(options: argparse.Namespace) -> int:
 
 def _run_one(options: argparse.Namespace) -> int:
     if options.plot:
-        from srbval.report.reports import check_plot, write_plot  # slow import
+        from srbval.report.reports import PLOT, write_plot  # slow import
 
-        check_plot(Path(options.plot))
+        check_suffix(Path(options.plot), *PLOT)
     reading = read_record(replace(request_from_options(options), file=options.files[0]))
     for caution in reading.cautions:
         print(f"srbval: {caution}", file=sys.stderr)

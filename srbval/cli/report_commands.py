@@ -75,9 +75,10 @@ def run_validate_command(options: argparse.Namespace) -> int:
             case = _case_of_files(options, changes)
         if options.write_case:
             write_case(case, Path(options.write_case))
-        formats = ("html", "json") if options.no_pdf else ("html", "pdf", "json")
         folder = Path(options.output or f"{VALIDATION_FOLDER}{'-' + Path(options.case).stem if options.case else ''}")
-        result, files = report_case(case, folder, formats=formats, command=own_command(), progress=progress)
+        result, files = report_case(
+            case, folder, formats=tuple(options.formats), command=own_command(), progress=progress
+        )
     written = {kind: str(path) for kind, path in files.items()}
     problems = [(number, text) for number, text in result.pairs[["pair", "problem"]].itertuples(index=False) if text]
     code = DataError.exit_code if result.failed else NumericsError.exit_code if problems else 0 if result.holds else 1

@@ -23,7 +23,7 @@ from srbval.scene.read import BUNDLED
 from srbval.storage.files import check_suffix
 from srbval.storage.hdf5_files import HDF5
 from srbval.storage.json_files import to_json
-from srbval.storage.tables import nest_value
+from srbval.storage.tables import nest_value, walk_leaves
 
 # Attributes of a run that are printed under their names.
 RUN_QUANTITIES = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz"]
@@ -81,15 +81,12 @@ def run_simulate_command(options: argparse.Namespace) -> int:
 
     def show() -> None:
         shown = to_json({name: value for name, value in summary.items() if name not in NOT_TABULATED})
-        rows = []
-        for name, value in shown.items():
-            for key, one in (value if isinstance(value, dict) else {"": value}).items():
-                if one is not None and not key.endswith("scatter_pct"):
-                    rows.append(_format_quantity(f"{name} {key}".strip(), one))
+        known = {name.replace(".", " "): one for name, one in walk_leaves(shown) if one is not None}
+        rows = [_format_quantity(name, one) for name, one in known.items() if not name.endswith("scatter_pct")]
         print(text_table(("quantity", "value", "unit"), rows))
         print(f"\n{_describe_load_share(result)}not validated: {'; '.join(result.not_validated)}")
-        known = not math.isnan(result.cage_ratio)  # an outside model may have no cage
-        lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if known else ""
+        with_cage = not math.isnan(result.cage_ratio)  # an outside model may have no cage
+        lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if with_cage else ""
         print(f"{result.status}: {result.reason}{lines}{f', written to {output}' if output else ''}.")
 
     print_result(options, summary | planned, show, status=result.status.value)

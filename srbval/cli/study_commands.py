@@ -24,7 +24,6 @@ from srbval.studies.scale import measure_scale
 MAX_PRINTED_QUANTITIES = 20  # quantities out of tolerance that are printed; --json contains all
 VALIDITY_BY_KIND = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
 MULTIPLE = ("scenes", "solvers", "rpm")  # options of studies that take several values
-STUDY_BY_COMMAND = {"bench": "speed_accuracy", "stability": "stability"}
 
 
 def run_check_command(options: argparse.Namespace) -> int:
@@ -96,9 +95,8 @@ def _show_results(states: Sequence[State]) -> None:
 
 def run_study_command(options: argparse.Namespace) -> int:
     """List the studies or run one, such as ``bench`` or ``stability``."""
-    word = options.command if options.command in STUDY_BY_COMMAND else options.action
-    if word != "list":
-        return _run_study(STUDY_BY_COMMAND.get(word, word), word, options)
+    if hasattr(options, "study"):
+        return _run_study(options)
     states = {state["name"]: state for state in result_states(reference_fingerprint())}
     rows = []
     for one, state in ((load_study(name), states[name]) for name in study_names()):
@@ -108,7 +106,8 @@ def run_study_command(options: argparse.Namespace) -> int:
     return print_result(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
 
 
-def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
+def _run_study(options: argparse.Namespace) -> int:
+    name, command = options.study, options.action if options.command == "study" else options.command
     plot = Path(getattr(options, "plot", None) or f"srbval-{command}.svg")
     check_suffix(plot, "SVG", (".svg",))
     for key in MULTIPLE:
@@ -124,7 +123,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
             took = origin["minutes"] and f"the stored result took {origin['minutes']:.0f} minutes; "
             shown.message(f"{took or ''}compiling takes half a minute once")
             found, stored = make_result(name, options, progress, command=own_command())
-        if name in STUDY_BY_COMMAND.values() and not scale:
+        if hasattr(options, "plot") and not scale:
             with stage(progress, "Draw"):
                 Panel(draw_study, name, stored)(plot.parent, plot.stem)
             stored |= {"plot": plot}
@@ -142,7 +141,7 @@ def _run_variant(
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
     if getattr(given, "scale", False):
         found = measure_scale(quick=given.quick, progress=progress)
-    elif name == STUDY_BY_COMMAND["bench"]:
+    elif name == "speed_accuracy":
         found = bench(given.model, message=message, **asked)
     else:
         found = stability(given.model, jobs=given.jobs, **asked)

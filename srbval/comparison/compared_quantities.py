@@ -22,7 +22,6 @@ from srbval.signal import NORMAL_95
 _DB = 20 / math.log(10)
 MIN_RECORDS_FOR_BIAS = 5
 
-QuantityReader = Callable[[Analysis, Fault], QuantityValue | None]
 ValueOfOrder = Callable[[Fault, float, int], float]  # of fault, order of its line, rolling elements
 # Effects of inputs and numerics on one quantity of one defect, by (defect, quantity): rows of the stored result
 # ``inputs``, in the quantity's unit.
@@ -34,14 +33,15 @@ class ComparedQuantity:
     """Quantity that is compared between model and rig, such as the level of a harmonic.
 
     `kind` groups quantities that share a bias. In `name`, ``{line}`` stands for the line of one of the `faults`, such
-    as BPFO. The function `value_of` computes the value from the order of this line (frequency over shaft speed); levels
-    have the function `read` instead, which reads them from the analysis of a signal. Errors of levels are in dB, all
-    others in per cent of the rig's value. Model and rig agree if error plus uncertainty is below `margin`.
+    as BPFO. The function `value_of` computes the value from the order of this line (frequency over shaft speed). A
+    quantity without it is the level of the line's `harmonic`, or for 1 of its first sidebands, relative to the line.
+    Errors of levels are in dB, all others in per cent of the rig's value. Model and rig agree if error plus uncertainty
+    is below `margin`.
     """
 
     kind: str
     name: str
-    read: QuantityReader | None = None
+    harmonic: int = 1
     unit: str = "dB"
     faults: Collection[Fault] = DEFECTS
     value_of: ValueOfOrder | None = None
@@ -83,25 +83,15 @@ def _line_value(analysis: Analysis, fault: Fault, value_of: ValueOfOrder, order:
     )
 
 
-def harmonic_level(number: int) -> QuantityReader:
-    """Return a function that reads the level of a line's harmonic `number` relative to its first harmonic [dB]."""
-    return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
+def _level(analysis: Analysis, fault: Fault, harmonic: int) -> QuantityValue | None:
+    """Level [dB] of harmonic number `harmonic` of a fault's line, or for 1 the mean level of its first sidebands.
 
-
-def sideband_level(analysis: Analysis, fault: Fault) -> QuantityValue | None:
-    """Mean level of a fault line's first upper and lower sideband relative to the line [dB]; None without sidebands."""
-    if fault.sidebands is None:
-        return None
-    return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
-
-
-def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> QuantityValue | None:
-    """Mean level [dB] of harmonic number `harmonic` of the lines called `names`.
-
-    The reference is the first harmonic of the fault's line. None if this or all of the lines cannot be read.
+    The reference is the first harmonic of the line. None if this, the harmonic or all sidebands cannot be read.
     """
+    sidebands = [f"{fault.line}{sign}{fault.sidebands}" for sign in "-+" if fault.sidebands]
+    names = [fault.line] if harmonic > 1 else sidebands
     first = analysis.line_of(fault)
-    lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
+    lines = [x for x in analysis.lines if x.name in names and x.harmonic == harmonic and x.depth]
     if first.found_hz is None or not first.depth or not lines:
         return None
     depth = sum(line.depth or 0.0 for line in lines) / len(lines)
@@ -118,14 +108,6 @@ def _scatter_db(line: Line) -> float:
     return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
-CAGE_RATIO = ComparedQuantity(
-    kind="cage ratio",
-    name="cage ratio",
-    unit="1",
-    value_of=cage_ratio_of_order,
-    faults=RACE_DEFECTS,
-    margin=TOLERANCE.limit_pct,
-)
 ROLLER_LINE = ComparedQuantity(
     kind="roller line",
     name="{line}",
@@ -136,11 +118,13 @@ ROLLER_LINE = ComparedQuantity(
 )
 # Its information is that of the cage ratio, whose errors may be averaged over races.
 RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
+CAGE_RATIO = replace(RACE_LINE, kind="cage ratio", name="cage ratio", unit="1", value_of=cage_ratio_of_order)
+LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
 HARMONIC = {
-    number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", read=harmonic_level(number))
+    number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", harmonic=number)
     for number in (2, 3, 4, 5)
 }
-SIDEBAND_LEVEL = ComparedQuantity(kind="sideband level", name="{line} sidebands", read=sideband_level)
+SIDEBAND_LEVEL = ComparedQuantity(kind="sideband level", name="{line} sidebands")
 COMPARED: tuple[ComparedQuantity, ...] = (RACE_LINE, CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBAND_LEVEL)
 
 
@@ -156,8 +140,9 @@ def read_quantities(analysis: Analysis, fault: Fault, order: float | None) -> di
     """
     found = {}
     for row in (row for row in COMPARED if fault in row.faults):
-        value = None if row.read is None else row.read(analysis, fault)
-        if row.value_of is not None:
+        if row.value_of is None:
+            value = _level(analysis, fault, row.harmonic)
+        else:
             value = _line_value(analysis, fault, row.value_of, order)
         if value is not None:
             found[row.name_of(fault)] = value

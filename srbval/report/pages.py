@@ -1,14 +1,22 @@
 """Report sections that studies add: each is made from stored results and begins with their origin."""
 
+import os
+import platform
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from importlib import metadata
 from typing import Any
 
+from srbval import __version__
+from srbval.models.run import Run
+from srbval.processes.machine import processor_name
 from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
 from srbval.report.prose import Prose
+from srbval.storage.installation import git_revision
 from srbval.storage.stored_result import StoredResult, newest_result
 
 STORED_TEXTS = Prose("srbval.report", "texts/stored.md")
+PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
 StoredResults = Mapping[str, StoredResult]  # newest stored results of studies, by name
 
 
@@ -85,6 +93,19 @@ def origin_line(results: StoredResults, name: str) -> Callout | Paragraph:
     )
     why = result.why_stale()
     return Paragraph(text if why is None else f"{text} {STORED_TEXTS.text('stale', why=why)}")
+
+
+def provenance(runs: Iterable[Run] = (), recordings: Mapping[str, str | None] | None = None) -> dict[str, Any]:
+    """Return versions, computer and inputs of a report: random seeds of `runs`, SHA-256 of `recordings` by file."""
+    return {
+        "srbval": __version__,
+        "git_revision": git_revision(),
+        "python": platform.python_version(),
+        "packages": {name: metadata.version(name) for name in PACKAGES},
+        "machine": {"system": platform.system(), "processor": processor_name(), "cores": os.cpu_count()},
+        "seeds": sorted({run.scene.seed for run in runs}),
+        "recordings": recordings or {},
+    }
 
 
 def record_words(record: str) -> str:

@@ -5,7 +5,6 @@ texts is ``**strong**`` and ```code```; a backslash before ``*``, a backtick or 
 """
 
 import base64
-import dataclasses
 import enum
 import hashlib
 import itertools
@@ -13,6 +12,7 @@ import json
 import re
 import tempfile
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime
 from functools import lru_cache, partial
 from importlib import resources
@@ -75,18 +75,10 @@ def spans(text: str) -> tuple[Span, ...]:
 
 def as_plain(report: Report) -> dict[str, Any]:
     """Convert a report to dicts, lists and strings; text with markup becomes a list of (kind, text) pieces."""
-    return {
-        "title": mask_controls(report.title),
-        "subtitle": mask_controls(report.subtitle),
-        "made_by": f"srbval {__version__}",
-        "generated": f"{datetime.now(UTC):%Y-%m-%d}",
-        "verdict": _plain(report.verdict),
-        "sections": [
-            _plain(section) | {"open": section.open or len(report.sections) <= MAX_OPEN_SECTIONS}
-            for section in report.sections
-            if section.blocks
-        ],
-    }
+    few = len(report.sections) <= MAX_OPEN_SECTIONS
+    shown = tuple(replace(one, open=one.open or few) for one in report.sections if one.blocks)
+    about = {"made_by": f"srbval {__version__}", "generated": f"{datetime.now(UTC):%Y-%m-%d}"}
+    return about | _plain(replace(report, sections=shown, data={}))
 
 
 def _plain(value: Any, name: str = "") -> Any:
@@ -97,9 +89,9 @@ def _plain(value: Any, name: str = "") -> Any:
         return spans(value) if name in MARKUP else mask_controls(value)
     if isinstance(value, list | tuple):
         return [_plain(item, name) for item in value]
-    if not dataclasses.is_dataclass(value):
+    if not is_dataclass(value):
         return value
-    names = (*(field.name for field in dataclasses.fields(value)), *getattr(value, "JSON_PROPERTIES", ()))
+    names = (*(field.name for field in fields(value)), *getattr(value, "JSON_PROPERTIES", ()))
     parts = {name: getattr(value, name) for name in names if name != "draw"}
     if isinstance(value, ReportTable):
         parts["rows"] = [list(_cells(row, value.columns)) for row in value.rows]
@@ -174,7 +166,7 @@ def render_pdf(report: Report, folder: Path) -> bytes:
         template.encode("utf-8"),
         root=str(folder),
         format="pdf",
-        font_paths=[str(_font_folder())],
+        font_paths=[str(_font()[0])],
         ignore_system_fonts=True,
         sys_inputs={"report": text},
         pdf_standards=["ua-1"],
@@ -183,18 +175,13 @@ def render_pdf(report: Report, folder: Path) -> bytes:
     return content
 
 
-def _font_folder() -> Path:
-    import matplotlib
-
-    return Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-
-
 @lru_cache(maxsize=1)
-def _known_characters() -> frozenset[int]:
-    """Return the code points that the PDF's font can display; PDF/UA forbids characters without a glyph."""
-    from matplotlib.ft2font import FT2Font
+def _font() -> tuple[Path, frozenset[int]]:
+    """Return the folder of the PDF's font and the code points that it can display; PDF/UA forbids missing glyphs."""
+    from matplotlib import ft2font, get_data_path
 
-    return frozenset(FT2Font(str(_font_folder() / "DejaVuSans.ttf")).get_charmap())
+    folder = Path(get_data_path()) / "fonts" / "ttf"
+    return folder, frozenset(ft2font.FT2Font(str(folder / "DejaVuSans.ttf")).get_charmap())
 
 
 def _displayable(value: Any) -> Any:
@@ -205,7 +192,7 @@ def _displayable(value: Any) -> Any:
         return [_displayable(item) for item in value]
     if not isinstance(value, str):
         return value
-    known = _known_characters()
+    _, known = _font()
     shown = "".join(c if c in "\n\t" or ord(c) in known else "\ufffd" for c in value)
     parts = re.sub(LONG_WORD, lambda word: _SEPARATOR.sub("\u200b", word[0]), shown)
     return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", parts)

@@ -11,7 +11,6 @@ from typing import Any
 from srbval.campaign.run import case_numbers
 from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.records import RecordReading, RecordRequest, build_request
-from srbval.errors import ConfigurationError
 from srbval.monitoring import batch
 from srbval.monitoring.batch import FailedFile
 from srbval.monitoring.trend import Trend, trend_of
@@ -23,23 +22,21 @@ from srbval.recordings.settings import with_keywords
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
-from srbval.report.findings.findings import Findings
-from srbval.report.findings.gather import gather
-from srbval.report.findings.provenance import provenance
+from srbval.report.findings.findings import Findings, gather
 from srbval.report.findings.user_records import UserRecord, gather_user_records
-from srbval.report.pages import Page
+from srbval.report.pages import Page, provenance
 from srbval.report.renderers import FORMATS, check_formats, draw_figures, render_html, write_report
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.case import MAX_DRAWN_PAIRS, assemble_case
 from srbval.report.sections.figures import pair_figures
 from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
-from srbval.storage.files import atomic_write
+from srbval.storage.files import atomic_write, check_suffix
 from srbval.validation.case import ValidationCase
 from srbval.validation.validate import PairReading, Validation, validate
 
 MAX_RECORD_SECTIONS = 6  # recordings with a section; further recordings have a row in a table
-PLOT_SUFFIXES = (".png", ".svg", ".html")
+PLOT = ("PNG, SVG or HTML", (".png", ".svg", ".html"))  # formats and suffixes of pictures
 
 
 def make_report(
@@ -124,7 +121,7 @@ def report_sources(
     with one_thread():
         analysed, unread, facts = gather_user_records(requests, progress=progress)
         failed = [*unread, *failed]
-        report = assemble_user_report(analysed, command=command, provenance=facts, failed=failed, others=others)
+        report = assemble_user_report(analysed, origin={"command": command} | facts, failed=failed, others=others)
         return report, _written(report, folder, formats, progress)
 
 
@@ -182,22 +179,17 @@ def report_case(
 
     with one_thread():
         result = validate(case, found=found, progress=progress)
-        return result, _written(assemble_case(result, grids, command=command), Path(folder), formats, progress)
-
-
-def check_plot(path: Path) -> None:
-    """Raise `ConfigurationError` if the file name does not end with a suffix that `write_plot` supports."""
-    if path.suffix.lower() not in PLOT_SUFFIXES:
-        raise ConfigurationError(f"{path}: the name of a picture must end with one of {', '.join(PLOT_SUFFIXES)}.")
+        report = assemble_case(result, grids, {"command": command} | provenance())
+        return result, _written(report, Path(folder), formats, progress)
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
     """Draw an analysed record to `path`: as PNG, SVG, or HTML page with a table of the fault lines, by its suffix."""
     path, baseline = Path(path), reading.baseline
-    check_plot(path)
+    check_suffix(path, *PLOT)
     if path.suffix.lower() == ".html":
         record = UserRecord(analysis=reading.analysis, baseline=baseline, verdict=reading.verdict)
-        _write_page(assemble_user_report([record], command=command, provenance={}), path)
+        _write_page(assemble_user_report([record], origin={"command": command}), path)
     else:
         with atomic_write(path) as part, figure_style():
             figure = analysis_figure(reading.analysis, None if baseline is None else baseline.analysis)
@@ -206,7 +198,7 @@ def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbv
 
 def write_trend(trend: Trend, path: str | Path, *, command: str = "srbval trend") -> None:
     """Write the trend of a machine's records to `path`, as one HTML page that contains its pictures."""
-    _write_page(assemble_trend(trend, command=command, provenance=provenance((), ())), Path(path))
+    _write_page(assemble_trend(trend, {"command": command} | provenance()), Path(path))
 
 
 def _write_page(page: Report, path: Path) -> None:

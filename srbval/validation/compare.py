@@ -16,21 +16,13 @@ from scipy.special import stdtrit
 
 from srbval.bearing import Fault
 from srbval.comparison import comparison
-from srbval.comparison.compared_quantities import (
-    CAGE_RATIO,
-    COMPARED,
-    RACE_LINE,
-    ROLLER_LINE,
-    ComparedQuantity,
-    Effects,
-)
+from srbval.comparison.compared_quantities import CAGE_RATIO, COMPARED, LINE_QUANTITIES, ComparedQuantity, Effects
 from srbval.comparison.comparison import QuantityValue, Row, Verdict
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.sides import SideReading
 
 STATED_PART, REPEATS_PART = "simulation: stated", "simulation: repeats"
-LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
 MAX_SPEED_DIFFERENCE = 1e-3  # relative difference of shaft speeds up to which lines are compared in Hz
 MISSING_VALUE = QuantityValue(value=math.nan, ci95=None, present=False)  # of a quantity not found on a side
 PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # keys of a row beyond those of `comparison_row`
@@ -53,7 +45,7 @@ def compare_pair(
     speeds: list[Any] = [None if side is None else side.shaft_hz for side in (simulated, measured)]
     for quantity in (one for one in COMPARED if state in one.faults):
         name = quantity.name_of(state)
-        (own, repeats), (theirs, _) = (ensemble(side, name) for side in (simulated, measured))
+        own, theirs = (ensemble(side, name) for side in (simulated, measured))
         known = [own is not MISSING_VALUE, theirs is not MISSING_VALUE]
         if not any(known):
             continue
@@ -70,7 +62,8 @@ def compare_pair(
             own = replace(own, value=own.value + studied["shift"])
             parts |= {comparison.INPUTS: scale * studied["inputs_ci95"], comparison.GRID: scale * studied["grid_ci95"]}
         if all(known) and base != "paper":
-            reading = comparison.SIMULATION_READING if repeats is None else REPEATS_PART
+            repeated = simulated is not None and len(simulated.values) > 1
+            reading = REPEATS_PART if repeated else comparison.SIMULATION_READING
             parts |= {reading: abs(scale * (own.ci95 or 0.0))} | stated_part(quantity, state, own.value, case)
         row = comparison.comparison_row(
             model=own,
@@ -94,27 +87,25 @@ def compare_pair(
         yield row | {"pair": number, "simulated_hz": hz[0], "measured_hz": hz[1], "speeds_hz": speeds}
 
 
-def ensemble(side: SideReading | None, name: str) -> tuple[QuantityValue, float | None]:
-    """Mean of a quantity over the simulated or the measured signals, and its 95 % half width (None for one signal).
+def ensemble(side: SideReading | None, name: str) -> QuantityValue:
+    """Mean of a quantity over the simulated or the measured signals, `MISSING_VALUE` if a signal lacks the quantity.
 
-    The half width comes from the scatter between signals, which includes reading errors but not the error of the shaft
-    speed, common to all. If a signal lacks the quantity, the mean is `MISSING_VALUE`.
+    The half width of several signals comes from the scatter between them, which includes reading errors but not the
+    error of the shaft speed, common to all.
     """
     values = [] if side is None else [one[name] for one in side.values if name in one]
     if side is None or len(values) < len(side.values):
-        return MISSING_VALUE, None
+        return MISSING_VALUE
     if len(values) == 1:
-        return values[0], None
+        return values[0]
     found = np.array([one.value for one in values])
-    half = float(stdtrit(found.size - 1, 0.975) * found.std(ddof=1) / math.sqrt(found.size))
-    mean = QuantityValue(
+    return QuantityValue(
         value=float(found.mean()),
-        ci95=half,
+        ci95=float(stdtrit(found.size - 1, 0.975) * found.std(ddof=1) / math.sqrt(found.size)),
         speed_ci95=max(one.speed_ci95 for one in values),
         present=all(one.present for one in values),
         kinematic=values[0].kinematic,
     )
-    return mean, half
 
 
 def stated_part(quantity: ComparedQuantity, state: Fault, value: float, case: ValidationCase) -> dict[str, float]:
@@ -124,9 +115,9 @@ def stated_part(quantity: ComparedQuantity, state: Fault, value: float, case: Va
     rolling element, which depends on its spin.
     """
     stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db
-    if stated is None or quantity is ROLLER_LINE:
+    if stated is None or (quantity.value_of and state is Fault.ROLLER):
         return {}
-    of_line = quantity is RACE_LINE and state is Fault.INNER
+    of_line = quantity in LINE_QUANTITIES and state is Fault.INNER
     return {STATED_PART: stated * (case.known_bearing.rolling_elements / value - 1) if of_line else stated}
 
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import tempfile
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -14,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.bridges import NotebookObject, load_public
+from srbval.bridges import NotebookObject
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
 from srbval.comparison.table6 import check_race_sum
@@ -123,13 +122,6 @@ class Validation(NotebookObject):
     def summary_table(self) -> tuple[str, list[Row]]:
         """Headline and rows of the comparison for a notebook."""
         return self.headline, self.table.drop(columns=["parts", "simulated_hz", "measured_hz"]).to_dict("records")
-
-    def to_html(self) -> str:
-        """Report as one HTML page; reads the signals again."""
-        with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
-            _, files = load_public("report_case")(self.case, Path(folder), formats=("html",))
-            text: str = files["html"].read_text(encoding="utf-8")
-            return text
 
 
 def validate(

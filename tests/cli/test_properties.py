@@ -40,7 +40,7 @@ LONGEST = SrbvalError.longest + 30
 
 LONG = (  # functions that take long, or change this machine; everything before them runs as it is
     *(f"srbval.cli.{name}" for name in ("campaign_command.run_campaign", "study_commands.run_check")),
-    *(f"srbval.cli.{name}" for name in ("data_command.fetch", "installation_commands.clear_cache")),
+    *("srbval.cli.data_command.fetch", "srbval.storage.installation.clear_cache"),
     *(f"srbval.cli.study_commands.{name}" for name in ("make_result", "fingerprint", "recompute")),
     *(f"srbval.cli.study_commands.{name}" for name in ("bench", "stability", "measure_scale")),
     "srbval.path.identify.simulated_run",
@@ -123,6 +123,7 @@ def leaves(of: argparse.ArgumentParser, words: tuple[str, ...] = ()) -> Iterator
         yield " ".join(words), of
 
 
+TYPE_NAMES = {kind: name for name, kind in arguments.ARGUMENT_TYPES.items()}
 COMMANDS = dict(leaves(arguments.build_parser()))
 
 
@@ -134,7 +135,7 @@ def values_of(action: argparse.Action) -> list[str]:
     if action.choices:
         return list(map(str, action.choices))
     metavar = action.metavar if isinstance(action.metavar, str) else ""
-    for key in (action.dest, metavar, action.type):
+    for key in (action.dest, metavar, TYPE_NAMES.get(action.type)):
         if key in WORDS:
             return list(WORDS[key])
     return [word for words in WORDS.values() for word in words]
@@ -183,7 +184,7 @@ def said(tmp_path_factory):
         def guarded(*_: Any, **__: Any) -> None:
             raise NumericsError("this would take long")
 
-        patch.setattr("srbval.cli.installation_commands.cache_use", lambda: cache)
+        patch.setattr("srbval.storage.installation.cache_use", lambda: cache)
         if os.environ.get("SRBVAL_TESTS") != "all":  # `doctor --warm` would take minutes
             patch.setattr("srbval.models.simulate.scenes_of_all_kernels", lambda: [paper_scene(model="planar")])
         for path in Path(arguments.__file__).parent.glob("*_command*.py"):

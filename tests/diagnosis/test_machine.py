@@ -30,7 +30,7 @@ REFUSED = {
     "rpm = 1480\nrpm_tolerance_pct = 20": "at most 10",
     "zones_mm_s = [2, 2, 3]": "the velocities must increase",
     "baseline = 4": "must be at least 5",
-    '[set_point]\nspeed = "1 rpm"\n[limits]': r"no table \[set_point\], \[limits\] any more.* speed as rpm",
+    '[set_point]\nspeed = "1 rpm"': "unknown key",
 }
 
 

@@ -17,8 +17,7 @@ from srbval.recordings.registry import shipped_recordings
 from srbval.report import blocks
 from srbval.report.figures.signals import draw_acceleration, draw_spectrum
 from srbval.report.figures.style import Panel
-from srbval.report.findings import gather as gathering
-from srbval.report.findings.findings import Findings
+from srbval.report.findings.findings import Findings, gather
 from srbval.report.findings.records import SpectrumView, fault_cursors
 from srbval.report.prose import literal
 from srbval.report.renderers import write_report
@@ -63,7 +62,7 @@ def with_rig(tmp_path_factory):
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr("srbval.recordings.registry.shipped_recordings", shipped_recordings)
-        found = gathering.gather(seconds=SECONDS, pages=pages())
+        found = gather(seconds=SECONDS, pages=pages())
         report = assemble(found, command=shlex.join(["srbval", *OPTIONS]), pages=pages())
         return Made(found, report, write_report(report, tmp_path_factory.mktemp("rig") / "report"))
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import srbval
 from srbval.bearing import load_bearing
 from srbval.report.blocks import Callout, Paragraph, TableColumn, cell_text
-from srbval.report.findings.gather import select_at_paper_load, select_simulated
+from srbval.report.findings.findings import select_at_paper_load, select_simulated
 from srbval.report.findings.records import fault_cursors
 from srbval.report.pages import Page, origin_line
 from srbval.report.prose import Prose, literal

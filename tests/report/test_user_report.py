@@ -52,7 +52,7 @@ def compared() -> UserRecord:
 
 
 def assembled(*records: UserRecord) -> Report:
-    return assemble_user_report(records, command="srbval report", provenance={})
+    return assemble_user_report(records, origin={"command": "srbval report"})
 
 
 def test_headline_tone_points_and_data_follow_from_the_one_verdict():
@@ -120,7 +120,7 @@ def test_one_picture_in_each_format(suffix, start, tmp_path):
 def test_hostile_names_of_files_and_channels_are_shown_as_they_are(tmp_path):
     own = gathered(faulted(name=HOSTILE, channel="x"), healthy=healthy())
     failed = (FailedFile(file=HOSTILE, error=DataError(HOSTILE)),)
-    report = assemble_user_report((*own, *own), command=f"srbval report {HOSTILE}", provenance={}, failed=failed)
+    report = assemble_user_report((*own, *own), origin={"command": f"srbval report {HOSTILE}"}, failed=failed)
     page = write_report(report, tmp_path, ("html",))["html"].read_text(encoding="utf-8")
     assert page.count("<script>") == 1, "the page's own"
     text = unescape(re.sub(r"<[^>]*>", "", re.sub(r"<(script|style)>.*?</\1>", "", page, flags=re.DOTALL)))

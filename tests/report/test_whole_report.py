@@ -16,8 +16,7 @@ import pytest
 from srbval import DataError, Findings
 from srbval.recordings.manifest import FileStatus
 from srbval.report.blocks import MISSING, Callout, Listing, cell_text
-from srbval.report.findings import gather as gathering
-from srbval.report.findings.findings import list_problems
+from srbval.report.findings.findings import list_problems, require_states
 from srbval.report.prose import literal
 from srbval.report.renderers import mask_controls
 from srbval.report.sections.assemble import MAX_LISTED, records_blocks
@@ -75,7 +74,7 @@ def test_json_is_strict_and_has_the_keys_of_the_interface(with_rig):
 
 def test_without_a_record_of_each_state_there_is_no_report():
     with pytest.raises(DataError, match=r"healthy, .*reinstall it(.|\n)*a\.mat: truncated"):
-        gathering.require_states({}, [{"pair": 1, "reason": "a.mat: truncated"}])
+        require_states({}, [{"pair": 1, "reason": "a.mat: truncated"}])
 
 
 def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig):

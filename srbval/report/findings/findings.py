@@ -1,7 +1,8 @@
-"""Data of the main report's sections and figures, and the tables of ``report.json`` that are computed from them."""
+"""Findings of the main report: simulations, analyses, comparisons, and the tables of ``report.json`` from them."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,110 +10,204 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from srbval.bearing import Bearing, Fault
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.comparison.cage_means import CageMeans, cage_means
-from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.compared_quantities import RACE_LINE, biases
-from srbval.comparison.comparison import VERDICT, Row, comparison_frame, plain_frame, verdict_on_error
-from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.table6 import check_table6_sums, measured_rows, published_rows, table6
+from srbval.comparison.cage_readings import CageReading, cage_readings
+from srbval.comparison.compared_quantities import LINE_QUANTITIES, RACE_LINE, biases
+from srbval.comparison.comparison import VERDICT, Row, comparison_frame, verdict_on_error
+from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_runs, run_counterpart
+from srbval.comparison.table6 import PAPER_CASE, check_table6_sums, measured_rows, published_rows, table6
 from srbval.comparison.verdicts import none_missed, verdicts
+from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
-from srbval.reading.analyse import Analysis
-from srbval.recordings.datasets.description import DatasetDescription
+from srbval.progress import Progress, silent, stage
+from srbval.reading.analyse import Analysis, analysis_once
+from srbval.recordings import recording_from_run
+from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.manifest import RegisteredRecording
-from srbval.recordings.registry import RegisterListing
+from srbval.recordings.registry import RegisterListing, listing, load_entry, rig_recordings
 from srbval.report.blocks import REPORT_SCHEMA
-from srbval.report.findings.records import RecordView, power_share_near_line
-from srbval.report.pages import StoredResults, stored_content
+from srbval.report.findings.records import RecordView, power_share_near_line, record_view
+from srbval.report.pages import Page, StoredResults, load_newest_results, provenance, stored_content
 from srbval.signal import NORMAL_95, kurtosis
-from srbval.storage.json_files import to_json
+from srbval.storage.content_store import ContentStore, content_sha256
+from srbval.storage.tables import build
 from srbval.sweep.sweep import records
-from srbval.validation.compare import LINE_QUANTITIES, PAIR_KEYS
-from srbval.validation.validate import Validation
+from srbval.validation.compare import PAIR_KEYS
+from srbval.validation.validate import PairReading, Validation, validate
 
+CAGE_STORE = ContentStore(kind="cage", computed_by="srbval.comparison.cage_readings")
+MIN_SIMULATED_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 INTERVAL_QUANTILES = (0.025, 0.5, 0.975)  # ends of the 95 % interval and median
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Findings:
-    """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
+    """Content of ``report.json`` (`data`), and what else the sections and figures show.
 
-    `validation` covers every recording of the rig. `analyses` contains one analysis for each side and bearing state;
-    the sides are ``paper`` (model at the paper's 710 rpm), ``rig`` (one recording per state) and ``model`` (model at
-    the speed of that recording). `views` (arrays for figures) has only the sides ``model`` and ``rig``. The keys of
-    `runs` are ids of simulation cases.
+    `views` contains the arrays of figures by side and bearing state: ``model`` is the model at the speed of the
+    recording of the side ``rig``. `datasets` are the data sets of the rig's recordings, `results` the stored results
+    of studies.
     """
 
     data: Mapping[str, Any]
-    bearing: Bearing
-    runs: Mapping[str, Run]
-    analyses: Mapping[str, Mapping[Fault, Analysis]]
     views: Mapping[str, Mapping[Fault, RecordView]]
-    validation: Validation
     datasets: tuple[DatasetDescription, ...]
     results: StoredResults
     provenance: Mapping[str, Any]
 
-    def sides_of(self, state: Fault) -> list[RecordView]:
-        """Return the arrays of the model's record, then of the rig's record, of a bearing with the fault `state`."""
-        return [side[state] for side in self.views.values()]
 
-    def frame(self, key: str) -> pd.DataFrame:
-        """Return the table stored under `key` in ``report.json``, such as ``table6``, as a data frame."""
-        return plain_frame(to_json(list(self.data[key])))
+def gather(
+    *, seconds: float, pages: Iterable[Page] = (), jobs: int | None = None, progress: Progress = silent
+) -> Findings:
+    """Simulate the paper's cases and analyse them with the registered recordings of the rig; see `make_report`.
 
-
-def compared_rows(
-    found: Findings,
-    models: Mapping[Fault, AnalysedRun],
-    readings: Sequence[CageReading],
-    register: RegisterListing,
-    registered: Sequence[RegisteredRecording],
-) -> dict[str, Any]:
-    """Compute the content of ``report.json``, without provenance and studies, from the runs and analyses in `found`.
-
-    `models` are analysed runs at the speeds of the rig's recordings, `readings` cage ratios measured on the rig,
-    `register` lists all known recordings, `registered` are those that the figures show.
+    Raises `ConfigurationError` if `seconds` is too short, `NumericsError` if a run fails, `DataError` if a bearing
+    state has no readable recording, and the errors of loading a recording.
     """
-    printed, bearing, runs = table6(), found.bearing, found.runs
-    every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
-    shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
-    comparisons = every[every["record"].isin(shown)]
+    if seconds < MIN_SIMULATED_S:
+        raise ConfigurationError(
+            f"{seconds:g} s are too short to separate lines from shaft harmonics: use {MIN_SIMULATED_S:g} s or more."
+        )
+    bearing, results = load_bearing(DEFAULT_BEARING), load_newest_results(pages, "inputs")
+    with stage(progress, "Look up the registered recordings"):
+        register = listing()
+        of_rig = select_at_paper_load(rig_recordings(register.recordings))
+    runs = paper_runs(seconds, jobs=jobs, progress=progress)
+    stored, entries = stored_content(results, "inputs"), {one.file: one for one in of_rig}
+    read = defaultdict[float, dict[Fault, PairReading]](dict)  # at the paper's load, by nominal speed and state
+
+    def keep(one: PairReading) -> None:
+        recording = one.sides["measured"].analyses[0].recording
+        if recording.file in entries and recording.nominal_rpm and recording.seconds >= MIN_SIMULATED_S:
+            read[recording.nominal_rpm][one.state] = one
+
+    validation = validate(PAPER_CASE, found=keep, jobs=jobs, progress=progress)
+    chosen = choose_speed(read)
+    require_states(chosen, validation.failed)
+    rig, models = dict[Fault, Analysis](), dict[Fault, AnalysedRun]()
+    for state in PAPER_STATES:
+        rig[state], simulated = chosen[state].sides["measured"].analyses[0], chosen[state].sides.get("simulated")
+        if chosen[state].problem:
+            raise NumericsError(f"the simulation at the speed of the {state} recording failed: {chosen[state].problem}")
+        model = simulated and simulated.model  # none for a healthy bearing
+        models[state] = model or run_counterpart(rig[state], state, progress=progress)
     model_runs = {state: side.run for state, side in models.items()}
-    paper, rig = (found.analyses[side] for side in ("paper", "rig"))
-    stored = stored_content(found.results, "inputs")
-    of_shown = (row for row in found.validation.comparisons if row["record"] in shown)
-    measured = [
-        row | rig_scene_line(row["defect"], rig[row["defect"]], stored) for row in measured_rows(of_shown, model_runs)
-    ]
-    published = list(published_rows(printed, paper, runs))
-    lines = [*published, *measured]
-    keys = dict.fromkeys(key for one in lines for key in one)
-    rows, means = verdicts(readings, stored), cage_means(readings)
-    ratios = list(cage_ratio_rows(readings, means, stored, bearing.orders.ftf))
-    change = trend_row(means, rows)
-    levels, amplitudes = records(comparisons), stored_content(found.results, "amplitudes").get("rows", ())
-    return {
+    runs |= {f"counterpart-{rig[state].recording.name}": run for state, run in model_runs.items()}
+    with stage(progress, "Read the cage ratio of every record"):
+        data = cage_rows(read_cage_ratios(of_rig, stored, bearing), stored, bearing.orders.ftf)
+    with stage(progress, "Analyse the paper's runs"):
+        paper = {s: analysis_once(recording_from_run(runs[f"paper-{s}"]), bearing) for s in PAPER_STATES}
+    data |= line_rows(validation, runs, model_runs, paper, rig, stored)
+    with stage(progress, "Prepare the records that figures show"):
+        sides = {"model": {state: side.analysis for state, side in models.items()}, "rig": rig}
+        views = {name: {state: record_view(one) for state, one in of.items()} for name, of in sides.items()}
+    registered = [entries[one.recording.file or ""] for one in rig.values()]
+    amplitudes = stored_content(results, "amplitudes").get("rows", ())
+    levels, pairs = data["comparisons"], validation.pairs.to_dict("records")
+    pictures = (picture_rows(state, [of[state] for of in views.values()], levels) for state in models)
+    data |= {
         "schema_version": REPORT_SCHEMA,
         "status": "ok",
+        "near": [*near_cage_rows(data), *near_level_rows(levels, amplitudes)],
+        "pairs": pairs,
+        "recordings": registered,
+        "problems": list_problems(register, pairs),
+        "pictures": [row for rows in pictures for row in rows],
+        "runs": [run_facts(name, run) for name, run in runs.items()],
+        "scene": scene_dict(runs["paper-outer"].scene) | {"geometry": vars(bearing.geometry)},
+    }
+    return Findings(
+        data=data,
+        views=views,
+        datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
+        results=results,
+        provenance=provenance(runs.values(), {Path(one.file).name: one.sha256 for one in registered}),
+    )
+
+
+def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
+    """Raise `DataError` if a bearing state of the paper is not in `found`; its message lists the `failed` pairs."""
+    if missing := [state.label for state in PAPER_STATES if state not in found]:
+        unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
+        raise DataError(
+            f"no recording of the rig can be read for: {', '.join(missing)}. srbval is shipped with recordings "
+            f"of each state: reinstall it, and list damaged files with `srbval data verify`.{unusable}"
+        )
+
+
+def select_simulated(registered: Iterable[RegisteredRecording], stored: Mapping[str, Any]) -> list[RegisteredRecording]:
+    """Select recordings at the speeds of the runs in `stored` (all recordings, if it has no runs)."""
+    speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
+    return [one for one in registered if not speeds or one.nominal_rpm in speeds]
+
+
+def select_at_paper_load(registered: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
+    """Select recordings without axial load, and with the radial load of the paper's Table 6."""
+    radial_kn = table6()[Fault.OUTER].radial_kn
+    return [one for one in registered if one.radial_kn == radial_kn and not one.axial_kn]
+
+
+def choose_speed(read: Mapping[float, Mapping[Fault, PairReading]]) -> Mapping[Fault, PairReading]:
+    """Choose the speed at which most states were recorded; of several, the nearest to the paper's motor speed."""
+    paper_rpm = table6()[Fault.OUTER].motor_rpm or 0.0
+    states = {rpm: sum(state in of_speed for state in PAPER_STATES) for rpm, of_speed in read.items()}
+    return read[max(states, key=lambda rpm: (states[rpm], -abs(rpm - paper_rpm)))] if states else {}
+
+
+def read_cage_ratios(
+    of_rig: Iterable[RegisteredRecording], stored: Mapping[str, Any], bearing: Bearing
+) -> Sequence[CageReading]:
+    """Read the cage ratios of the rig's recordings at the speeds of the `stored` runs, or take them from the cache."""
+    used = [load_entry(one) for one in select_simulated(of_rig, stored)]
+    content = content_sha256(used, bearing)
+    readings = CAGE_STORE.load(content, lambda rows: tuple(build(CageReading, row, "reading") for row in rows))
+    if readings is None:
+        readings = cage_readings(used, bearing)
+        CAGE_STORE.save(content, readings)
+    return readings
+
+
+def cage_rows(readings: Sequence[CageReading], stored: Mapping[str, Any], kinematic: float) -> dict[str, Any]:
+    """Compute the keys of ``report.json`` on the cage ratio from the rig's `readings` and the runs in `stored`."""
+    rows, means = verdicts(readings, stored), cage_means(readings)
+    return {
         "headline": {"holds": none_missed(rows), "verdicts": rows},
         "verdicts": rows,
         "cage_readings": readings,
-        "cage_ratios": ratios,
-        "trend": change,
-        "near": [*near_cage_rows(rows, ratios, change), *near_level_rows(levels, amplitudes)],
-        "table6": [keys | row for row in lines],  # a missing value is None
-        "closure": tuple(check_table6_sums(published, measured, bearing.rolling_elements)),
-        "comparisons": levels,
-        "pairs": pairs,
-        "recordings": tuple(registered),
-        "problems": list_problems(register, pairs),
+        "cage_ratios": list(cage_ratio_rows(readings, means, stored, kinematic)),
+        "trend": trend_row(means, rows),
+    }
+
+
+def line_rows(
+    validation: Validation,
+    runs: Mapping[str, Run],
+    model_runs: Mapping[Fault, Run],
+    paper: Mapping[Fault, Analysis],
+    rig: Mapping[Fault, Analysis],
+    stored: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Compute the keys of ``report.json`` on lines and levels, and the biases of all recordings of the rig.
+
+    `runs` are all runs by name, `model_runs` those at the speeds of the recordings analysed in `rig`; `paper` are the
+    analysed runs at the paper's speed.
+    """
+    every = select_comparisons(validation.comparisons)
+    shown = {one.recording.file or one.recording.name for one in rig.values()}
+    of_shown = (row for row in validation.comparisons if row["record"] in shown)
+    measured = [
+        row | rig_scene_line(row["defect"], rig[row["defect"]], stored) for row in measured_rows(of_shown, model_runs)
+    ]
+    published = list(published_rows(table6(), paper, runs))
+    keys = dict.fromkeys(key for one in (*published, *measured) for key in one)
+    rollers = validation.case.known_bearing.rolling_elements
+    return {
+        "table6": [keys | row for row in (*published, *measured)],  # a missing value is None
+        "closure": tuple(check_table6_sums(published, measured, rollers)),
+        "comparisons": records(every[every["record"].isin(shown)]),
         "bias": biases(every, used_for="withheld"),
-        "pictures": [row for state in models for row in picture_rows(state, found.sides_of(state), levels)],
-        "runs": [run_facts(name, run) for name, run in runs.items()],
-        "scene": scene_dict(runs["paper-outer"].scene) | {"geometry": vars(bearing.geometry)},
     }
 
 
@@ -162,13 +257,14 @@ def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
     return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
 
 
-def near_cage_rows(judged: Iterable[Row], ratios: Iterable[Row], change: Row) -> list[Row]:
-    """List the rig's cage ratios (`ratios`) and their `change` with speed, each with the model's errors (`judged`)."""
-    rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
+def near_cage_rows(data: Mapping[str, Any]) -> list[Row]:
+    """List the rig's cage ratios and their change with speed, with the model's errors; for `data` see `cage_rows`."""
+    change = data["trend"]
+    rig = {f"{one['nominal_rpm']:g} rpm": one for one in data["cage_ratios"] if one["of"] == "mean"}
     known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
     known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
     rows = dict[str, Row]()
-    for one in judged:
+    for one in data["verdicts"]:
         value, ci95, unit = known.get(one["endpoint"], (None, None, ""))
         of_rig = {"rig": value, "rig_ci95": ci95, "unit": unit, "error_unit": "%"}
         row = rows.setdefault(one["endpoint"], {"quantity": f"cage ratio, {one['endpoint']}"} | of_rig)

@@ -18,8 +18,8 @@ from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.recordings import Origin
-from srbval.report.findings.provenance import provenance
 from srbval.report.findings.records import SpectrumView, first_lines, marked_line, record_views, spectrum_view
+from srbval.report.pages import provenance
 from srbval.storage.json_files import to_json
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.compare import compare_pair, table_of
@@ -97,8 +97,7 @@ def gather_user_records(
     analyses = [record.analysis for record in records]
     used = [one.recording for one in (*analyses, *(r.baseline.analysis for r in records if r.baseline is not None))]
     names = {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
-    facts = provenance(runs, ()) | {"recordings": names}
-    return tuple(records), failed, {key: value for key, value in facts.items() if value}
+    return tuple(records), failed, provenance(runs, names)
 
 
 def _model_side(

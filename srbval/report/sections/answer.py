@@ -7,6 +7,7 @@ from typing import Any
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
+from srbval.comparison.counterpart import PAPER_STATES
 from srbval.report.blocks import Callout, Figure, FigureGrid, ReportRow, ReportTable, Tone, VerdictBox
 from srbval.report.figures.signals import draw_thumbnail
 from srbval.report.figures.style import Panel
@@ -39,8 +40,8 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
     origin = {
         "machine": data["provenance"]["machine"]["processor"],
         "version": __version__,
-        "runs": len(findings.runs),
-        "readings": len(data["pairs"]) + len(findings.analyses["paper"]),
+        "runs": len(findings.data["runs"]),
+        "readings": len(data["pairs"]) + len(PAPER_STATES),
         "stored": stored_sentence(findings.results.values()),
         "records": used_sentence(data["comparisons"], data["cage_readings"]),
     }
@@ -149,7 +150,7 @@ def _thumbnails(findings: Findings) -> FigureGrid:
     """Arrange thumbnails of the paper's Figures 11 to 14, model beside rig; each caption states if both are alike."""
     shown: list[Figure] = []
     for name, state in THUMBNAILS.items():
-        kind, sides = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
+        kind, sides = PAPER_FIGURES[name[:2]][0], [side[state] for side in findings.views.values()]
         tops = shared_limits(sides) | {"spectrum": HEAD_ROOM * max(peak_amplitude(one, SPECTRUM_HZ) for one in sides)}
         plot = Panel(draw_thumbnail, sides, kind, SPECTRUM_HZ, tops[kind])
         words: dict[str, Any] = {"number": name[:2], "kind": kind, "state": state.label}

@@ -50,15 +50,16 @@ def records_blocks(findings: Findings) -> Iterator[Block]:
         yield RECORD_TEXTS.callout("problems", tone=Tone.WARNING, files=len({row["file"] for row in rows}))
         more = [RECORD_TEXTS.text("more", more=len(rows) - MAX_LISTED)] if len(rows) > MAX_LISTED else []
         yield Listing((*(RECORD_TEXTS.text("problem", **row) for row in rows[:MAX_LISTED]), *more))
-    readings = findings.frame("cage_readings")
-    ci95 = NORMAL_95 * (readings["reading_u"] ** 2 + readings["speed_u"] ** 2) ** 0.5
-    names = [record_words(Path(record).stem) for record in readings["record"]]
-    yield RECORD_TEXTS.table("records", readings.assign(name=names, ratio_ci95=ci95))
+    readings = []
+    for one in findings.data["cage_readings"]:
+        ci95 = NORMAL_95 * (one.reading_u**2 + one.speed_u**2) ** 0.5
+        readings.append(vars(one) | {"name": record_words(Path(one.record).stem), "ratio_ci95": ci95})
+    yield RECORD_TEXTS.table("records", readings)
 
 
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
     """Make the last section: rig records, limitations, glossary, and the command that repeats the report."""
-    axial = any(pair["measured_facts"]["axial_n"] for pair in findings.validation.pairs.to_dict("records"))
+    axial = any(pair["measured_facts"]["axial_n"] for pair in findings.data["pairs"])
     limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
     sources = [COMMAND_TEXTS.text("recordings", **vars(one)) for one in findings.datasets]
     return LIMIT_TEXTS.section(

@@ -11,7 +11,6 @@ from srbval.comparison.comparison import Row, Verdict
 from srbval.comparison.table6 import Published
 from srbval.report.blocks import REPORT_SCHEMA, Block, Heading, Listing, Report, ReportTable, Section, VerdictBox
 from srbval.report.figures.style import Panel
-from srbval.report.findings.provenance import provenance
 from srbval.report.prose import Prose, literal
 from srbval.report.sections.answer import VERDICT_TONES, worst_tone
 from srbval.report.sections.assemble import provenance_section
@@ -23,10 +22,9 @@ CASE_TEXTS = Prose("srbval.report", "texts/case.md")
 MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
 
 
-def assemble_case(result: Validation, grids: Mapping[int, tuple[Block, ...]], *, command: str) -> Report:
-    """Build the report of a validation; `grids` are figures by pair number, `command` repeats the validation."""
+def assemble_case(result: Validation, grids: Mapping[int, tuple[Block, ...]], origin: Mapping[str, Any]) -> Report:
+    """Build the report of a validation; `grids` are figures by pair number; for `origin` see `assemble_trend`."""
     case, table, rows = result.case, result.table, result.errors_pct
-    origin = {"command": command, **provenance((), ())}
     listed = ", ".join(f"{row['quantity']} {row['error']:+.3f} %" for row in rows[:8])
     picture = CASE_TEXTS.figure("errors", Panel(draw_errors, rows), wide=False, listed=listed) if rows else None
     shown, levels = frequency_table(table), table[table["unit"] == "dB"]

@@ -5,6 +5,7 @@ kind of figure, computed quantities decide whether model and rig are alike.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -16,7 +17,7 @@ from srbval.recordings import Origin
 from srbval.report.blocks import Figure, FigureGrid, ReportRow, Section
 from srbval.report.figures import style
 from srbval.report.figures.signals import draw_acceleration, draw_scalogram, draw_spectrum
-from srbval.report.figures.style import Drawing, Panel, PanelData, new_axes
+from srbval.report.figures.style import Panel, PanelData, new_axes
 from srbval.report.findings import records
 from srbval.report.findings.findings import Findings, picture_rows
 from srbval.report.findings.records import RecordView, SpectrumView
@@ -51,13 +52,13 @@ def figures_section(findings: Findings) -> Section:
         spectra = [_spectrum(side, state) for side in views.values()]
         top = PANEL_LABEL_ROOM * max(records.peak_amplitude(view.record, SPECTRUM_HZ) for view in spectra)
         for view, *letter in zip(spectra, letters, "ab", strict=True):
-            plots = drawings(view, state, scale | {"spectrum": top}, *letter)
+            made = panels_of(view, state, scale | {"spectrum": top}, *letter)
             for number, (kind, states) in PAPER_FIGURES.items():
                 label = f"{number}{letter[kind == 'spectrum']}"
                 if state in states:
-                    options = {"explore": explore_spectrum(view)} if kind == "spectrum" else {}
-                    options |= {"id": f"fig{label}", "label": f"Figure {label}"}
-                    panels[number].append(panel_figure(kind, plots[kind], view, state, **options))
+                    explore = explore_spectrum(view) if kind == "spectrum" else ""
+                    own = replace(made[kind], id=f"fig{label}", label=f"Figure {label}", explore=explore)
+                    panels[number].append(own)
     sentences = {"12": level_sentence(pictures, "5xBPFO", "fifth")}
     sentences["13"] = level_sentence(pictures, "BPFI sidebands", "sidebands")
     grids = []
@@ -87,20 +88,24 @@ def shared_limits(views: Sequence[RecordView]) -> dict[str, float]:
     return {"acceleration": HEAD_ROOM * highest, "scalogram": float(brightest)}
 
 
-def drawings(
+def panels_of(
     view: SpectrumView, state: Fault, scale: Mapping[str, float], letter: str = "", spectrum_letter: str = ""
-) -> dict[str, Panel]:
-    """Prepare a record's panels by kind; `scale` contains the ends of their amplitude axes or colour scales by kind."""
-    record = view.record
+) -> dict[str, Figure]:
+    """Make a record's panels by kind; `scale` contains the ends of their amplitude axes or colour scales by kind."""
+    record, (low_hz, high_hz) = view.record, SCALOGRAM_HZ
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
     line = record.analysis.line_of(state) if state.line else None
     period = (f"1/{line.name}", 1 / line.kinematic_hz) if line else None
     head: dict[str, Any] = {"letter": letter, "title": title}
-    return {
+    plots = {
         "acceleration": Panel(draw_acceleration, record, limit=scale["acceleration"], period=period, **head),
         "spectrum": Panel(draw_spectrum, view, top=scale["spectrum"], letter=spectrum_letter, title=title, brief=True),
         "scalogram": Panel(draw_scalogram, record, state, top=scale["scalogram"], **head),
     }
+    side = "rig" if record.origin is Origin.MEASURED else "model"
+    words: dict[str, Any] = {"badge": record.origin, "who": f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"}
+    words |= {"low_hz": low_hz, "high_hz": high_hz, "end_hz": view.end_hz, "line": state.line or "no line"}
+    return {kind: FIGURE_TEXTS.figure(kind, plot, **words) for kind, plot in plots.items()}
 
 
 def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> str:
@@ -133,15 +138,6 @@ def explore_spectrum(view: SpectrumView) -> str:
     return json_text(axes | {"curves": curves, "marks": marks, "x_per_order": view.record.shaft_hz})
 
 
-def panel_figure(kind: str, plot: Drawing, view: SpectrumView, state: Fault, **options: Any) -> Figure:
-    """Make the figure of one panel of a record in the bearing state `state`, with the `options` of `Prose.figure`."""
-    record, (low_hz, high_hz) = view.record, SCALOGRAM_HZ
-    side = "rig" if record.origin is Origin.MEASURED else "model"
-    options |= {"badge": record.origin, "who": f"{side}, {state.label}, {60 * record.shaft_hz:.2f} rpm"}
-    options |= {"low_hz": low_hz, "high_hz": high_hz, "end_hz": view.end_hz, "line": state.line or "no line"}
-    return FIGURE_TEXTS.figure(kind, plot, **options)
-
-
 def pair_figures(one: PairReading) -> tuple[FigureGrid, ...]:
     """Draw waveform, spectrum and scalogram of model and rig at once; if one is missing, only of the other.
 
@@ -157,9 +153,10 @@ def pair_figures(one: PairReading) -> tuple[FigureGrid, ...]:
     top = PANEL_LABEL_ROOM * max(one.highest for one in spectra)
     scale = shared_limits(views) | {"spectrum": top}
     for view, spectrum in zip(views, spectra, strict=True):
-        for kind, plot in drawings(spectrum, state, scale).items():
-            name, draw = f"pair-{one.number}-{kind}-{view.origin.value}", partial(style.write_files, plot.files())
-            kinds[kind].append(panel_figure(kind, draw, spectrum, state, id=name, label=f"Pair {one.number}"))
+        for kind, panel in panels_of(spectrum, state, scale).items():
+            assert isinstance(panel.draw, Panel)
+            name, draw = f"pair-{one.number}-{kind}-{view.origin.value}", partial(style.write_files, panel.draw.files())
+            kinds[kind].append(replace(panel, id=name, label=f"Pair {one.number}", draw=draw))
     if len(views) < 2:
         alike = dict.fromkeys(kinds, PAIR_TEXTS.text("one-side"))
     else:

@@ -16,31 +16,28 @@ TABLE6_TEXTS, SPEED_TEXTS, NEAR_TEXTS = (
     Prose("srbval.report", f"texts/{name}.md") for name in ("table6", "speed_or_slip", "near")
 )
 RATIO_LOOK = {"ms": 5.5, "mew": 1.2, "elinewidth": 1.4, "capsize": 3.5, "zorder": 5}
+CLOSED = {True: "yes", False: "no", None: "no interval"}
 SCENE_LOOKS = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}
 
 
 def table6_section(findings: Findings) -> Section:
     """Make the section on errors of BPFO and BPFI at the rig's speed, their uncertainty, and the sums of both lines."""
-    rows, sums = findings.frame("table6"), findings.frame("closure")
-    rows["name"] = [f"{Fault(defect).code} ({line})" for defect, line in zip(rows["defect"], rows["line"], strict=True)]
-    measured = rows[rows["rig_source"] == "measured"]
-    at_rig = measured.assign(
-        model_hz_badge="simulated",
-        rig_hz_badge="measured",
-        rig_hz_ci95=measured["rig_ci95_hz"],
-        verdict_tone=measured["verdict"].map(VERDICT_TONES),
-    )
-    rollers = findings.bearing.rolling_elements
-    closed = sums["closed"].map({True: "yes", False: "no"}).fillna("no interval")
-    shown = sums.assign(source_badge=sums["origin"], total_ci95=sums["ci95"], closed=closed)
-    difference = sums.loc[sums["origin"] == "simulated", "slip_difference"].iloc[0]
-    own = SPEED_TEXTS.text("own", slip_difference=difference)
+    measured, badges = [], {"model_hz_badge": "simulated", "rig_hz_badge": "measured"}
+    for row in (row for row in findings.data["table6"] if row["rig_source"] == "measured"):
+        own = {"name": f"{Fault(row['defect']).code} ({row['line']})", "rig_hz_ci95": row["rig_ci95_hz"]}
+        measured.append(row | badges | own | {"verdict_tone": VERDICT_TONES[row["verdict"]]})
+    sums = [
+        row | {"source_badge": row["origin"], "total_ci95": row["ci95"], "closed": CLOSED[row["closed"]]}
+        for row in findings.data["closure"]
+    ]
+    rollers = sums[0]["rolling_elements"]
+    of_model = next(row for row in sums if row["origin"] == "simulated")
     return TABLE6_TEXTS.section(
         origin_line(findings.results, "inputs"),
-        TABLE6_TEXTS.table("table-6-rig-speed", at_rig, more_notes=[parts_sentence(measured.to_dict("records"))]),
+        TABLE6_TEXTS.table("table-6-rig-speed", measured, more_notes=[parts_sentence(measured)]),
         TABLE6_TEXTS.paragraph("how-to-read"),
         SPEED_TEXTS.paragraph("intro", rollers=rollers),
-        SPEED_TEXTS.table("sum-rule-table", shown, rollers=rollers, more_notes=[own]),
+        SPEED_TEXTS.table("sum-rule-table", sums, rollers=rollers, more_notes=[SPEED_TEXTS.text("own", **of_model)]),
     )
 
 
@@ -56,8 +53,8 @@ def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
 
 def near_section(findings: Findings) -> Section:
     """Make the section on the model's errors in cage ratios and vibration levels, with a figure of the cage ratios."""
-    data, ratios = findings.data, findings.frame("cage_ratios")
-    summaries = ratios[ratios["of"] != "record"].to_dict("records")
+    data = findings.data
+    summaries = (row for row in data["cage_ratios"] if row["of"] != "record")
     values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
     low, high = data["trend"]["between_records_ci95_pct"]
     return NEAR_TEXTS.section(

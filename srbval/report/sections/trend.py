@@ -17,8 +17,8 @@ COLOURS, LINE_MARKERS = (BLUE, VERMILION, PURPLE, ORANGE), "osD^"
 MAX_MARKED = 60  # points of a curve that is drawn with a marker at each point
 
 
-def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any]) -> Report:
-    """Build the page of a trend; `command` is printed as the command that repeats it."""
+def assemble_trend(trend: Trend, origin: Mapping[str, Any]) -> Report:
+    """Build the page of a trend; `origin` is its provenance and the command that repeats it."""
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
     pictures = [_levels(trend, one, f"levels-{number}") for number, one in enumerate(trend.channels, start=1)]
     first = pictures.pop(trend.channels.index(trend.alarm) if trend.alarm else 0)
@@ -27,7 +27,7 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
         title=TREND_TEXTS.text("title", records=len(trend.channels[0].points)),
         subtitle=TREND_TEXTS.text("subtitle", time_from=trend.time_from),
         verdict=VerdictBox(tone=tone, headline=literal(trend.answer), points=points, figure=first),
-        sections=(TREND_TEXTS.section(*pictures), provenance_section({"command": command, **provenance})),
+        sections=(TREND_TEXTS.section(*pictures), provenance_section(origin)),
     )
 
 

@@ -35,16 +35,15 @@ ALARM_TONES = {"yes": Tone.BAD, "check": Tone.WARNING, "-": Tone.NEUTRAL, "no": 
 def assemble_user_report(
     records: Sequence[UserRecord],
     *,
-    command: str,
-    provenance: Mapping[str, Any],
+    origin: Mapping[str, Any],
     failed: Sequence[FailedFile] = (),
     others: Sequence[Mapping[str, Any]] = (),
 ) -> Report:
-    """Build the report on a user's recordings; `command` is printed as the command that repeats it.
+    """Build the report on a user's recordings; `origin` is its provenance and the command that repeats it.
 
     `others` are JSON documents of recordings without a section.
     """
-    origin, first = {"command": command, **provenance}, records[0].analysis
+    first = records[0].analysis
     summaries = summary_rows(records, others)
     with_channel = len({row["name"] for row in summaries}) < len(summaries)
     names = [f"{row['name']} {row['channel'] or ''}" if with_channel else row["name"] for row in summaries]
