@@ -154,9 +154,9 @@ srbval.trend("speeds").time_from == "the campaign's cases" and len(srbval.featur
 srbval.load_campaign("speeds").to_xarray(signals=True).acceleration_y_m_s2.std("time_s")
 """
 WRONG = {
-    r"give it with rpm\.": "srbval.analyse(table, bearing='skf-6205')",
-    r"engine dask or engine\.": "srbval.choose_engine(adapt=True)",
-    "use model full": "srbval.simulate(srbval.paper_scene(model='line', defect='roller'))",
+    r"give it with rpm=\.\.\.": "srbval.analyse(table, bearing='skf-6205')",
+    r'engine="dask" or engine=\.\.\.': "srbval.choose_engine(adapt=True)",
+    'use model="full"': "srbval.simulate(srbval.paper_scene(model='line', defect='roller'))",
     "none.csv: no such file": "srbval.trend('speeds', times='none.csv')",
     "'none' is not known": "srbval.validate(changes={'bearing': 'none'}, simulated=run, measured=mine, state='outer')",
 }

@@ -118,13 +118,17 @@ ALIASES = {
 
 
 # Keywords of options that are named neither like a setting nor like the option.
-KEYWORDS = {"tolerance": "tolerance_pct", "cage_slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
-KEYWORDS |= {"least_limit": "least_limit_s", "dt": "solver", "elements": "bearing", "orders": "bearing"}
-KEYWORDS |= {"cluster_option": "cluster_options", "cross_from": "cross", "no_pdf": "formats"}
-KEYWORDS |= {"cluster_class": "engine", "scheduler": "engine", "o": "folder"}
+KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
+KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solver": 'solver={"name": ...}'}
+KEYWORDS |= {kind: f'bearing="{kind} ..."' for kind in ("elements", "orders")}
+KEYWORDS |= {"cluster-option": "cluster_options", "cross-from": "cross", "no-pdf": 'formats=("html", "json")'}
+KEYWORDS |= {"cluster-class": "engine", "scheduler": "engine"}
+# Words after an option that are its value; others continue the sentence.
+OPTION_VALUES = "|".join(map(re.escape, sorted({*UNITS, *(fault.value for fault in Fault)} - {"in"}, reverse=True)))
+OPTION_VALUES += r"|auto|dask|full|impulse|kinematic|line|local|planar|slices|dask_jobqueue\.\w+|\w+-\d+"
 OPTION = re.compile(
-    r"(`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
-    r"|(?<![\w-])(?:--|-(?=o\b))([a-z][a-z-]*)(?: (?=[A-Z\d']|\S+ \|))?"
+    r"`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$)|(?<![\w-])(?:-o\b|--([a-z][a-z-]*)"
+    rf"( (?:LO HI|(?:{OPTION_VALUES})(?![\w/|]| \|)|(?=[A-Z\d']|\S+ \|)))?)"
 )
 
 
@@ -132,8 +136,12 @@ def with_keywords(text: str) -> str:
     """Replace options in an error message by keyword arguments (``--rpm R`` by ``rpm=R``), not in quoted commands."""
 
     def keyword(found: re.Match[str]) -> str:
-        option = (found[2] or "").replace("-", "_")
-        return found[1] or (KEYWORDS | ALIASES).get(option, option) + "=" * found[0].endswith(" ")
+        option, value = found[1], (found[2] or " ...").strip()
+        if option is None:
+            return "folder" if found[0] == "-o" else found[0]
+        word = KEYWORDS.get(option) or ALIASES.get(option.replace("-", "_"), option.replace("-", "_"))
+        value = "(LO, HI)" if value == "LO HI" else f'"{value}"' if value.strip(".") else value
+        return word if "=" in word or " " in word else f"{word}={value}"
 
     return OPTION.sub(keyword, text)
 

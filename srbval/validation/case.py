@@ -11,7 +11,7 @@ import glob
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +22,10 @@ from srbval.models.run import Run
 from srbval.recordings import Recording, RecordingSettings, recording_from_run
 from srbval.recordings.registry import RecordSource, find_shipped, listing, shipped_recordings
 from srbval.recordings.settings import settings_of
-from srbval.scene import merge
 from srbval.storage.files import atomic_write
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import to_json
-from srbval.storage.tables import Limited, build, limited, nest_value, read_toml, toml_text
+from srbval.storage.tables import Limited, build, limited, read_toml, toml_text
 
 USES = ("fit", "withheld", "blind")
 IN_PLACE = ("elements", "orders")  # tables of a bearing that a case may contain
@@ -174,15 +173,21 @@ def case_of_signals(
 
 
 def _changed(document: dict[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the table of a case with the `changes`, by dotted key."""
-    return reduce(merge, (nest_value(key, value) for key, value in (changes or {}).items()), document)
+    """Write the `changes`, by dotted key, into the table of a case, and return the table."""
+    for key, value in (changes or {}).items():
+        table, _, name = key.rpartition(".")
+        owner = document.setdefault(table, {}) if table else document
+        if not isinstance(owner, dict):
+            raise ConfigurationError(f"{key}: {table!r} of the case is not a table; change {table!r} as a whole.")
+        owner[name] = value
+    return document
 
 
 def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> ValidationCase:
     where = "case" if path is None else str(path)
     if "path" in document:
         raise ConfigurationError(f"{where}: unknown key 'path'.")
-    document = _changed(document, changes)
+    _changed(document, changes)
     for pair in document["pair"] if isinstance(document.get("pair"), list) else ():
         for side in ("simulated", "measured"):
             if isinstance(pair, dict) and side in pair:
