@@ -19,6 +19,7 @@ STEADY_WEIGHT = 2.0  # prior weight of no jitter
 # Range of the search for the mean frequency, in bins and in its standard errors, and its step.
 REACH_BINS, REACH_ERRORS = 1.5, 4.0
 STEP, FINEST_BINS = 0.6, 0.08
+LEAST_DENSITY = 1e-18  # of a normalised phase density, below the rounding errors of its transform
 _FIRST_ROUNDS, _LATER_ROUNDS = 5, 2
 _ORDER = np.arange(CIRCLE // 2 + 1)
 _STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and of the density that joins all jitters
@@ -94,7 +95,8 @@ def _steps(step_rad2: FloatArray, mean_step_rad: FloatArray) -> ComplexArray:
 
 def _stepped(density: FloatArray, steps: ComplexArray) -> FloatArray:
     """Convolve each phase density [b, CIRCLE] with a density of phase steps, given by Fourier coefficients `steps`."""
-    return np.maximum(scipy.fft.irfft(scipy.fft.rfft(density, axis=1) * steps, n=CIRCLE, axis=1), 0.0)
+    stepped = scipy.fft.irfft(scipy.fft.rfft(density, axis=1) * steps, n=CIRCLE, axis=1)
+    return np.maximum(stepped, LEAST_DENSITY)  # so that blocks which contradict each other leave some phase possible
 
 
 def _rotations(number: FloatArray, circle: int) -> ComplexArray:
