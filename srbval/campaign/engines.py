@@ -81,12 +81,8 @@ class Engine:
 def run_in_processes(jobs: int, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
     """Run cases in `jobs` processes of this machine and yield the results; closing the generator ends the processes."""
     processes = [case_process() for _ in range(jobs)]
-    free = list(processes)
-
-    def take_process() -> None:
-        this_thread.process = free.pop()
-
-    pool = ThreadPoolExecutor(jobs, initializer=take_process)
+    free = iter(processes)
+    pool = ThreadPoolExecutor(jobs, initializer=lambda: setattr(this_thread, "process", next(free)))
     try:
         yield from run_tasks(pool.submit, tasks)
     finally:

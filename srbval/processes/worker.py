@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, as_completed, wait
 from pathlib import Path
@@ -133,13 +134,8 @@ class WorkerProcess:
         process = self.start()
         assert process.stdin is not None
         assert process.stdout is not None
-        over = threading.Event()
-
-        def end() -> None:
-            over.set()
-            self.kill()
-
-        timer = threading.Timer(limit_s or 0.0, end)
+        started = time.monotonic()
+        timer = threading.Timer(limit_s or 0.0, self.kill)
         timer.daemon = True
         try:
             if limit_s is not None:
@@ -148,13 +144,14 @@ class WorkerProcess:
             process.stdin.flush()
             return pickle.load(process.stdout)
         except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: the pipe was closed meanwhile
+            over = limit_s is not None and time.monotonic() >= started + limit_s
             how = f"it stopped answering and did not end within {TERMINATION_S:g} s"
             with contextlib.suppress(subprocess.TimeoutExpired):
                 names, code = {one.value: one.name for one in signal.Signals}, process.wait(TERMINATION_S)
                 how = f"signal {names[-code]}" if -code in names else f"exit code {code}"
             self.kill()  # also its group
             self.close()
-            raise (OverLimitError if over.is_set() else DiedError)(how) from None
+            raise (OverLimitError if over else DiedError)(how) from None
         finally:
             timer.cancel()
 

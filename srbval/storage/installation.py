@@ -80,10 +80,12 @@ def git_revision() -> str | None:
     return f"{revision}-dirty" if changed else revision
 
 
-def cache_folder(kind: str) -> Path:
-    """Folder of one `kind` of cached content (``kernels``, ``results``, ...); it may not exist yet."""
+def cache_folder(kind: str = "") -> Path:
+    """Folder of one `kind` of cached content (``kernels``, ``results``, ...), or of all; it may not exist yet."""
+    import platformdirs
+
     base = os.environ.get(KERNEL_VARIABLE) if kind == KERNELS else None
-    return (Path(base, "srbval") if base else _root()) / kind
+    return Path(base, "srbval", kind) if base else Path(platformdirs.user_cache_dir("srbval"), kind)
 
 
 def cache_use() -> list[dict[str, Any]]:
@@ -91,7 +93,7 @@ def cache_use() -> list[dict[str, Any]]:
 
     The keys of a row are `kind`, `folder`, number of `files` and `size_bytes`.
     """
-    kinds = {path.name for path in _root().iterdir()} if _root().is_dir() else set()
+    kinds = {path.name for path in cache_folder().glob("*")}
     found = []
     for kind in (kind for kind in sorted(kinds | {KERNELS}) if cache_folder(kind).is_dir()):
         sizes, folder = [], cache_folder(kind)
@@ -105,8 +107,7 @@ def cache_use() -> list[dict[str, Any]]:
 def clear_cache(*kinds: str) -> list[dict[str, Any]]:
     """Delete the folders of these `kinds` (default: all) and return their size; an unknown kind is an error."""
     found = {use["kind"]: use for use in cache_use()}
-    unknown = [kind for kind in kinds if kind not in found]
-    if unknown:
+    if unknown := [kind for kind in kinds if kind not in found]:
         raise ConfigurationError(f"the cache contains no {unknown[0]!r}. It contains: {', '.join(found) or 'nothing'}.")
     chosen = [found[kind] for kind in kinds or found]
     for use in chosen:
@@ -115,9 +116,3 @@ def clear_cache(*kinds: str) -> list[dict[str, Any]]:
         except OSError as error:
             raise DataError(f"{use['folder']}: cannot be deleted ({error.strerror or error}).") from None
     return chosen
-
-
-def _root() -> Path:
-    import platformdirs
-
-    return Path(platformdirs.user_cache_dir("srbval"))

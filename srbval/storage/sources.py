@@ -72,8 +72,7 @@ def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True)
         parts = source.relative_to(package.parent).with_suffix("").parts
         known[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = source
     known.pop(package.name, None)
-    missing = [module for module in modules if module not in known]
-    if missing:
+    if missing := [module for module in modules if module not in known]:
         raise ModuleNotFoundError(f"no module {missing[0]!r} in {package}")
     found: set[Path] = set()
     waiting = [file for module in modules for file in _run_by(module, known)]

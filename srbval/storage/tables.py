@@ -127,15 +127,13 @@ def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -
     raise ConfigurationError(f"{table} {field.name} = {value} must be {in_words}.")
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; raises `DataError` if it cannot be read, `ConfigurationError` if it is malformed."""
-    return parse_toml(read_limited(path), path)
+def read_toml(path: Path, content: bytes | None = None) -> dict[str, Any]:
+    """Read a TOML file, or parse its `content` if given.
 
-
-def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
-    """Parse the `content` of the TOML file `path`; raises `ConfigurationError` if it is malformed."""
+    Raises `DataError` if the file cannot be read, `ConfigurationError` if it is malformed.
+    """
     try:
-        text = content.decode("utf-8-sig")
+        text = (read_limited(path) if content is None else content).decode("utf-8-sig")
         if long := LONG_KEY.search(text):
             raise ValueError(f"the key {long[0][:40]!r}... has more than {LONGEST_KEY} parts separated by dots")
         return tomllib.loads(text)
@@ -201,8 +199,7 @@ def build(cls: type[T], table: object, where: str) -> T:
             raise ConfigurationError(f"{where}: give only one of the keys {without_unit(fields[name])!r} and {name!r}.")
         values[name] = _read_value(raw, hints[name], f"{where}.{key}", partial(_read_number, fields[name], key))
     required = (n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING)
-    missing = [n for n in required if n not in values]
-    if missing:
+    if missing := [n for n in required if n not in values]:
         raise ConfigurationError(f"{where}: missing key {missing[0]!r}.")
     return cls(**values)
 
