@@ -173,10 +173,9 @@ class WorkerProcess:
         process, self._process = self._process, None
         if process is None:
             return
-        for stream in (process.stdin, process.stdout):
+        for stream in filter(None, (process.stdin, process.stdout)):
             with contextlib.suppress(OSError):
-                if stream is not None:
-                    stream.close()
+                stream.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(TERMINATION_S)
 

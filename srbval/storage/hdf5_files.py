@@ -20,10 +20,9 @@ CHECKSUM = "srbval_checksum"  # attribute of HDF5 files with a checksum
 SUMMARY_FOOTER = b"\nsrbval summary %07d sha256 "  # with the length of the summary [bytes]; the digest and \n follow
 END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
 FOOTER_BYTES = len(SUMMARY_FOOTER % 0) + 65
-HDF5_SCHEMA_VERSION = 1
 HDF5 = "HDF5", (".h5", ".hdf5", ".nc")  # with its suffixes
 ATTRIBUTES: dict[str, Any] = {
-    "schema_version": HDF5_SCHEMA_VERSION,
+    "schema_version": 1,
     CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
 }
 CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets

@@ -109,8 +109,7 @@ class StoredResult:
     def why_stale(self, now: Fingerprint | None = None) -> str | None:
         """Reason why the result is out of date, by the fingerprint `now` (default: the reference); None if it is valid.
 
-        A fingerprint contains numbers that describe the behaviour of each program part. Evidence (a reproducible
-        result) is stale if it was computed from a working tree with uncommitted changes, if its study has been changed
+        Evidence is stale if it was computed from a working tree with uncommitted changes, if its study has been changed
         since, or if the fingerprint of a program part on which it depends has changed. Other kinds are never stale.
         """
         if self.kind is not ResultKind.EVIDENCE:

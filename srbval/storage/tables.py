@@ -6,6 +6,7 @@ key ``radial`` is refused, so that no file is read in the wrong unit. A dataclas
 inherits from `Limited`, which checks each new instance, including the result of `dataclasses.replace`.
 """
 
+import contextlib
 import dataclasses
 import enum
 import json
@@ -257,10 +258,8 @@ def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberR
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
     for hint in others:
-        try:
+        with contextlib.suppress(ConfigurationError):
             return _read_value(raw, hint, where, number)
-        except ConfigurationError:
-            continue
     return _read_value(raw, last, where, number)
 
 

@@ -57,8 +57,7 @@ def sweep(
     (default: one per core). `task` is the name shown with the progress.
     """
     rows = [dict(row) for row in cases.to_dict("records")]
-    made = [scenes_of(row) for row in rows]
-    scenes = [one if isinstance(one, tuple) else (one,) for one in made]
+    scenes = [one if isinstance(one, tuple) else (one,) for one in map(scenes_of, rows)]
     ours = measure.__module__.startswith("srbval.")
     store = ContentStore(kind="sweep", computed_by=measure.__module__ if ours else __name__)
     code = "" if ours else inspect.getsource(measure)
