@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.results import COMPUTED_BY, SIGNAL_COLUMNS, Output
-from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
+from srbval.errors import ConfigurationError, DataError, NumericsError, UnknownNameError
 from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
 from srbval.models.solvers import METHODS
@@ -237,9 +237,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
     except UnknownNameError as error:
         known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
         raise ConfigurationError(f"campaign {campaign.name}, case {index}: {error}{known} Nothing was run.") from None
-    except DataError:
-        raise
-    except SrbvalError as error:
+    except (ConfigurationError, NumericsError) as error:
         key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
         return CampaignCase(index=index, key=key, point=point, refused=str(error))
     planned_s, expected_s = cost_of(scene)

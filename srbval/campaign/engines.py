@@ -20,7 +20,6 @@ from srbval.processes.worker import without_ctrl_c
 from srbval.storage.installation import import_library
 
 LOCAL, DASK = "local", "dask"
-LOCAL_CLUSTER = "distributed.LocalCluster"
 MAX_SUBMITTED_CASES = 1000  # enough for any cluster, and few enough to keep the scenes in memory
 WORKER_CHECK_S = 2.0  # time without a result after which `check` is called
 JOB_MEMORY = "2 GB"
@@ -52,18 +51,16 @@ def run_tasks(
             future.add_done_callback(ended.put)
         if not running:
             return
+        future = None
         try:
             future = ended.get(timeout=WORKER_CHECK_S)
-        except Empty:
-            check()
-            continue
-        try:
             result = future.result(timeout=WORKER_CHECK_S)
         except lost:
             reason = "its worker was lost each time it was tried; the other cases were run"
             result = write_failure(running[future], CRASHED, reason)
-        except TimeoutError:  # Dask lost the worker before the result arrived, and repeats the case
-            ended.put(future)
+        except (Empty, TimeoutError):
+            if future is not None:  # Dask lost the worker before the result arrived, and repeats the case
+                ended.put(future)
             check()
             continue
         del running[future]
@@ -143,11 +140,10 @@ def _dask_client(cluster: Any, cluster_name: str) -> Iterator[Any]:
 def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
     """Start a Dask cluster of class `kind` with `workers` workers, and end it on exit.
 
-    If `kind` submits batch jobs, each worker is a job with one core, which runs one case at a time. The option `cores`
-    sets another number of cores, which is also the number of cases at a time. Queue, account and time limit come from
-    the options or from Dask's configuration, ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With
-    `adapt`, Dask starts and ends workers as needed, at most `workers`. Dask's web dashboard is off unless the options
-    or the configuration contain its address.
+    If `kind` submits batch jobs, each worker is a job with one core, which runs one case at a time; the option `cores`
+    sets another number of both. Queue, account and time limit come from the options or from Dask's configuration,
+    ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With `adapt`, Dask starts and ends workers as needed,
+    at most `workers`. Dask's web dashboard is off unless the options or the configuration contain its address.
     """
     import dask
 
@@ -213,7 +209,7 @@ def choose_engine(
     if running:
         title, cluster = f"{DASK} at {title}" if isinstance(engine, str) else DASK, engine
     else:
-        kind = _dask_class(engine if queued else LOCAL_CLUSTER)
+        kind = _dask_class(engine if queued else "distributed.LocalCluster")
         title = f"{DASK} {kind.__name__}"
         cluster = functools.partial(start_cluster, kind, workers, cluster_options or {}, adapt=adapt)
     wait_s = wait_s or (QUEUE_WAIT_S if queued and not running else WAIT_S)

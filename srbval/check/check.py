@@ -97,8 +97,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
         "axial_rms_m_s2": float(run.acceleration_m_s2[:, 2].std()),
         "across_rms_m_s2": float(run.acceleration_m_s2[:, 0].std()),
     }
-    for name, band_hz in BANDS_HZ.items():
-        found[f"rms {name} Hz_m_s2"] = band_rms(along, fs_hz, band_hz)
+    found |= {f"rms {name} Hz_m_s2": band_rms(along, fs_hz, band_hz) for name, band_hz in BANDS_HZ.items()}
     estimates = run.step_error.estimates if run.step_error else ()
     return found | {f"step error of {one.of}": round(one.error, 9) for one in estimates}
 

@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, as_completed, wait
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import Any, TypeVar
 
 from srbval.errors import DataError
 from srbval.processes.machine import is_single_threaded, usable_cores
@@ -192,8 +192,7 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
     try:
         answers = os.fdopen(os.dup(1), "wb")
         os.dup2(2, 1)  # output of libraries must not mix with the answers
-        requests: queue.Queue[tuple[Any, float | None]] = queue.Queue()
-        threading.Thread(target=_receive_requests, args=(os.fdopen(os.dup(0), "rb"), requests), daemon=True).start()
+        requests = end_with_input()
         answer = load()
         with Path(os.devnull).open("w") as nowhere:
             while True:
@@ -211,26 +210,24 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
         os._exit(1)
 
 
-def end_with_input() -> None:
-    """End this process when its standard input is closed, which happens when its parent ends."""
+def end_with_input() -> queue.Queue[Any]:
+    """Start a thread that ends this process when its standard input is closed, as happens when its parent ends.
 
-    def wait() -> None:
-        while os.read(0, 1):
-            pass
-        os._exit(0)
+    The returned queue receives the requests from the input. If this process leads a group, the group ends, too.
+    """
+    stream, requests = os.fdopen(os.dup(0), "rb"), queue.Queue[Any]()
 
-    threading.Thread(target=wait, daemon=True).start()
+    def receive() -> None:
+        try:
+            while True:
+                requests.put(pickle.load(stream))
+        finally:
+            if hasattr(os, "getpgrp") and os.getpgrp() == os.getpid():
+                end_group(os.getpid())
+            os._exit(0)
 
-
-def _receive_requests(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
-    """Put requests from `stream` into the queue; end this process when the parent closes the input."""
-    try:
-        while True:
-            requests.put(pickle.load(stream))
-    finally:
-        if hasattr(os, "getpgrp") and os.getpgrp() == os.getpid():
-            end_group(os.getpid())
-        os._exit(0)
+    threading.Thread(target=receive, daemon=True).start()
+    return requests
 
 
 def in_processes(
@@ -245,19 +242,16 @@ def in_processes(
     from concurrent.futures import ProcessPoolExecutor  # slow imports
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
+    from unittest.mock import patch
 
     if len(items) < 2:
         yield from ((item, function(item)) for item in items)
         return
-    main = sys.modules["__main__"]
     count, ignore = min(jobs or usable_cores(), len(items)), (signal.SIGINT, signal.SIG_IGN)
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore) as pool:
-        script = {name: vars(main).pop(name, None) for name in ("__file__", "__spec__")}
-        main.__spec__ = None  # otherwise a spawned process would run the user's script
-        try:
+        script = {"__file__": None, "__spec__": None}  # so that a spawned process does not run the user's script
+        with patch.multiple(sys.modules["__main__"], create=True, **script):
             running = {pool.submit(function, item): item for item in items}
-        finally:
-            vars(main).update({name: value for name, value in script.items() if value or name == "__spec__"})
         try:
             yield from ((running[future], future.result()) for future in as_completed(running))
         except BrokenProcessPool:

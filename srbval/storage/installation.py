@@ -8,6 +8,7 @@ kernels, results of studies, and results for scenes and records. Everything in i
 import contextlib
 import importlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -66,18 +67,14 @@ def git_revision() -> str | None:
     """Short git revision, with ``-dirty`` if files outside ``reports`` have changed; None for an installed copy."""
     if not is_source_tree():
         return None
-
-    def git(*words: str) -> str:
-        root = str(package_folder().parent)
-        command = ["git", "-C", root, *words]
-        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
-
+    command = ["git", "-C", str(package_folder().parent), "status", "--porcelain=v2", "--branch"]
+    command += ["--untracked-files=no", "--", ".", ":(exclude)reports"]
     try:
-        revision = git("rev-parse", "--short=12", "HEAD")
-        changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":(exclude)reports")
+        status = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout
     except (OSError, subprocess.SubprocessError):
         return None
-    return f"{revision}-dirty" if changed else revision
+    revision = status.removeprefix("# branch.oid ")[:12]
+    return f"{revision}-dirty" if re.search("^[^#]", status, re.MULTILINE) else revision
 
 
 def cache_folder(kind: str = "") -> Path:
