@@ -113,8 +113,7 @@ class Campaign(tables.Limited):
 
     If a scene's model is ``auto``, the cheapest model is used that answers `question` with an error within
     `tolerance_pct` [%]. `scene` changes the base scene `scene_file`, a file or the name of a bundled scene. A case may
-    take `limit_factor` times its planned time, but at least `least_limit_s` [s], before its process is ended; a factor
-    of 0 sets no limit.
+    take `limit_factor` (0: no limit) times its planned time, but at least `least_limit_s` [s]; then its process ends.
     """
 
     name: str

@@ -7,10 +7,9 @@ import logging
 import os
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
-from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, NamedTuple
 
 from srbval.campaign.results import CRASHED, CaseResult, CaseTask
 from srbval.campaign.worker import case_process, run_isolated, this_thread, write_failure
@@ -67,8 +66,7 @@ def run_tasks(
         yield result
 
 
-@dataclass(frozen=True)
-class Engine:
+class Engine(NamedTuple):
     """Engine of a campaign: ``run(tasks)`` returns a generator of results; closing it ends the cases that still run."""
 
     name: str
@@ -94,9 +92,10 @@ def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[
     """Run cases on a Dask cluster, one at a time in each thread of a worker, and yield their results.
 
     `cluster` is a running cluster, as in `choose_engine`, or a function that returns a context manager of a cluster.
-    If it has no worker for `wait_s` [s], raises `DataError` with `cluster_name`. Dask repeats a lost worker's cases.
+    Raises `DataError` with `cluster_name` if it has no worker for `wait_s` [s], or for another error of the cluster.
+    Dask repeats a lost worker's cases; its log is suppressed.
     """
-    from distributed import KilledWorker
+    from distributed import Client, KilledWorker
 
     def check() -> None:
         try:
@@ -108,23 +107,15 @@ def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[
                 "scheduler."
             ) from None
 
-    with _dask_client(cluster, cluster_name) as client:
-        check()
-        submit = functools.partial(client.submit, pure=False)
-        yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
-
-
-@contextlib.contextmanager
-def _dask_client(cluster: Any, cluster_name: str) -> Iterator[Any]:
-    """Context with the Dask client; errors of the cluster become a `DataError`, and Dask's log is suppressed."""
-    from distributed import Client
-
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
         with contextlib.ExitStack() as opened:
             made = opened.enter_context(cluster()) if callable(cluster) else cluster
-            yield made if isinstance(made, Client) else opened.enter_context(Client(made, timeout=CONNECT_S))
+            client = made if isinstance(made, Client) else opened.enter_context(Client(made, timeout=CONNECT_S))
+            check()
+            submit = functools.partial(client.submit, pure=False)
+            yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
     except Exception as error:  # network, missing packages on a worker, Dask's configuration
         # Closing a cluster whose jobs were refused raises another error.
         first = (isinstance(error, AssertionError) and error.__context__) or error
@@ -191,9 +182,8 @@ def choose_engine(
     ``local`` runs them in `jobs` processes of this machine. A `Client` of Dask, a cluster object, or the address of a
     scheduler, such as ``tcp://host:8786``, is a cluster that runs already. ``dask`` starts a ``LocalCluster`` of `jobs`
     workers, and the name of a class, such as ``dask_jobqueue.PBSCluster``, starts such a cluster; `cluster_options` are
-    options of the class, and with `adapt` the number of workers follows the work, at most `jobs`. `jobs` is by default
-    one per usable core. `wait_s` limits the time without any worker [s], by default two minutes, or an hour for a
-    named class.
+    options of the class, and with `adapt` the number of workers follows the work, at most `jobs` (default: one per
+    usable core). `wait_s` limits the time without any worker [s], by default two minutes, or an hour for a named class.
 
     Raises `ConfigurationError` for an unknown name, options that the engine does not use, or missing packages.
     """

@@ -259,8 +259,7 @@ def campaign_status(path: str | Path) -> dict[str, Any]:
     """Summarise the campaign in the folder `path` and rewrite its results table.
 
     Returns the content that ``srbval campaign status --json`` prints. Cases with damaged results are not `done`;
-    `table` is None if the results table cannot be written. Raises `DataError` if the table of cases is missing or
-    damaged.
+    `table` is None if the results table cannot be written. Raises `DataError` if there is no intact table of cases.
     """
     path = Path(path)
     table = read_campaign_table(path)
@@ -309,13 +308,12 @@ def run_campaign(
 
     `campaign` may also be a file, preset or folder (see `load_campaign`). A failed case has a result with the reason; a
     case whose process died is run again the next time. `engine` is an engine, or the first argument of `choose_engine`.
-    `progress` is called with the share of the work that is done, estimated from the planned times of the
-    cases. `message` is called with a line about each of the first cases that fail.
+    `progress` is called with the share of the planned times of the cases that is done, `message` with a line about each
+    of the first cases that fail.
 
     Returns the dictionary of `summarise_campaign` with four more keys: the name of the `engine`, the number of cases
     that this call ran (`ran`), its wall time [s] (`wall_s`) and the path of the CSV file (`table`). Raises
-    `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that cannot
-    be written or a disk that is full.
+    `ConfigurationError` for a folder in use or with another campaign, `DataError` if it cannot be written or is full.
     """
     started, folder = time.perf_counter(), Path(path).resolve()
     campaign = load_campaign(campaign) if isinstance(campaign, str | Path) else campaign

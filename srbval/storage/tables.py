@@ -47,10 +47,11 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     `dimension` is a key of `UNIT_FACTORS`, such as ``force``; `where` names the setting in the `ConfigurationError`.
     """
     units, setting_and_value = UNIT_FACTORS[dimension], f"{where}: {quote_value(value)}"
+    example = f'"1.5 {list(units)[:2][-1]}"'.replace(' "', '"')
     if isinstance(value, str):
         found = number_and_unit(value)
         if found is None:
-            raise ConfigurationError(f"{setting_and_value} is not a number with a unit; write e.g. {_example(units)}.")
+            raise ConfigurationError(f"{setting_and_value} is not a number with a unit; write e.g. {example}.")
         number, unit = found
         if unit not in units:
             known = ", ".join(u or "none (the number alone)" for u in units)
@@ -59,7 +60,7 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     elif isinstance(value, int | float) and not isinstance(value, bool):
         number = float(value) if isinstance(value, float) or abs(value) < 2**1023 else math.inf
     else:
-        raise ConfigurationError(f"{setting_and_value} is not a {dimension}; write a number or e.g. {_example(units)}.")
+        raise ConfigurationError(f"{setting_and_value} is not a {dimension}; write a number or e.g. {example}.")
     if not math.isfinite(number):
         raise ConfigurationError(f"{setting_and_value} is not finite.")
     return number
@@ -80,11 +81,6 @@ def quote_value(value: object) -> str:
         return repr(value)
     except (ValueError, RecursionError):  # thousands of digits or levels
         return f"a {type(value).__name__} too large to print"
-
-
-def _example(units: dict[str, float]) -> str:
-    unit = list(units)[min(1, len(units) - 1)]
-    return f'"1.5 {unit}"'.replace(' "', '"')
 
 
 def limited(

@@ -98,8 +98,7 @@ def bisect(
 
     The name of `along` is the column that varies; its values run from the safest to the most demanding. If a value
     passes, all safer values are assumed to pass. Returns two tables: `groups` with the value found (NaN if even the
-    first value fails), the number of `runs`, and ``bounded`` (True if a more demanding value failed); and the rows of
-    all runs.
+    first fails), the number of `runs`, and ``bounded`` (True if a more demanding value failed); and all runs as rows.
     """
     axis, values = str(along.name), along.tolist()
     low, high = [-1] * len(groups), [len(values)] * len(groups)
