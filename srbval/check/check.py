@@ -137,7 +137,7 @@ def _probe_reading() -> ProbeOutputs:
     for analysis in _analyse_shipped():
         record = analysis.recording.name
         for line in (one for one in analysis.lines if one.harmonic == 1):
-            read = {"detected": str(line.detected), "kinematic_hz": line.kinematic_hz}
+            read: dict[str, Any] = {"detected": str(line.detected), "kinematic_hz": line.kinematic_hz}
             if line.detected:
                 read |= {"hz": line.found_hz, "ci95_hz": line.ci95_hz, "snr": line.snr, "p": line.false_alarm}
             found |= {f"{record} {line.name}: {key}": math.nan if one is None else one for key, one in read.items()}
