@@ -6,6 +6,7 @@ study contains the hash of the statements in the study's folder, which changes i
 """
 
 import ast
+import contextlib
 import hashlib
 import itertools
 import re
@@ -100,14 +101,11 @@ def _names_in(text: str) -> tuple[frozenset[str], frozenset[str], list[str]]:
 def _imported(text: str) -> Iterator[str]:
     """Yield the dotted names in the import statements of a source; similar lines of prose are ignored."""
     for statement in STATEMENT.findall(FOR_TYPES.sub("", text)):
-        try:
+        with contextlib.suppress(SyntaxError):
             node = ast.parse(statement.strip()).body[0]
-        except SyntaxError:
-            continue
-        if isinstance(node, ast.ImportFrom):
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            if isinstance(node, ast.ImportFrom | ast.Import):
+                package = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
+                yield from (f"{package}{alias.name}" for alias in node.names)
 
 
 def _statements(source: Path) -> list[bytes]:
