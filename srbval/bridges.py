@@ -57,7 +57,7 @@ class NotebookObject:
         import pandas
 
         headline, table = self.summary_table()
-        rows = table.items() if isinstance(table, Mapping) else [row.values() for row in table]
-        names = ["", "value"] if isinstance(table, Mapping) else [*table[0]] if table else []
-        shown = [[f"{x:.5g}" if isinstance(x, float) else "–" if x is None else x for x in row] for row in rows]
-        return f"<p>{html.escape(headline)}</p>{pandas.DataFrame(shown, columns=names).to_html(index=False)}"
+        rows = [{"": name, "value": x} for name, x in table.items()] if isinstance(table, Mapping) else table
+        frame = pandas.DataFrame(rows, dtype=object)
+        shown = frame.map(lambda x: f"{x:.5g}" if isinstance(x, float) else "–" if x is None else x)
+        return f"<p>{html.escape(headline)}</p>{shown.to_html(index=False)}"

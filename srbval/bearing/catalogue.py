@@ -22,7 +22,7 @@ from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElem
 from srbval.bridges import NotebookObject
 from srbval.errors import ConfigurationError, UnknownNameError, closest_word
 from srbval.storage.files import read_limited
-from srbval.storage.tables import Limited, build, parse_toml, quantity, read_toml, without_unit
+from srbval.storage.tables import Limited, build, quantity, read_toml, without_unit
 
 DEFAULT_BEARING, FOLDER = "skf-22240", Path(__file__).parent
 # Cages under load slip less; with a light load or much grease a cage may slip by several per cent.
@@ -185,7 +185,7 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
 
 @lru_cache(maxsize=16)
 def _read_bearing_file(path: Path, content: bytes) -> Bearing:
-    document = parse_toml(content, path)
+    document = read_toml(path, content)
     if isinstance(document.get("bearing"), dict):  # a machine's file has other tables, too
         document = {"title": document.get("title")} | document["bearing"]
     document = {"source": path.name} | document  # a user's file is its source

@@ -5,6 +5,7 @@ A point is the set of changes that a case makes to the base scene: values by dot
 
 import contextlib
 import enum
+import functools
 import itertools
 import json
 import math
@@ -13,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.results import COMPUTED_BY, Output
-from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
+from srbval.campaign.results import COMPUTED_BY, SIGNAL_COLUMNS, Output
+from srbval.errors import ConfigurationError, DataError, NumericsError, UnknownNameError
 from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
 from srbval.models.solvers import METHODS
@@ -30,7 +31,6 @@ MAX_CASES = 2_000_000  # all are planned in memory, and each has a result file
 LARGEST_SETTING = 1e12  # finite, and larger than any sensible value
 MAX_RANGES = 100  # a scene has fewer numbers
 FILE_BYTES = 16_384  # size of a result file without signals
-SIGNAL_COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # columns of 8-byte numbers, time axis included
 LESSER_WEIGHT = 1e-3  # cost of one output sample of a simpler model in right-hand sides of the full one, roughly
 GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow machine
 Point = dict[str, Any]
@@ -113,8 +113,7 @@ class Campaign(tables.Limited):
 
     If a scene's model is ``auto``, the cheapest model is used that answers `question` with an error within
     `tolerance_pct` [%]. `scene` changes the base scene `scene_file`, a file or the name of a bundled scene. A case may
-    take `limit_factor` times its planned time, but at least `least_limit_s` [s], before its process is ended; a factor
-    of 0 sets no limit.
+    take `limit_factor` (0: no limit) times its planned time, but at least `least_limit_s` [s]; then its process ends.
     """
 
     name: str
@@ -221,10 +220,8 @@ def plan_cases(campaign: Campaign) -> list[CampaignCase]:
 
 def scene_of_point(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     """Build the scene of a case: the campaign's base scene with the changes `point`; its model may be ``auto``."""
-    table: Mapping[str, Any] = campaign.scene
-    for key, value in point.items():
-        table = merge(table, tables.nest_value(key, value))
-    scene = paper_scene(**table)
+    changes = (tables.nest_value(key, value) for key, value in point.items())
+    scene = paper_scene(**functools.reduce(merge, changes, campaign.scene))
     if scene.model == AUTO or not level_of(scene.model).outside:  # an outside model has its own solvers
         check_known("solver", scene.solver.name, tuple(METHODS))
     return scene
@@ -239,9 +236,7 @@ def _plan_case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> Camp
     except UnknownNameError as error:
         known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
         raise ConfigurationError(f"campaign {campaign.name}, case {index}: {error}{known} Nothing was run.") from None
-    except DataError:
-        raise
-    except SrbvalError as error:
+    except (ConfigurationError, NumericsError) as error:
         key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
         return CampaignCase(index=index, key=key, point=point, refused=str(error))
     planned_s, expected_s = cost_of(scene)

@@ -7,10 +7,9 @@ import logging
 import os
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
-from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, NamedTuple
 
 from srbval.campaign.results import CRASHED, CaseResult, CaseTask
 from srbval.campaign.worker import case_process, run_isolated, this_thread, write_failure
@@ -20,7 +19,6 @@ from srbval.processes.worker import without_ctrl_c
 from srbval.storage.installation import import_library
 
 LOCAL, DASK = "local", "dask"
-LOCAL_CLUSTER = "distributed.LocalCluster"
 MAX_SUBMITTED_CASES = 1000  # enough for any cluster, and few enough to keep the scenes in memory
 WORKER_CHECK_S = 2.0  # time without a result after which `check` is called
 JOB_MEMORY = "2 GB"
@@ -52,26 +50,23 @@ def run_tasks(
             future.add_done_callback(ended.put)
         if not running:
             return
+        future = None
         try:
             future = ended.get(timeout=WORKER_CHECK_S)
-        except Empty:
-            check()
-            continue
-        try:
             result = future.result(timeout=WORKER_CHECK_S)
         except lost:
             reason = "its worker was lost each time it was tried; the other cases were run"
             result = write_failure(running[future], CRASHED, reason)
-        except TimeoutError:  # Dask lost the worker before the result arrived, and repeats the case
-            ended.put(future)
+        except (Empty, TimeoutError):
+            if future is not None:  # Dask lost the worker before the result arrived, and repeats the case
+                ended.put(future)
             check()
             continue
         del running[future]
         yield result
 
 
-@dataclass(frozen=True)
-class Engine:
+class Engine(NamedTuple):
     """Engine of a campaign: ``run(tasks)`` returns a generator of results; closing it ends the cases that still run."""
 
     name: str
@@ -81,12 +76,8 @@ class Engine:
 def run_in_processes(jobs: int, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
     """Run cases in `jobs` processes of this machine and yield the results; closing the generator ends the processes."""
     processes = [case_process() for _ in range(jobs)]
-    free = list(processes)
-
-    def take_process() -> None:
-        this_thread.process = free.pop()
-
-    pool = ThreadPoolExecutor(jobs, initializer=take_process)
+    free = iter(processes)
+    pool = ThreadPoolExecutor(jobs, initializer=lambda: setattr(this_thread, "process", next(free)))
     try:
         yield from run_tasks(pool.submit, tasks)
     finally:
@@ -101,9 +92,10 @@ def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[
     """Run cases on a Dask cluster, one at a time in each thread of a worker, and yield their results.
 
     `cluster` is a running cluster, as in `choose_engine`, or a function that returns a context manager of a cluster.
-    If it has no worker for `wait_s` [s], raises `DataError` with `cluster_name`. Dask repeats a lost worker's cases.
+    Raises `DataError` with `cluster_name` if it has no worker for `wait_s` [s], or for another error of the cluster.
+    Dask repeats a lost worker's cases; its log is suppressed.
     """
-    from distributed import KilledWorker
+    from distributed import Client, KilledWorker
 
     def check() -> None:
         try:
@@ -115,23 +107,15 @@ def run_on_dask(cluster: Any, cluster_name: str, wait_s: float, tasks: Iterable[
                 "scheduler."
             ) from None
 
-    with _dask_client(cluster, cluster_name) as client:
-        check()
-        submit = functools.partial(client.submit, pure=False)
-        yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
-
-
-@contextlib.contextmanager
-def _dask_client(cluster: Any, cluster_name: str) -> Iterator[Any]:
-    """Context with the Dask client; errors of the cluster become a `DataError`, and Dask's log is suppressed."""
-    from distributed import Client
-
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
         with contextlib.ExitStack() as opened:
             made = opened.enter_context(cluster()) if callable(cluster) else cluster
-            yield made if isinstance(made, Client) else opened.enter_context(Client(made, timeout=CONNECT_S))
+            client = made if isinstance(made, Client) else opened.enter_context(Client(made, timeout=CONNECT_S))
+            check()
+            submit = functools.partial(client.submit, pure=False)
+            yield from run_tasks(submit, tasks, check=check, lost=(KilledWorker,))
     except Exception as error:  # network, missing packages on a worker, Dask's configuration
         # Closing a cluster whose jobs were refused raises another error.
         first = (isinstance(error, AssertionError) and error.__context__) or error
@@ -147,11 +131,10 @@ def _dask_client(cluster: Any, cluster_name: str) -> Iterator[Any]:
 def start_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
     """Start a Dask cluster of class `kind` with `workers` workers, and end it on exit.
 
-    If `kind` submits batch jobs, each worker is a job with one core, which runs one case at a time. The option `cores`
-    sets another number of cores, which is also the number of cases at a time. Queue, account and time limit come from
-    the options or from Dask's configuration, ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With
-    `adapt`, Dask starts and ends workers as needed, at most `workers`. Dask's web dashboard is off unless the options
-    or the configuration contain its address.
+    If `kind` submits batch jobs, each worker is a job with one core, which runs one case at a time; the option `cores`
+    sets another number of both. Queue, account and time limit come from the options or from Dask's configuration,
+    ``~/.config/dask/jobqueue.yaml``, as dask-jobqueue documents. With `adapt`, Dask starts and ends workers as needed,
+    at most `workers`. Dask's web dashboard is off unless the options or the configuration contain its address.
     """
     import dask
 
@@ -199,9 +182,8 @@ def choose_engine(
     ``local`` runs them in `jobs` processes of this machine. A `Client` of Dask, a cluster object, or the address of a
     scheduler, such as ``tcp://host:8786``, is a cluster that runs already. ``dask`` starts a ``LocalCluster`` of `jobs`
     workers, and the name of a class, such as ``dask_jobqueue.PBSCluster``, starts such a cluster; `cluster_options` are
-    options of the class, and with `adapt` the number of workers follows the work, at most `jobs`. `jobs` is by default
-    one per usable core. `wait_s` limits the time without any worker [s], by default two minutes, or an hour for a
-    named class.
+    options of the class, and with `adapt` the number of workers follows the work, at most `jobs` (default: one per
+    usable core). `wait_s` limits the time without any worker [s], by default two minutes, or an hour for a named class.
 
     Raises `ConfigurationError` for an unknown name, options that the engine does not use, or missing packages.
     """
@@ -217,7 +199,7 @@ def choose_engine(
     if running:
         title, cluster = f"{DASK} at {title}" if isinstance(engine, str) else DASK, engine
     else:
-        kind = _dask_class(engine if queued else LOCAL_CLUSTER)
+        kind = _dask_class(engine if queued else "distributed.LocalCluster")
         title = f"{DASK} {kind.__name__}"
         cluster = functools.partial(start_cluster, kind, workers, cluster_options or {}, adapt=adapt)
     wait_s = wait_s or (QUEUE_WAIT_S if queued and not running else WAIT_S)

@@ -10,7 +10,7 @@ import os
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -77,7 +77,8 @@ class CampaignTable:
         data: xarray.Dataset = require_xarray().Dataset(columns, coordinates, about)
         if not signals:
             return data
-        return data.merge(_signals_of(self, {key for key, result in results.items() if works(result.status)}))
+        accepted = (case for case in self.cases if case.key in results and works(results[case.key].status))
+        return data.merge(_signals_of(self, accepted))
 
 
 USE = (
@@ -95,12 +96,10 @@ def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
     return "case", [one[0] for one in found if one is not None], {"units": units.pop() or "1"}
 
 
-def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
-    """Load the signals, state, speed, loads and defect size of the cases whose keys are in `accepted`."""
+def _signals_of(table: CampaignTable, accepted: Iterable[CampaignCase]) -> "xarray.Dataset":
+    """Load the signals, state, speed, loads and defect size of the `accepted` cases; all other cases get NaN."""
     engine, found, rates, labels = require_xarray(), {}, set[float](), dict[str, Any]()
-    for case in table.cases:
-        if case.key not in accepted:
-            continue
+    for case in accepted:
         with engine.open_dataset(result_path(table.folder, case.key), engine="h5netcdf") as file:
             if "time_s" not in file:
                 continue
@@ -117,10 +116,10 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
     if len(rates) > 1:
         listed = ", ".join(f"{hz:g}" for hz in rates)
         raise DataError(f"{table.folder}: cases differ in output_rate ({listed} Hz). Use to_xarray(signals=False).")
-    joined = engine.concat(found.values(), "case", join="outer", coords=list(labels), compat="equals")
+    number = pd.Index(found, name="case")
+    joined = engine.concat(found.values(), number, join="outer", coords=list(labels), compat="equals")
     cases = [case.index for case in table.cases]
-    joined = joined.assign_coords(case=list(found), fs_hz=rates.pop())
-    signals: xarray.Dataset = joined.reindex(case=cases, fill_value={"state": ""})
+    signals: xarray.Dataset = joined.assign_coords(fs_hz=rates.pop()).reindex(case=cases, fill_value={"state": ""})
     return signals
 
 
@@ -179,13 +178,9 @@ def case_numbers(sources: Sequence[Any]) -> dict[str, float]:
 
 def read_results(table: CampaignTable) -> dict[str, CaseResult]:
     """Read the intact results, by key; a refused case, which has no file, gets a result with the reason."""
-    found = {
-        case.key: read_intact_result(result_path(table.folder, case.key))
-        if case.refused is None
-        else CaseResult(key=case.key, status=REFUSED, reason=case.refused)
-        for case in table.cases
-    }
-    return {key: result for key, result in found.items() if result is not None}
+    refused = (CaseResult(key=one.key, status=REFUSED, reason=one.refused) for one in table.cases if one.refused)
+    stored = (read_intact_result(result_path(table.folder, one.key)) for one in table.cases if not one.refused)
+    return {result.key: result for result in (*refused, *stored) if result is not None}
 
 
 def summarise_campaign(table: CampaignTable, results: Mapping[str, CaseResult]) -> dict[str, Any]:
@@ -264,8 +259,7 @@ def campaign_status(path: str | Path) -> dict[str, Any]:
     """Summarise the campaign in the folder `path` and rewrite its results table.
 
     Returns the content that ``srbval campaign status --json`` prints. Cases with damaged results are not `done`;
-    `table` is None if the results table cannot be written. Raises `DataError` if the table of cases is missing or
-    damaged.
+    `table` is None if the results table cannot be written. Raises `DataError` if there is no intact table of cases.
     """
     path = Path(path)
     table = read_campaign_table(path)
@@ -314,13 +308,12 @@ def run_campaign(
 
     `campaign` may also be a file, preset or folder (see `load_campaign`). A failed case has a result with the reason; a
     case whose process died is run again the next time. `engine` is an engine, or the first argument of `choose_engine`.
-    `progress` is called with the share of the work that is done, estimated from the planned times of the
-    cases. `message` is called with a line about each of the first cases that fail.
+    `progress` is called with the share of the planned times of the cases that is done, `message` with a line about each
+    of the first cases that fail.
 
     Returns the dictionary of `summarise_campaign` with four more keys: the name of the `engine`, the number of cases
     that this call ran (`ran`), its wall time [s] (`wall_s`) and the path of the CSV file (`table`). Raises
-    `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that cannot
-    be written or a disk that is full.
+    `ConfigurationError` for a folder in use or with another campaign, `DataError` if it cannot be written or is full.
     """
     started, folder = time.perf_counter(), Path(path).resolve()
     campaign = load_campaign(campaign) if isinstance(campaign, str | Path) else campaign

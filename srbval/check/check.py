@@ -56,6 +56,7 @@ UNSTABLE_S, PLAY_S, SMOOTH_S = 0.0025, 0.012, 0.05  # simulated time of a probe,
 STATES = (Fault.HEALTHY, *DEFECTS)
 PROBED_SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1"), 1 / 245760  # solvers besides the default
 IMPULSE_S = 1.0  # duration of the run with which a path is identified
+SLOW: dict[str, Any] = {"states": (Fault.OUTER,), "prefix": "slow ", "shaft_speed_rad_s": 340 * math.pi / 30}
 # Changes of a scene so that its run answers all questions: no play, more than the eight turns that a reading needs.
 ASKED_SCENE = {"duration_s": 0.7, "shaft_speed_rad_s": 997 * math.pi / 30, "contact": {"roller_fit": "printed"}}
 
@@ -96,8 +97,7 @@ def _numbers_of_run(run: Run) -> ProbeOutputs:
         "axial_rms_m_s2": float(run.acceleration_m_s2[:, 2].std()),
         "across_rms_m_s2": float(run.acceleration_m_s2[:, 0].std()),
     }
-    for name, band_hz in BANDS_HZ.items():
-        found[f"rms {name} Hz_m_s2"] = band_rms(along, fs_hz, band_hz)
+    found |= {f"rms {name} Hz_m_s2": band_rms(along, fs_hz, band_hz) for name, band_hz in BANDS_HZ.items()}
     estimates = run.step_error.estimates if run.step_error else ()
     return found | {f"step error of {one.of}": round(one.error, 9) for one in estimates}
 
@@ -124,12 +124,6 @@ def _probe_full() -> ProbeOutputs:
     return found | _probe_model("full", "paper", **own)
 
 
-def _probe_slices() -> ProbeOutputs:
-    """Compute regression-check numbers of the model `slices` in the scene `rig`, at its given speed and at 340 rpm."""
-    slow: dict[str, Any] = {"states": (Fault.OUTER,), "prefix": "slow ", "shaft_speed_rad_s": 340 * math.pi / 30}
-    return _probe_model("slices", "rig") | _probe_model("slices", "rig", **slow)
-
-
 @cache
 def _analyse_shipped() -> tuple[Analysis, ...]:
     """Analyse the recordings shipped with srbval."""
@@ -143,11 +137,10 @@ def _probe_reading() -> ProbeOutputs:
     for analysis in _analyse_shipped():
         record = analysis.recording.name
         for line in (one for one in analysis.lines if one.harmonic == 1):
-            name = f"{record} {line.name}: "
-            found |= {f"{name}detected": str(line.detected), f"{name}kinematic_hz": line.kinematic_hz}
+            read: dict[str, Any] = {"detected": str(line.detected), "kinematic_hz": line.kinematic_hz}
             if line.detected:
-                numbers = {"hz": line.found_hz, "ci95_hz": line.ci95_hz, "snr": line.snr, "p": line.false_alarm}
-                found |= {f"{name}{key}": math.nan if one is None else one for key, one in numbers.items()}
+                read |= {"hz": line.found_hz, "ci95_hz": line.ci95_hz, "snr": line.snr, "p": line.false_alarm}
+            found |= {f"{record} {line.name}: {key}": math.nan if one is None else one for key, one in read.items()}
         found[f"{record}: shaft_hz"] = analysis.speed.value_hz
     return found
 
@@ -226,25 +219,22 @@ def _probe_plan() -> ProbeOutputs:
 
 def _checksum(file: str) -> ProbeOutputs:
     """Number of the numbers in a TOML file of the package, and a sum that depends on their values and order."""
-    numbers = list(_numbers_in(read_toml(package_folder() / file)))
-    return {
-        f"{file}: numbers": len(numbers),
-        f"{file}: sum": float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1)))),
-    }
+    numbers = _numbers_in(read_toml(package_folder() / file))
+    weighted = float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1))))
+    return {f"{file}: numbers": len(numbers), f"{file}: sum": weighted}
 
 
-def _numbers_in(table: Any) -> Iterator[float]:
-    """Yield every number of a nested table, in order."""
-    if isinstance(table, int | float):
-        yield float(table)
-    elif isinstance(table, dict | list):
-        for value in table.values() if isinstance(table, dict) else table:
-            yield from _numbers_in(value)
+def _numbers_in(value: Any) -> list[float]:
+    """List every number of a nested table, in order."""
+    if isinstance(value, int | float):
+        return [float(value)]
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return [number for one in inner for number in _numbers_in(one)]
 
 
 PROBES: Mapping[str, Callable[[], ProbeOutputs]] = {
     "full": _probe_full,
-    "slices": _probe_slices,
+    "slices": lambda: _probe_model("slices", "rig") | _probe_model("slices", "rig", **SLOW),
     "line": lambda: _probe_model("line", "paper", fits=("play", "printed"), states=(Fault.HEALTHY, *RACE_DEFECTS)),
     "planar": lambda: _probe_model("planar", "paper"),
     "impulse": lambda: _probe_model("impulse", "paper") | _probe_model("kinematic", "paper"),
@@ -272,8 +262,7 @@ def run_check(now: Fingerprint | None = None, *, progress: Progress = silent) ->
         for one in compare_part(values, known.get(part, {}))
     ]
     shipped = map(read_result, sorted(shipped_folder(stored_result.REPORTS).glob("*.json")))
-    reasons = ((one.path.name, one.why_stale(now)) for one in shipped if one is not None)
-    stale = [{"file": file, "why": why} for file, why in reasons if why is not None]
+    stale = [{"file": one.path.name, "why": why} for one in shipped if one and (why := one.why_stale(now))]
     return {"checks": checks, "stale": stale, "ok": not stale and all(one["ok"] for one in checks)}
 
 

@@ -15,10 +15,11 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, as_completed, wait
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import Any, TypeVar
 
 from srbval.errors import DataError
 from srbval.processes.machine import is_single_threaded, usable_cores
@@ -133,13 +134,8 @@ class WorkerProcess:
         process = self.start()
         assert process.stdin is not None
         assert process.stdout is not None
-        over = threading.Event()
-
-        def end() -> None:
-            over.set()
-            self.kill()
-
-        timer = threading.Timer(limit_s or 0.0, end)
+        started = time.monotonic()
+        timer = threading.Timer(limit_s or 0.0, self.kill)
         timer.daemon = True
         try:
             if limit_s is not None:
@@ -148,13 +144,14 @@ class WorkerProcess:
             process.stdin.flush()
             return pickle.load(process.stdout)
         except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: the pipe was closed meanwhile
+            over = limit_s is not None and time.monotonic() >= started + limit_s
             how = f"it stopped answering and did not end within {TERMINATION_S:g} s"
             with contextlib.suppress(subprocess.TimeoutExpired):
                 names, code = {one.value: one.name for one in signal.Signals}, process.wait(TERMINATION_S)
                 how = f"signal {names[-code]}" if -code in names else f"exit code {code}"
             self.kill()  # also its group
             self.close()
-            raise (OverLimitError if over.is_set() else DiedError)(how) from None
+            raise (OverLimitError if over else DiedError)(how) from None
         finally:
             timer.cancel()
 
@@ -176,10 +173,9 @@ class WorkerProcess:
         process, self._process = self._process, None
         if process is None:
             return
-        for stream in (process.stdin, process.stdout):
+        for stream in filter(None, (process.stdin, process.stdout)):
             with contextlib.suppress(OSError):
-                if stream is not None:
-                    stream.close()
+                stream.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(TERMINATION_S)
 
@@ -196,8 +192,7 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
     try:
         answers = os.fdopen(os.dup(1), "wb")
         os.dup2(2, 1)  # output of libraries must not mix with the answers
-        requests: queue.Queue[tuple[Any, float | None]] = queue.Queue()
-        threading.Thread(target=_receive_requests, args=(os.fdopen(os.dup(0), "rb"), requests), daemon=True).start()
+        requests = end_with_input()
         answer = load()
         with Path(os.devnull).open("w") as nowhere:
             while True:
@@ -215,26 +210,24 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
         os._exit(1)
 
 
-def end_with_input() -> None:
-    """End this process when its standard input is closed, which happens when its parent ends."""
+def end_with_input() -> queue.Queue[Any]:
+    """Start a thread that ends this process when its standard input is closed, as happens when its parent ends.
 
-    def wait() -> None:
-        while os.read(0, 1):
-            pass
-        os._exit(0)
+    The returned queue receives the requests from the input. If this process leads a group, the group ends, too.
+    """
+    stream, requests = os.fdopen(os.dup(0), "rb"), queue.Queue[Any]()
 
-    threading.Thread(target=wait, daemon=True).start()
+    def receive() -> None:
+        try:
+            while True:
+                requests.put(pickle.load(stream))
+        finally:
+            if hasattr(os, "getpgrp") and os.getpgrp() == os.getpid():
+                end_group(os.getpid())
+            os._exit(0)
 
-
-def _receive_requests(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
-    """Put requests from `stream` into the queue; end this process when the parent closes the input."""
-    try:
-        while True:
-            requests.put(pickle.load(stream))
-    finally:
-        if hasattr(os, "getpgrp") and os.getpgrp() == os.getpid():
-            end_group(os.getpid())
-        os._exit(0)
+    threading.Thread(target=receive, daemon=True).start()
+    return requests
 
 
 def in_processes(
@@ -249,19 +242,16 @@ def in_processes(
     from concurrent.futures import ProcessPoolExecutor  # slow imports
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
+    from unittest.mock import patch
 
     if len(items) < 2:
         yield from ((item, function(item)) for item in items)
         return
-    main = sys.modules["__main__"]
     count, ignore = min(jobs or usable_cores(), len(items)), (signal.SIGINT, signal.SIG_IGN)
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore) as pool:
-        script = {name: vars(main).pop(name, None) for name in ("__file__", "__spec__")}
-        main.__spec__ = None  # otherwise a spawned process would run the user's script
-        try:
+        script = {"__file__": None, "__spec__": None}  # so that a spawned process does not run the user's script
+        with patch.multiple(sys.modules["__main__"], create=True, **script):
             running = {pool.submit(function, item): item for item in items}
-        finally:
-            vars(main).update({name: value for name, value in script.items() if value or name == "__spec__"})
         try:
             yield from ((running[future], future.result()) for future in as_completed(running))
         except BrokenProcessPool:

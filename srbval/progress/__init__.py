@@ -90,9 +90,9 @@ class ProgressDisplay:
         while not self._stopped.wait(self._first_after_s / 6):
             with self._lock:
                 now = time.monotonic()
-                due = [task for task, (_, _, due_at) in self._running.items() if now >= due_at]
-                for task in due:
-                    fraction, started_at, _ = self._running[task]
+                for task, (fraction, started_at, due_at) in self._running.items():
+                    if now < due_at:
+                        continue
                     elapsed = now - started_at
                     next_at = now + DRAWN_EVERY_S if self._terminal else started_at + LATER * elapsed
                     self._running[task] = fraction, started_at, next_at

@@ -9,11 +9,10 @@ def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     texts = [list(columns), *([_text(value) for value in row] for row in rows)]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     right = [bool(rows) and all(isinstance(row[i], int | float | None) for row in rows) for i in range(len(columns))]
-    lines = (
+    return "\n".join(
         "  ".join(t.rjust(w) if r else t.ljust(w) for t, w, r in zip(line, widths, right, strict=True)).rstrip()
         for line in texts
     )
-    return "\n".join(lines)
 
 
 def format_uncertain(value: float | None, ci95: float | None) -> str | None:

@@ -20,12 +20,7 @@ CHECKSUM = "srbval_checksum"  # attribute of HDF5 files with a checksum
 SUMMARY_FOOTER = b"\nsrbval summary %07d sha256 "  # with the length of the summary [bytes]; the digest and \n follow
 END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
 FOOTER_BYTES = len(SUMMARY_FOOTER % 0) + 65
-HDF5_SCHEMA_VERSION = 1
 HDF5 = "HDF5", (".h5", ".hdf5", ".nc")  # with its suffixes
-ATTRIBUTES: dict[str, Any] = {
-    "schema_version": HDF5_SCHEMA_VERSION,
-    CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
-}
 CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets
 
 
@@ -73,7 +68,7 @@ def new_hdf5(path: Path) -> Iterator[Any]:
     with atomic_write(path) as part:
         with _PatientFile(part, "w+") as raw:
             with h5py.File(raw, "w", track_order=True) as file:
-                file.attrs.update(ATTRIBUTES)
+                file.attrs.update({"schema_version": 1, CHECKSUM: "sha256 of the file, after the end of its HDF5 part"})
                 file.check_written, file.summary = check, b""
                 yield file
             check()

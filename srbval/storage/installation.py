@@ -8,6 +8,7 @@ kernels, results of studies, and results for scenes and records. Everything in i
 import contextlib
 import importlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -66,24 +67,22 @@ def git_revision() -> str | None:
     """Short git revision, with ``-dirty`` if files outside ``reports`` have changed; None for an installed copy."""
     if not is_source_tree():
         return None
-
-    def git(*words: str) -> str:
-        root = str(package_folder().parent)
-        command = ["git", "-C", root, *words]
-        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
-
+    command = ["git", "-C", str(package_folder().parent), "status", "--porcelain=v2", "--branch"]
+    command += ["--untracked-files=no", "--", ".", ":(exclude)reports"]
     try:
-        revision = git("rev-parse", "--short=12", "HEAD")
-        changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":(exclude)reports")
+        status = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout
     except (OSError, subprocess.SubprocessError):
         return None
-    return f"{revision}-dirty" if changed else revision
+    revision = status.removeprefix("# branch.oid ")[:12]
+    return f"{revision}-dirty" if re.search("^[^#]", status, re.MULTILINE) else revision
 
 
-def cache_folder(kind: str) -> Path:
-    """Folder of one `kind` of cached content (``kernels``, ``results``, ...); it may not exist yet."""
+def cache_folder(kind: str = "") -> Path:
+    """Folder of one `kind` of cached content (``kernels``, ``results``, ...), or of all; it may not exist yet."""
+    import platformdirs
+
     base = os.environ.get(KERNEL_VARIABLE) if kind == KERNELS else None
-    return (Path(base, "srbval") if base else _root()) / kind
+    return Path(base, "srbval", kind) if base else Path(platformdirs.user_cache_dir("srbval"), kind)
 
 
 def cache_use() -> list[dict[str, Any]]:
@@ -91,7 +90,7 @@ def cache_use() -> list[dict[str, Any]]:
 
     The keys of a row are `kind`, `folder`, number of `files` and `size_bytes`.
     """
-    kinds = {path.name for path in _root().iterdir()} if _root().is_dir() else set()
+    kinds = {path.name for path in cache_folder().glob("*")}
     found = []
     for kind in (kind for kind in sorted(kinds | {KERNELS}) if cache_folder(kind).is_dir()):
         sizes, folder = [], cache_folder(kind)
@@ -105,8 +104,7 @@ def cache_use() -> list[dict[str, Any]]:
 def clear_cache(*kinds: str) -> list[dict[str, Any]]:
     """Delete the folders of these `kinds` (default: all) and return their size; an unknown kind is an error."""
     found = {use["kind"]: use for use in cache_use()}
-    unknown = [kind for kind in kinds if kind not in found]
-    if unknown:
+    if unknown := [kind for kind in kinds if kind not in found]:
         raise ConfigurationError(f"the cache contains no {unknown[0]!r}. It contains: {', '.join(found) or 'nothing'}.")
     chosen = [found[kind] for kind in kinds or found]
     for use in chosen:
@@ -115,9 +113,3 @@ def clear_cache(*kinds: str) -> list[dict[str, Any]]:
         except OSError as error:
             raise DataError(f"{use['folder']}: cannot be deleted ({error.strerror or error}).") from None
     return chosen
-
-
-def _root() -> Path:
-    import platformdirs
-
-    return Path(platformdirs.user_cache_dir("srbval"))

@@ -59,10 +59,7 @@ def json_text(value: Any, *, ascii_only: bool = False) -> str:
 
 def rows_text(content: Mapping[str, Any]) -> str:
     """JSON text of `content`; a list in it has one line per element: half the size of `json_text`, easy to compare."""
-
-    def text(value: Any) -> str:
-        return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-
+    text = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode
     items = (
         f"{text(key)}: " + ("[\n" + ",\n".join(map(text, value)) + "\n]" if isinstance(value, list) else text(value))
         for key, value in to_json(content).items()

@@ -6,6 +6,7 @@ study contains the hash of the statements in the study's folder, which changes i
 """
 
 import ast
+import contextlib
 import hashlib
 import itertools
 import re
@@ -72,8 +73,7 @@ def sources_of(*modules: str, package: Path = PACKAGE_FOLDER, lazy: bool = True)
         parts = source.relative_to(package.parent).with_suffix("").parts
         known[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = source
     known.pop(package.name, None)
-    missing = [module for module in modules if module not in known]
-    if missing:
+    if missing := [module for module in modules if module not in known]:
         raise ModuleNotFoundError(f"no module {missing[0]!r} in {package}")
     found: set[Path] = set()
     waiting = [file for module in modules for file in _run_by(module, known)]
@@ -101,14 +101,11 @@ def _names_in(text: str) -> tuple[frozenset[str], frozenset[str], list[str]]:
 def _imported(text: str) -> Iterator[str]:
     """Yield the dotted names in the import statements of a source; similar lines of prose are ignored."""
     for statement in STATEMENT.findall(FOR_TYPES.sub("", text)):
-        try:
+        with contextlib.suppress(SyntaxError):
             node = ast.parse(statement.strip()).body[0]
-        except SyntaxError:
-            continue
-        if isinstance(node, ast.ImportFrom):
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            if isinstance(node, ast.ImportFrom | ast.Import):
+                package = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
+                yield from (f"{package}{alias.name}" for alias in node.names)
 
 
 def _statements(source: Path) -> list[bytes]:

@@ -38,14 +38,6 @@ RELATIVE_TOLERANCE = 1e-6
 MIN_DIFFERENCE = {"m_s2": 1e-5, "w": 1e-3, "m": 1e-12, "db": 1e-4, "p": 1e-6}
 
 
-def tolerance(name: str, value: float) -> float:
-    """Largest accepted difference of a number `name` from its reference `value` (0 for NaN and infinity)."""
-    if not math.isfinite(value):
-        return 0.0
-    smallest = next((size for unit, size in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0)
-    return max(RELATIVE_TOLERANCE * abs(value), smallest)
-
-
 def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[dict[str, Any]]:
     """Compare a program part's fingerprint `now` with the reference `known`; a number missing in one of them fails.
 
@@ -58,7 +50,8 @@ def compare_part(now: PartFingerprint, known: PartFingerprint) -> list[dict[str,
         value, middle, words = now.get(name, math.nan), known.get(name, math.nan), None
         if isinstance(value, str) or isinstance(middle, str):
             words, value, middle = (str(middle), str(value)), float(value == middle), 1.0
-        near = 0.0 if words else tolerance(name, middle)
+        smallest = next((size for unit, size in MIN_DIFFERENCE.items() if name.endswith(f"_{unit}")), 0.0)
+        near = 0.0 if words or not math.isfinite(middle) else max(RELATIVE_TOLERANCE * abs(middle), smallest)
         equal = value == middle or abs(value - middle) <= near or (math.isnan(value) and math.isnan(middle))
         row = {"name": name, "value": value, "low": middle - near, "high": middle + near}
         found.append(row | {"ok": equal and name in both, "unit": "", "words": words})
@@ -116,8 +109,7 @@ class StoredResult:
     def why_stale(self, now: Fingerprint | None = None) -> str | None:
         """Reason why the result is out of date, by the fingerprint `now` (default: the reference); None if it is valid.
 
-        A fingerprint contains numbers that describe the behaviour of each program part. Evidence (a reproducible
-        result) is stale if it was computed from a working tree with uncommitted changes, if its study has been changed
+        Evidence is stale if it was computed from a working tree with uncommitted changes, if its study has been changed
         since, or if the fingerprint of a program part on which it depends has changed. Other kinds are never stale.
         """
         if self.kind is not ResultKind.EVIDENCE:

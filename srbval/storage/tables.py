@@ -6,6 +6,7 @@ key ``radial`` is refused, so that no file is read in the wrong unit. A dataclas
 inherits from `Limited`, which checks each new instance, including the result of `dataclasses.replace`.
 """
 
+import contextlib
 import dataclasses
 import enum
 import json
@@ -46,10 +47,11 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     `dimension` is a key of `UNIT_FACTORS`, such as ``force``; `where` names the setting in the `ConfigurationError`.
     """
     units, setting_and_value = UNIT_FACTORS[dimension], f"{where}: {quote_value(value)}"
+    example = f'"1.5 {list(units)[:2][-1]}"'.replace(' "', '"')
     if isinstance(value, str):
         found = number_and_unit(value)
         if found is None:
-            raise ConfigurationError(f"{setting_and_value} is not a number with a unit; write e.g. {_example(units)}.")
+            raise ConfigurationError(f"{setting_and_value} is not a number with a unit; write e.g. {example}.")
         number, unit = found
         if unit not in units:
             known = ", ".join(u or "none (the number alone)" for u in units)
@@ -58,7 +60,7 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     elif isinstance(value, int | float) and not isinstance(value, bool):
         number = float(value) if isinstance(value, float) or abs(value) < 2**1023 else math.inf
     else:
-        raise ConfigurationError(f"{setting_and_value} is not a {dimension}; write a number or e.g. {_example(units)}.")
+        raise ConfigurationError(f"{setting_and_value} is not a {dimension}; write a number or e.g. {example}.")
     if not math.isfinite(number):
         raise ConfigurationError(f"{setting_and_value} is not finite.")
     return number
@@ -79,11 +81,6 @@ def quote_value(value: object) -> str:
         return repr(value)
     except (ValueError, RecursionError):  # thousands of digits or levels
         return f"a {type(value).__name__} too large to print"
-
-
-def _example(units: dict[str, float]) -> str:
-    unit = list(units)[min(1, len(units) - 1)]
-    return f'"1.5 {unit}"'.replace(' "', '"')
 
 
 def limited(
@@ -127,15 +124,13 @@ def _check_limits(owner: object, field: dataclasses.Field[Any], number: float) -
     raise ConfigurationError(f"{table} {field.name} = {value} must be {in_words}.")
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; raises `DataError` if it cannot be read, `ConfigurationError` if it is malformed."""
-    return parse_toml(read_limited(path), path)
+def read_toml(path: Path, content: bytes | None = None) -> dict[str, Any]:
+    """Read a TOML file, or parse its `content` if given.
 
-
-def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
-    """Parse the `content` of the TOML file `path`; raises `ConfigurationError` if it is malformed."""
+    Raises `DataError` if the file cannot be read, `ConfigurationError` if it is malformed.
+    """
     try:
-        text = content.decode("utf-8-sig")
+        text = (read_limited(path) if content is None else content).decode("utf-8-sig")
         if long := LONG_KEY.search(text):
             raise ValueError(f"the key {long[0][:40]!r}... has more than {LONGEST_KEY} parts separated by dots")
         return tomllib.loads(text)
@@ -201,8 +196,7 @@ def build(cls: type[T], table: object, where: str) -> T:
             raise ConfigurationError(f"{where}: give only one of the keys {without_unit(fields[name])!r} and {name!r}.")
         values[name] = _read_value(raw, hints[name], f"{where}.{key}", partial(_read_number, fields[name], key))
     required = (n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING)
-    missing = [n for n in required if n not in values]
-    if missing:
+    if missing := [n for n in required if n not in values]:
         raise ConfigurationError(f"{where}: missing key {missing[0]!r}.")
     return cls(**values)
 
@@ -260,10 +254,8 @@ def _read_union(raw: object, hints: tuple[Any, ...], where: str, number: NumberR
         return None
     *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
     for hint in others:
-        try:
+        with contextlib.suppress(ConfigurationError):
             return _read_value(raw, hint, where, number)
-        except ConfigurationError:
-            continue
     return _read_value(raw, last, where, number)
 
 

@@ -65,8 +65,7 @@ def side_by_side(
     """Call ``run(key, progress)`` for each scene in parallel, the most expensive first; return the results by key.
 
     `jobs` threads run at a time (default: one per usable core). `progress` is called with the name `task` and the share
-    of the total cost that is done. The first exception stops all runs and is raised. Raises `ConfigurationError` if
-    `jobs` is below 1.
+    of the total cost done. The first exception stops all runs and is raised. Raises `ConfigurationError` if `jobs` < 1.
     """
     if jobs is not None and jobs < 1:
         raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")

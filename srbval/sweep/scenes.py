@@ -49,10 +49,8 @@ def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: f
     The duration is at least `least_s` seconds.
     """
     passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
-    seconds, settle_s = (
-        math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ
-        for s in (max(least_s, passages * passage_s), settle * passage_s)
-    )
+    wanted_s = max(least_s, passages * passage_s), settle * passage_s
+    seconds, settle_s = (math.ceil(s * DURATION_GRID_HZ - 1e-9) / DURATION_GRID_HZ for s in wanted_s)
     return replace(scene, duration_s=seconds, settle_s=settle_s)
 
 

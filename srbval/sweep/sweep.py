@@ -57,8 +57,7 @@ def sweep(
     (default: one per core). `task` is the name shown with the progress.
     """
     rows = [dict(row) for row in cases.to_dict("records")]
-    made = [scenes_of(row) for row in rows]
-    scenes = [one if isinstance(one, tuple) else (one,) for one in made]
+    scenes = [one if isinstance(one, tuple) else (one,) for one in map(scenes_of, rows)]
     ours = measure.__module__.startswith("srbval.")
     store = ContentStore(kind="sweep", computed_by=measure.__module__ if ours else __name__)
     code = "" if ours else inspect.getsource(measure)
@@ -99,8 +98,7 @@ def bisect(
 
     The name of `along` is the column that varies; its values run from the safest to the most demanding. If a value
     passes, all safer values are assumed to pass. Returns two tables: `groups` with the value found (NaN if even the
-    first value fails), the number of `runs`, and ``bounded`` (True if a more demanding value failed); and the rows of
-    all runs.
+    first fails), the number of `runs`, and ``bounded`` (True if a more demanding value failed); and all runs as rows.
     """
     axis, values = str(along.name), along.tolist()
     low, high = [-1] * len(groups), [len(values)] * len(groups)
