@@ -78,10 +78,6 @@ class RegisteredRecording:
         """Bearing state, radial load [kN], axial load [kN] and nominal speed [rpm]."""
         return self.state, self.radial_kn, self.axial_kn, self.nominal_rpm
 
-    def with_status(self, status: FileStatus, reason: str) -> RegisteredRecording:
-        """Copy of the entry with another status and its reason."""
-        return replace(self, status=status, reason=reason)
-
 
 EntriesByFile = dict[str, RegisteredRecording]
 
@@ -105,35 +101,35 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
     try:
         size_bytes, mtime_ns = size_and_time(path)
         if mtime_ns < 0:
-            return entry.with_status(FileStatus.MISSING, "the file is no longer there")
+            return replace(entry, status=FileStatus.MISSING, reason="the file is no longer there")
         if size_bytes < entry.size_bytes:
             text = f"{size_bytes} bytes instead of the {entry.size_bytes} registered; copy the file again"
-            return entry.with_status(FileStatus.TRUNCATED, text)
+            return replace(entry, status=FileStatus.TRUNCATED, reason=text)
         if not path.is_file():
-            return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
+            return replace(entry, status=FileStatus.UNREADABLE, reason="not a regular file")
         sha256 = file_sha256(path)
         if entry.sha256 not in ("", sha256):
             text = (
                 f"SHA-256 was {entry.sha256:.12}... when registered and is {sha256:.12}... now; restore the file, or "
                 "register it again if it was changed on purpose (`srbval data add --repin`)"
             )
-            return entry.with_status(FileStatus.CHANGED, text)
+            return replace(entry, status=FileStatus.CHANGED, reason=text)
         if entry.format and entry.status is FileStatus.OK and entry.settings == (settings or None):
             return replace(entry, mtime_ns=mtime_ns)
         entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
         entry = _describe_contents(entry, path, settings)
     except OSError as error:
-        return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
+        return replace(entry, status=FileStatus.UNREADABLE, reason=f"cannot be read ({error.strerror})")
     except SrbvalError as error:
         text = str(error).removeprefix(f"{path}: ")
         if isinstance(error, NoRecordingError):
-            return entry.with_status(FileStatus.NO_RECORDING, text)
+            return replace(entry, status=FileStatus.NO_RECORDING, reason=text)
         cut = "truncated: " in text or "truncated file" in text  # from a loader or the HDF5 library
-        return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
+        return replace(entry, status=FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, reason=text)
     files = (file for known in known_datasets() if known.name == entry.dataset for file in known.files)
     published = {file["name"]: file.get("sha256") for file in files}.get(path.name)
     if published not in (None, entry.sha256):
-        return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published:.12}...")
+        return replace(entry, status=FileStatus.CHANGED, reason=f"its SHA-256 is not the published {published:.12}...")
     return entry
 
 

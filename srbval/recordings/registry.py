@@ -54,18 +54,14 @@ SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may 
 class RegisterListing:
     """Entries of the register of recordings (all, or those changed by a command), sorted by file.
 
-    `left_out` are files that are not recordings.
+    `left_out` are files that are not recordings, `problems` recordings whose status is not ok.
     """
 
     def __init__(self, entries: Iterable[RegisteredRecording]) -> None:
         found = sorted(entries, key=lambda entry: entry.file)
         self.recordings = tuple(r for r in found if r.status is not FileStatus.NO_RECORDING)
         self.left_out = tuple(r for r in found if r.status is FileStatus.NO_RECORDING)
-
-    @property
-    def problems(self) -> tuple[RegisteredRecording, ...]:
-        """Recordings whose status is not ok."""
-        return tuple(r for r in self.recordings if r.status is not FileStatus.OK)
+        self.problems = tuple(r for r in self.recordings if r.status is not FileStatus.OK)
 
 
 def add(

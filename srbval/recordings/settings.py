@@ -177,7 +177,7 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
     if (time := changed.time) and changed.fs_hz and (against := time.rate_caution(changed.fs_hz)):
         cautions += [] if time.uneven and settings.resample_hz else [against]
-    if time is not None and time.missing:
+    if time is not None and time.places is not None:
         cautions.append(time.missing_caution())
         changed = changed.with_samples(time.fill_missing)
     changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
