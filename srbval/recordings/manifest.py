@@ -16,7 +16,7 @@ from srbval.recordings.load import read_file
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Origin
-from srbval.recordings.settings import RecordingSettings, apply_settings, open_for_analysis, open_questions
+from srbval.recordings.settings import RecordingSettings, open_for_analysis, open_questions
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json, write_json
@@ -135,7 +135,7 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
 
 def _describe_contents(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
     """Add the contents of a file to its `entry`; `reason` lists the facts that an analysis needs besides."""
-    reading = apply_settings(path, read_file(path), settings)
+    reading = read_file(path, settings)
     questions = *open_questions(reading), *open_for_analysis(reading)
     main = reading.main
     return replace(

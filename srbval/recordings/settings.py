@@ -169,9 +169,8 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
         changes["speed"], how = speed_from_user(settings.rpm, settings.rpm_tolerance_pct, reading)
         changes |= {"speed_signal": None, "speed_problem": None}
         notes.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
-    for load in ("radial", "axial"):
-        if (load_kn := getattr(settings, f"{load}_kn")) is not None:
-            changes[f"{load}_n"] = load_kn * N_PER_KN
+    loads_kn = {"radial_n": settings.radial_kn, "axial_n": settings.axial_kn}
+    changes |= {key: load_kn * N_PER_KN for key, load_kn in loads_kn.items() if load_kn is not None}
     states = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
     cautions = [f"the file or its data set states {s}, the user {settings.state}: the latter is used" for s in states]
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))

@@ -22,7 +22,7 @@ from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.load import read_file
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import is_unopened, listing, load_registered, registered_settings, rig_recordings
-from srbval.recordings.settings import BEARING_QUESTION, apply_settings
+from srbval.recordings.settings import BEARING_QUESTION
 from srbval.validation.case import CasePair, Source, ValidationCase, files_of_source
 
 
@@ -153,7 +153,7 @@ def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, 
 
     `state` applies if neither file nor file name states one; without any state raises `ConfigurationError`.
     """
-    reading = apply_settings(path, read_file(path), registered_settings(path, source.settings))
+    reading = read_file(path, registered_settings(path, source.settings))
     states = {channel.state for channel in reading.channels.values()} - {None}
     known = {"the file": states.pop() if len(states) == 1 else None, "its name": state_in_name(path.stem)}
     state_from, found = next(((of, one) for of, one in {**known, "--state": state}.items() if one), ("", None))
