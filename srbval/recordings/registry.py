@@ -42,7 +42,6 @@ RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the pr
 TIMEOUT_S = 30
 MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()
-Registered = tuple[RegisteredRecording, ...]
 OUTPUT = {  # what srbval writes beside the main file of a report and of a campaign (a set of simulations)
     "report.html": ("report.html", "report.json", "report.pdf", "figures"),
     CAMPAIGN_JSON: (CAMPAIGN_JSON, "results.csv", "lock", RESULTS_FOLDER),
@@ -225,7 +224,7 @@ def _inspect(
     return found
 
 
-def rig_recordings(registered: Registered | None = None) -> Registered:
+def rig_recordings(registered: tuple[RegisteredRecording, ...] | None = None) -> tuple[RegisteredRecording, ...]:
     """Usable recordings of the Torino rig; shipped excerpts only for operating points without another recording."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}

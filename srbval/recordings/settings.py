@@ -115,8 +115,6 @@ def settings_of(stated: Mapping[str, Any]) -> RecordingSettings:
 ALIASES = {
     re.sub("_(hz|pct|s|mv_per_g)$", "", field.name): field.name for field in dataclasses.fields(RecordingSettings)
 }
-
-
 # Keywords of options that are named neither like a setting nor like the option.
 KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
 KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solver": 'solver={"name": ...}'}
@@ -150,16 +148,15 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     """Apply the user's settings to `reading`; `DataError` if a setting does not fit the contents of the file."""
     reading = _with_origin(path, reading, settings.origin)
     changes: dict[str, Any] = {"channels": _apply_to_channels(path, reading, settings)}
-    notes, channel = [], reading.channel
+    notes = []
     stated = {key: name for key in ROTATIONS if (name := getattr(settings, key)) is not None}
     rotations = {key: _find_channel(path, reading, name) for key, name in stated.items()}
     if settings.channel is not None:
         notes.append(f"channel {printable(settings.channel)} chosen by the user")
-        channel, changes["axes"] = _find_channel(path, reading, settings.channel), None
-    elif rotations and channel is None and reading.axes is None:
+        changes |= {"channel": _find_channel(path, reading, settings.channel), "axes": None}
+    elif rotations and reading.channel is None and reading.axes is None:
         others = [name for name in reading.vibrations if name not in rotations.values()]
-        channel = others[0] if len(others) == 1 else None
-    changes["channel"] = channel
+        changes["channel"] = others[0] if len(others) == 1 else None
     changes |= _sampling_rate(path, dataclasses.replace(reading, **changes), settings)
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
