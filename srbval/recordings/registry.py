@@ -83,13 +83,11 @@ def add(
         stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
     else:
         stated = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
-    files = {}
-    for path, given in stated.items():
-        bearing = given.bearing
-        if bearing is not None:  # by its name or absolute path, so that it loads from every folder
+    files = {str(path): given for path, given in stated.items()}
+    for file, given in files.items():
+        if (bearing := given.bearing) is not None:  # by its name or absolute path, so that it loads from every folder
             name = load_bearing(bearing).name
-            bearing = os.path.abspath(bearing) if bearing.endswith(".toml") else name
-        files[str(path)] = replace(given, bearing=bearing)
+            files[file] = replace(given, bearing=os.path.abspath(bearing) if bearing.endswith(".toml") else name)
     known = {} if repin else read_manifest()
     found = RegisterListing(replace(entry, registered=True) for entry in _inspect(files, known, "Register", progress))
     if found.left_out and (table is not None or not found.recordings):

@@ -173,9 +173,9 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
     if (time := changed.time) and changed.fs_hz and (against := time.rate_caution(changed.fs_hz)):
         cautions += [] if time.uneven and settings.resample_hz else [against]
-    if time is not None and time.places is not None:
+    if time is not None and (places := time.places) is not None:
         cautions.append(time.missing_caution())
-        changed = changed.with_samples(time.fill_missing)
+        changed = changed.with_samples(lambda samples: np.interp(np.arange(places[-1] + 1), places, samples))
     changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
     changed = _prepare_signals(path, changed, settings, rotations)
     if "tacho" in rotations:

@@ -62,10 +62,6 @@ class TimeColumn:
             return None
         return f"the times of {self.name} mean {self.rates_hz[0]:.9g} Hz, read at {fs_hz:.9g} Hz"
 
-    def fill_missing(self, samples: FloatArray) -> FloatArray:
-        """Interpolate missing samples linearly on the even grid of `places`."""
-        return samples if self.places is None else np.interp(np.arange(self.places[-1] + 1), self.places, samples)
-
     def missing_caution(self) -> str:
         """Caution about samples that are missing and were interpolated."""
         assert self.places is not None
