@@ -163,9 +163,7 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
     }
     left = [printable(key) for key in reading.channels if key not in same][:NAMED_CHANNELS]
     notes = (f"left out, of another length, rate or unit: {', '.join(left)}",) if left else ()
-    band_hz = main.band_hz
-    if band_hz is None and reading.dataset is not None:
-        band_hz = dataset(reading.dataset).band_hz(reading.fs_hz)
+    band_hz = main.band_hz or (dataset(reading.dataset).band_hz(reading.fs_hz) if reading.dataset else None)
     facts = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
     facts |= {"cautions": reading.all_cautions(), "notes": reading.notes + notes}
     facts |= {key: getattr(main, key) for key in ("bearing", "state", "scale_missing")}

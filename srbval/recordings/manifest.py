@@ -137,7 +137,6 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
     """Add the contents of a file to its `entry`; `reason` lists the facts that an analysis needs besides."""
     reading = read_file(path, settings)
     questions = *open_questions(reading), *open_for_analysis(reading)
-    main = reading.main
     return replace(
         entry,
         reason=f"not stated: {'; '.join(map(str, questions))}" if questions else None,
@@ -145,12 +144,12 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
         radial_kn=None if reading.radial_n is None else reading.radial_n / N_PER_KN,
         axial_kn=None if reading.axial_n is None else reading.axial_n / N_PER_KN,
         rpm=None if reading.speed is None else reading.speed.value_hz * RPM_PER_HZ,
-        seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
+        seconds=None if reading.fs_hz is None else len(reading.main.samples) / reading.fs_hz,
         channels=tuple(reading.channels),
         settings=settings or None,
         cautions=reading.all_cautions(),
         **{key: getattr(reading, key) for key in ("origin", "dataset", "nominal_rpm", "fs_hz", "channel")},
-        **{key: getattr(main, key) for key in ("state", "bearing")},
+        **{key: getattr(reading.main, key) for key in ("state", "bearing")},
     )
 
 

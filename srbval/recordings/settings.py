@@ -193,18 +193,16 @@ def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading
 
 def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Any]:
     """Fields of `Reading` that state the sampling rate (from user, file, times or channel) or why it is unknown."""
-    time, fs_hz = reading.time, reading.fs_hz
+    time = reading.time
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
             raise DataError(f"{path}: {time.problem}, but --fs assumes even times. Give --resample without --fs.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))
-    if fs_hz is None and time is not None and time.rates_hz and not problem:
-        fs_hz = time.rates_hz[0]
-    if fs_hz is None and reading.channel is not None:
-        fs_hz = reading.main.fs_hz
-    return {"fs_hz": fs_hz, "rate_problem": problem or None}
+    by_times = time.rates_hz[0] if time is not None and time.rates_hz and not problem else None
+    by_channel = None if reading.channel is None else reading.main.fs_hz
+    return {"fs_hz": reading.fs_hz or by_times or by_channel, "rate_problem": problem or None}
 
 
 def _prepare_signals(
