@@ -191,8 +191,15 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
             likely = (times.size - 1) / (float(times[-1]) * factor)
             zero = f"{int((steps == 0).sum())} of {steps.size} steps are zero; on average {likely:.6g} Hz"
             return replace(column, problem=f"the times of {shown} are too coarse for a rate: {zero}", likely_hz=likely)
-        times_s = times * factor if is_known and steps.min() >= 0 and usual > 0 else None
-        return replace(column, problem=_unevenness(shown, steps, digit), uneven=True, times_s=times_s)
+        if not usual > 0:
+            problem = f"the times of {shown} do not run forwards: {int((steps <= 0).sum())} of {steps.size} steps"
+            return replace(column, problem=problem, uneven=True)
+        jitter = np.abs(steps - usual)
+        uneven = np.count_nonzero(jitter > MAX_STEP_DEVIATION * usual + digit)
+        said = f"{uneven} of {steps.size} steps" if uneven else "a slow drift"
+        problem = f"the times of {shown} are uneven: {said}, the worst off by {100 * jitter.max() / usual:.3g} %"
+        times_s = times * factor if is_known and steps.min() >= 0 else None
+        return replace(column, problem=problem, uneven=True, times_s=times_s)
     if unit and unit not in TIME_UNITS_S:
         return replace(column, problem=f"the times of {shown} are in an unknown unit, {printable(unit)!r}")
     column = replace(column, places=places if count + 1 > times.size else None)
@@ -228,13 +235,3 @@ def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
     digit = next((d for d, v in written if np.abs(v - np.round(v)).max() < max(1e-4, 2 * np.spacing(v.max()))), 0.0)
     single = bool((values.astype(np.float32) == values).all())
     return max(digit, float(np.spacing(np.float32(largest))) if single else 0.0)
-
-
-def _unevenness(name: str, steps: FloatArray, digit: float) -> str:
-    usual = float(np.median(steps))
-    if not usual > 0:
-        return f"the times of {name} do not run forwards: {int((steps <= 0).sum())} of {steps.size} steps"
-    off = np.abs(steps - usual)
-    count = np.count_nonzero(off > MAX_STEP_DEVIATION * usual + digit)
-    said = f"{count} of {steps.size} steps" if count else "a slow drift"
-    return f"the times of {name} are uneven: {said}, the worst off by {100 * off.max() / usual:.3g} %"
