@@ -294,13 +294,14 @@ def recording_of(source: RecordSource, settings: RecordingSettings | None = None
     """Return the recording of a file or a run, or `source` itself, after applying the user's settings.
 
     `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
-    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. If several
-    sources state a fact, the first of these is used: `stated`, `settings`, the register (`load_registered`), the file.
+    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. If several sources
+    state a fact, the first of these is used: `stated`, `settings`, the register (`registered_settings`), the file.
     Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
     """
     settings = settings_of(stated).over(settings or NO_SETTINGS)
     if isinstance(source, str | Path):
-        return load_registered(find_shipped(source), settings)
+        path = find_shipped(source)
+        return load_recording(path, registered_settings(path, settings))
     return with_settings(recording_from_run(source) if isinstance(source, Run) else source, settings)
 
 
@@ -308,13 +309,6 @@ def find_shipped(name: str | Path) -> str | Path:
     """Path of the shipped recording called `name`; `name` itself if there is none, or if a file of this name exists."""
     shipped = shipped_folder(RIG_EXCERPTS) / name
     return shipped if not Path(name).exists() and Path(name).name == str(name) and shipped.is_file() else name
-
-
-def load_registered(
-    path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
-) -> Recording:
-    """Load a recording with `settings`, completed by the settings in the register (see `registered_settings`)."""
-    return load_recording(path, registered_settings(path, settings, band_hz))
 
 
 def registered_settings(

@@ -21,7 +21,7 @@ from srbval.reading.pipeline import RIG_BEARING
 from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.load import read_file
 from srbval.recordings.manifest import RegisteredRecording
-from srbval.recordings.registry import is_unopened, listing, load_registered, registered_settings, rig_recordings
+from srbval.recordings.registry import is_unopened, listing, recording_of, registered_settings, rig_recordings
 from srbval.recordings.settings import BEARING_QUESTION
 from srbval.validation.case import CasePair, Source, ValidationCase, files_of_source
 
@@ -58,7 +58,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
     settings = source.settings if measured else dataclasses.replace(source.settings, origin=Origin.SIMULATED)
     for path in files_of_source(source, folder, side):
         try:
-            found.append(load_registered(path, settings) if measured else load_recording(path, settings))
+            found.append(recording_of(path, settings) if measured else load_recording(path, settings))
         except DataError as error:
             if not error.questions:
                 raise
