@@ -80,10 +80,9 @@ def add(
     not a recording, or the register cannot be written; `ConfigurationError` for an unknown bearing or a wrong table.
     """
     if table is None:
-        stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
+        files = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
     else:
-        stated = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
-    files = {str(path): given for path, given in stated.items()}
+        files = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
     for file, given in files.items():
         if (bearing := given.bearing) is not None:  # by its name or absolute path, so that it loads from every folder
             name = load_bearing(bearing).name
@@ -116,7 +115,7 @@ def listing(*, hash_all: bool = False, progress: Progress = silent) -> RegisterL
     Files are hashed if their size or modification time has changed, or always with `hash_all`.
     """
     known = read_manifest()
-    files = [Path(file) for file, entry in known.items() if entry.registered]
+    files = [file for file, entry in known.items() if entry.registered]
     if set_by_user := os.environ.get(RECORDINGS_VARIABLE):
         folder = Path(set_by_user).expanduser()
         if not folder.is_dir():
@@ -164,7 +163,7 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
     return add(target)
 
 
-def files_under(folder: Path) -> list[Path]:
+def files_under(folder: Path) -> list[str]:
     """Files below `folder`, sorted; `DataError` if there are none.
 
     Hidden files, linked folders and the files of `OUTPUT` are left out. Of a campaign's own folder the result files are
@@ -174,7 +173,7 @@ def files_under(folder: Path) -> list[Path]:
     results = whole / RESULTS_FOLDER
     whole = results if (whole / CAMPAIGN_JSON).is_file() and results.is_dir() else whole
     if whole.is_file():
-        return [whole]
+        return [str(whole)]
     if not whole.is_dir():
         raise DataError(f"{folder}: no such folder. Check the path.")
     paths = [path for path in whole.rglob("*") if "/." not in f"/{path.relative_to(whole).as_posix()}"]
@@ -182,14 +181,14 @@ def files_under(folder: Path) -> list[Path]:
     found = sorted(path for path in paths if not path.is_dir() and outputs.isdisjoint((path, *path.parents)))
     if not found:
         raise DataError(f"{folder}: contains no files to read. Name the folder of the recordings.")
-    return found
+    return [str(path) for path in found]
 
 
 def _inspect_and_store(
-    files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
+    files: Iterable[str], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
     """Entries of `files`; unchanged files with an entry in `known` are read only if `again`. New results are stored."""
-    found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
+    found = _inspect(dict.fromkeys(files, NO_SETTINGS), known, "Verify", progress, again=again)
     usable = (entry for entry in found if entry.sha256 and (entry.status is FileStatus.OK or not entry.registered))
     new = {entry.file: entry for entry in usable if entry != known.get(entry.file)}
     if new:
@@ -287,7 +286,7 @@ RecordSource = str | Path | Recording | Run  # a record's file, itself, or a sim
 
 def files_of(path: str | Path) -> list[str]:
     """List the named file, or all files below the named folder."""
-    return [str(file) for file in (files_under(Path(path)) if Path(path).is_dir() else [find_shipped(path)])]
+    return files_under(Path(path)) if Path(path).is_dir() else [str(find_shipped(path))]
 
 
 def recording_of(source: RecordSource, settings: RecordingSettings | None = None, **stated: Any) -> Recording:

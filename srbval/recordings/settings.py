@@ -351,7 +351,7 @@ def _printable_names(channels: Iterable[str]) -> list[str]:
     return names if len(names) <= NAMED_CHANNELS else [*names[:NAMED_CHANNELS], "..."]
 
 
-def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping[Path, RecordingSettings]:
+def label_table(table: Path, folder: Path, common: RecordingSettings) -> dict[str, RecordingSettings]:
     """Read a CSV table with settings of files below `folder`, one file per row; return the settings by file.
 
     The columns are ``file`` and fields of `RecordingSettings`; for an empty field the value in `common` is used. If
@@ -370,14 +370,14 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
         wrong.append(f"each column must occur once, and {FILE_COLUMN!r} is required")
     if wrong or not body:
         raise ConfigurationError(f"{table}: {'; '.join(wrong) or 'the table has no row below its header'}.")
-    found: dict[Path, RecordingSettings] = {}
+    found: dict[str, RecordingSettings] = {}
     for number, row in enumerate(body, 1):
         try:
             if len(row) != len(names):
                 raise ConfigurationError(f"the row has {len(row)} fields, the header {len(names)}; make them equal")
             stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip()}
-            file = Path(os.path.abspath(folder / stated.pop(FILE_COLUMN, "")))
-            if not file.is_file():
+            file = os.path.abspath(folder / stated.pop(FILE_COLUMN, ""))
+            if not os.path.isfile(file):
                 raise ConfigurationError(f"{file}: no such file")
             for key, text in stated.items():
                 point = text.replace(",", ".") if separator != "," and "float" in types[key] else text
@@ -386,7 +386,7 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
                     stated[key] = int(text)
             settings = build(RecordingSettings, stated, "row")
             if file in found:
-                raise ConfigurationError(f"{file.name} is named twice in the table; delete one row")
+                raise ConfigurationError(f"{os.path.basename(file)} is named twice in the table; delete one row")
             found[file] = settings.over(common)
         except ConfigurationError as error:
             wrong.append(f"row {number}: {error}")
