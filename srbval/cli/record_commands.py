@@ -29,7 +29,7 @@ from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.file_times import record_times
 from srbval.recordings.raw import printable
-from srbval.recordings.registry import load_registered
+from srbval.recordings.registry import recording_of
 from srbval.signal.envelope import FILTER_IN_WORDS
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import import_library
@@ -311,10 +311,10 @@ def run_identify_command(options: argparse.Namespace) -> int:
     if options.output:
         check_suffix(Path(options.output), "TOML", (".toml",))
     settings = recording_settings(options)
-    fault = load_registered(options.file, settings)
+    fault = recording_of(options.file, settings)
     records = [replace(fault, state=Fault(options.defect)) if options.defect else fault]
     if options.cross_from:
-        records.append(replace(load_registered(options.cross_from, settings), state=Fault.INNER))
+        records.append(replace(recording_of(options.cross_from, settings), state=Fault.INNER))
     healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
     bearing = options.bearing or fault.bearing or DEFAULT_BEARING
     with ProgressDisplay() as progress:

@@ -15,13 +15,7 @@ from srbval.reading.lines import Line, NotDetected, detected_fault_lines
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.reading import N_PER_KN
-from srbval.recordings.registry import (
-    RecordSource,
-    healthy_baseline,
-    load_registered,
-    recording_of,
-    registered_settings,
-)
+from srbval.recordings.registry import RecordSource, healthy_baseline, recording_of, registered_settings
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import LEAST_SNR, NORMAL_95, power_density
 
@@ -81,7 +75,7 @@ def registered_baseline(analysis: Analysis) -> Recording | None:
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
-    healthy = load_registered(entry.file, RecordingSettings(channel=analysis.recording.channel))
+    healthy = recording_of(entry.file, RecordingSettings(channel=analysis.recording.channel))
     missing = healthy.scale_missing or analysis.recording.scale_missing
     return None if missing or _is_same_signal(healthy, analysis.recording) else healthy
 
@@ -113,9 +107,9 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
     ignored = ["state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"]
     ignored += [name for name in ("unit", "sensitivity_mv_per_g") if getattr(own, name)]
     kept = replace(settings, **dict.fromkeys(ignored), scale=scale)
-    healthy = load_registered(path, replace(kept, rpm=None, rpm_tolerance_pct=None))
+    healthy = recording_of(path, replace(kept, rpm=None, rpm_tolerance_pct=None))
     if healthy.speed is None and settings.rpm is not None:
-        healthy = load_registered(path, kept)
+        healthy = recording_of(path, kept)
     if healthy.state not in (None, Fault.HEALTHY):
         raise ConfigurationError(
             f"{path}: declared {healthy.state.label}, not healthy; give a record of a healthy bearing, or leave "

@@ -12,9 +12,9 @@ from srbval.diagnosis.long_records import analyse_by_parts
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, bearing_of
 from srbval.reading.features import features_of
-from srbval.recordings import Recording, RecordingSettings
+from srbval.recordings import Recording, RecordingSettings, load_recording
 from srbval.recordings.load import questions_error, subject_of
-from srbval.recordings.registry import load_registered, registered_settings
+from srbval.recordings.registry import registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION, settings_of
 from srbval.recordings.units import ACCELERATION_UNIT
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
@@ -104,7 +104,9 @@ def read_record(request: RecordRequest) -> RecordReading:
 
 def load_record(request: RecordRequest) -> tuple[Recording, Bearing]:
     """Load the record of a request, and its bearing; one error names both bearing and speed if neither is known."""
-    recording = request.recording or load_registered(request.file, request.settings, request.band_hz)
+    if (recording := request.recording) is None:
+        settings = registered_settings(request.file, request.settings, request.band_hz)
+        recording = load_recording(request.file, settings)
     if not (recording.bearing or recording.own_bearing or request.bearing or recording.speed):
         subject = subject_of(Path(recording.file)) if recording.file else recording.name
         raise questions_error(ConfigurationError, subject, (BEARING_QUESTION, SPEED_QUESTION))

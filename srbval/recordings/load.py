@@ -46,7 +46,7 @@ def load_recording(path: str | Path, settings: RecordingSettings | None = None, 
     that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
     """
     file = Path(path)
-    reading = apply_settings(file, read_file(file), settings_of(stated).over(settings or RecordingSettings()))
+    reading = read_file(file, settings_of(stated).over(settings or RecordingSettings()))
     named = {"name": printable(file.stem), "file": str(file), "sha256": file_sha256(file)}
     return _assemble(reading, subject_of(file), named)
 
@@ -72,9 +72,9 @@ def recording_from_columns(
     dates = {key: values for key, values in numbers.items() if values.dtype.kind in "mM"}
     numbers |= {key: (values - values.flat[0]) / np.timedelta64(1, "s") for key, values in dates.items()}
     given = {key: value for key, value in (attributes or {}).items() if isinstance(value, str | int | float)}
-    known: dict[str, Any] = {"attributes": given, "units": dict(column_units or {}) | dict.fromkeys(dates, "s")}
-    path = Path(name)
-    reading = apply_settings(path, recognise(RawFile(path=path, format="array", variables=numbers, **known)), settings)
+    units = dict(column_units or {}) | dict.fromkeys(dates, "s")
+    raw = RawFile(path=Path(name), format="array", variables=numbers, attributes=given, units=units)
+    reading = apply_settings(raw.path, recognise(raw), settings)
     kept = parse_json(str(given.get("facts", "{}")))  # of `Recording.facts`
     named = {"name": name} | {key: kept[key] for key in ("file", "sha256") if kept.get(key)}
     return _assemble(dataclasses.replace(reading, own_bearing=own or reading.own_bearing), name, named)
@@ -105,7 +105,7 @@ def subject_of(path: Path) -> str:
 
 def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
     """Channels from which the user must choose one to analyse; empty if the file or `settings` determine it."""
-    reading = apply_settings(path, read_file(path), settings)
+    reading = read_file(path, settings)
     is_open = reading.channel is None and reading.axes is None
     return tuple(reading.vibrations or reading.channels) if is_open else ()
 
@@ -120,10 +120,10 @@ def recording_from_run(run: Run) -> Recording:
     return dataclasses.replace(build(Recording, known, "run"), speed_signal=signal)
 
 
-def read_file(path: Path) -> Reading:
-    """Read and interpret a file; `Reading.channel` and `Reading.fs_hz` are None if the file does not determine them."""
+def read_file(path: Path, settings: RecordingSettings) -> Reading:
+    """Read and interpret a file; channel and sampling rate are None if neither file nor `settings` determine them."""
     try:
-        return recognise(detect_format(path).load(path))
+        return apply_settings(path, recognise(detect_format(path).load(path)), settings)
     except OSError as error:  # deleted meanwhile, a failing disk, or no memory to map the file
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
@@ -142,12 +142,10 @@ def recognise(raw: RawFile) -> Reading:
     if own is None and reading.origin is Origin.MEASURED:
         sound = {k: sample_cautions(c.samples) for k, c in channels.items() if not c.problem}
         channels = {k: dataclasses.replace(c, cautions=c.cautions + sound.get(k, ())) for k, c in channels.items()}
-    if own is None:
-        counts = {channel.samples.size for channel in channels.values()}
-        times = {count: time for count in counts if (time := time_column(raw, count)) is not None}
-        reading = dataclasses.replace(reading, times=times)
+    counts = {channel.samples.size for channel in channels.values()} if own is None else ()
+    times = {count: time for count in counts if (time := time_column(raw, count)) is not None}
     notes, cautions = reading.notes + raw.notes, reading.cautions + raw.cautions
-    return dataclasses.replace(reading, channels=channels, notes=notes, cautions=cautions)
+    return dataclasses.replace(reading, channels=channels, times=times, notes=notes, cautions=cautions)
 
 
 def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recording:
@@ -165,15 +163,13 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
     }
     left = [printable(key) for key in reading.channels if key not in same][:NAMED_CHANNELS]
     notes = (f"left out, of another length, rate or unit: {', '.join(left)}",) if left else ()
-    band_hz = main.band_hz
-    if band_hz is None and reading.dataset is not None:
-        band_hz = dataset(reading.dataset).band_hz(reading.fs_hz)
+    band_hz = main.band_hz or (dataset(reading.dataset).band_hz(reading.fs_hz) if reading.dataset else None)
     facts = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
     facts |= {"cautions": reading.all_cautions(), "notes": reading.notes + notes}
     facts |= {key: getattr(main, key) for key in ("bearing", "state", "scale_missing")}
     facts |= named | {"name": reading.name or named["name"]}
     return Recording(
-        **facts | {"axes": None if reading.channel is not None else reading.axes},
+        **facts,
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
         unit=main.recording_unit,

@@ -16,7 +16,7 @@ from srbval.recordings.load import read_file
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Origin
-from srbval.recordings.settings import RecordingSettings, apply_settings, open_for_analysis, open_questions
+from srbval.recordings.settings import RecordingSettings, open_for_analysis, open_questions
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json, write_json
@@ -78,10 +78,6 @@ class RegisteredRecording:
         """Bearing state, radial load [kN], axial load [kN] and nominal speed [rpm]."""
         return self.state, self.radial_kn, self.axial_kn, self.nominal_rpm
 
-    def with_status(self, status: FileStatus, reason: str) -> RegisteredRecording:
-        """Copy of the entry with another status and its reason."""
-        return replace(self, status=status, reason=reason)
-
 
 EntriesByFile = dict[str, RegisteredRecording]
 
@@ -105,43 +101,42 @@ def inspect_file(path: Path, settings: RecordingSettings, old: RegisteredRecordi
     try:
         size_bytes, mtime_ns = size_and_time(path)
         if mtime_ns < 0:
-            return entry.with_status(FileStatus.MISSING, "the file is no longer there")
+            return replace(entry, status=FileStatus.MISSING, reason="the file is no longer there")
         if size_bytes < entry.size_bytes:
             text = f"{size_bytes} bytes instead of the {entry.size_bytes} registered; copy the file again"
-            return entry.with_status(FileStatus.TRUNCATED, text)
+            return replace(entry, status=FileStatus.TRUNCATED, reason=text)
         if not path.is_file():
-            return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
+            return replace(entry, status=FileStatus.UNREADABLE, reason="not a regular file")
         sha256 = file_sha256(path)
         if entry.sha256 not in ("", sha256):
             text = (
                 f"SHA-256 was {entry.sha256:.12}... when registered and is {sha256:.12}... now; restore the file, or "
                 "register it again if it was changed on purpose (`srbval data add --repin`)"
             )
-            return entry.with_status(FileStatus.CHANGED, text)
+            return replace(entry, status=FileStatus.CHANGED, reason=text)
         if entry.format and entry.status is FileStatus.OK and entry.settings == (settings or None):
             return replace(entry, mtime_ns=mtime_ns)
         entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
         entry = _describe_contents(entry, path, settings)
     except OSError as error:
-        return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
+        return replace(entry, status=FileStatus.UNREADABLE, reason=f"cannot be read ({error.strerror})")
     except SrbvalError as error:
         text = str(error).removeprefix(f"{path}: ")
         if isinstance(error, NoRecordingError):
-            return entry.with_status(FileStatus.NO_RECORDING, text)
+            return replace(entry, status=FileStatus.NO_RECORDING, reason=text)
         cut = "truncated: " in text or "truncated file" in text  # from a loader or the HDF5 library
-        return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
+        return replace(entry, status=FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, reason=text)
     files = (file for known in known_datasets() if known.name == entry.dataset for file in known.files)
     published = {file["name"]: file.get("sha256") for file in files}.get(path.name)
     if published not in (None, entry.sha256):
-        return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published:.12}...")
+        return replace(entry, status=FileStatus.CHANGED, reason=f"its SHA-256 is not the published {published:.12}...")
     return entry
 
 
 def _describe_contents(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
     """Add the contents of a file to its `entry`; `reason` lists the facts that an analysis needs besides."""
-    reading = apply_settings(path, read_file(path), settings)
+    reading = read_file(path, settings)
     questions = *open_questions(reading), *open_for_analysis(reading)
-    main = reading.main
     return replace(
         entry,
         reason=f"not stated: {'; '.join(map(str, questions))}" if questions else None,
@@ -149,12 +144,12 @@ def _describe_contents(entry: RegisteredRecording, path: Path, settings: Recordi
         radial_kn=None if reading.radial_n is None else reading.radial_n / N_PER_KN,
         axial_kn=None if reading.axial_n is None else reading.axial_n / N_PER_KN,
         rpm=None if reading.speed is None else reading.speed.value_hz * RPM_PER_HZ,
-        seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
+        seconds=None if reading.fs_hz is None else len(reading.main.samples) / reading.fs_hz,
         channels=tuple(reading.channels),
         settings=settings or None,
         cautions=reading.all_cautions(),
         **{key: getattr(reading, key) for key in ("origin", "dataset", "nominal_rpm", "fs_hz", "channel")},
-        **{key: getattr(main, key) for key in ("state", "bearing")},
+        **{key: getattr(reading.main, key) for key in ("state", "bearing")},
     )
 
 

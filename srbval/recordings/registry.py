@@ -42,7 +42,6 @@ RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the pr
 TIMEOUT_S = 30
 MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()
-Registered = tuple[RegisteredRecording, ...]
 OUTPUT = {  # what srbval writes beside the main file of a report and of a campaign (a set of simulations)
     "report.html": ("report.html", "report.json", "report.pdf", "figures"),
     CAMPAIGN_JSON: (CAMPAIGN_JSON, "results.csv", "lock", RESULTS_FOLDER),
@@ -54,18 +53,14 @@ SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may 
 class RegisterListing:
     """Entries of the register of recordings (all, or those changed by a command), sorted by file.
 
-    `left_out` are files that are not recordings.
+    `left_out` are files that are not recordings, `problems` recordings whose status is not ok.
     """
 
     def __init__(self, entries: Iterable[RegisteredRecording]) -> None:
         found = sorted(entries, key=lambda entry: entry.file)
         self.recordings = tuple(r for r in found if r.status is not FileStatus.NO_RECORDING)
         self.left_out = tuple(r for r in found if r.status is FileStatus.NO_RECORDING)
-
-    @property
-    def problems(self) -> tuple[RegisteredRecording, ...]:
-        """Recordings whose status is not ok."""
-        return tuple(r for r in self.recordings if r.status is not FileStatus.OK)
+        self.problems = tuple(r for r in self.recordings if r.status is not FileStatus.OK)
 
 
 def add(
@@ -85,16 +80,13 @@ def add(
     not a recording, or the register cannot be written; `ConfigurationError` for an unknown bearing or a wrong table.
     """
     if table is None:
-        stated: Mapping[Path, RecordingSettings] = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
+        files = dict.fromkeys(files_under(Path(folder)), settings or NO_SETTINGS)
     else:
-        stated = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
-    files = {}
-    for path, given in stated.items():
-        bearing = given.bearing
-        if bearing is not None:  # by its name or absolute path, so that it loads from every folder
+        files = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
+    for file, given in files.items():
+        if (bearing := given.bearing) is not None:  # by its name or absolute path, so that it loads from every folder
             name = load_bearing(bearing).name
-            bearing = os.path.abspath(bearing) if bearing.endswith(".toml") else name
-        files[str(path)] = replace(given, bearing=bearing)
+            files[file] = replace(given, bearing=os.path.abspath(bearing) if bearing.endswith(".toml") else name)
     known = {} if repin else read_manifest()
     found = RegisterListing(replace(entry, registered=True) for entry in _inspect(files, known, "Register", progress))
     if found.left_out and (table is not None or not found.recordings):
@@ -123,7 +115,7 @@ def listing(*, hash_all: bool = False, progress: Progress = silent) -> RegisterL
     Files are hashed if their size or modification time has changed, or always with `hash_all`.
     """
     known = read_manifest()
-    files = [Path(file) for file, entry in known.items() if entry.registered]
+    files = [file for file, entry in known.items() if entry.registered]
     if set_by_user := os.environ.get(RECORDINGS_VARIABLE):
         folder = Path(set_by_user).expanduser()
         if not folder.is_dir():
@@ -171,7 +163,7 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
     return add(target)
 
 
-def files_under(folder: Path) -> list[Path]:
+def files_under(folder: Path) -> list[str]:
     """Files below `folder`, sorted; `DataError` if there are none.
 
     Hidden files, linked folders and the files of `OUTPUT` are left out. Of a campaign's own folder the result files are
@@ -181,7 +173,7 @@ def files_under(folder: Path) -> list[Path]:
     results = whole / RESULTS_FOLDER
     whole = results if (whole / CAMPAIGN_JSON).is_file() and results.is_dir() else whole
     if whole.is_file():
-        return [whole]
+        return [str(whole)]
     if not whole.is_dir():
         raise DataError(f"{folder}: no such folder. Check the path.")
     paths = [path for path in whole.rglob("*") if "/." not in f"/{path.relative_to(whole).as_posix()}"]
@@ -189,14 +181,14 @@ def files_under(folder: Path) -> list[Path]:
     found = sorted(path for path in paths if not path.is_dir() and outputs.isdisjoint((path, *path.parents)))
     if not found:
         raise DataError(f"{folder}: contains no files to read. Name the folder of the recordings.")
-    return found
+    return [str(path) for path in found]
 
 
 def _inspect_and_store(
-    files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
+    files: Iterable[str], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
     """Entries of `files`; unchanged files with an entry in `known` are read only if `again`. New results are stored."""
-    found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
+    found = _inspect(dict.fromkeys(files, NO_SETTINGS), known, "Verify", progress, again=again)
     usable = (entry for entry in found if entry.sha256 and (entry.status is FileStatus.OK or not entry.registered))
     new = {entry.file: entry for entry in usable if entry != known.get(entry.file)}
     if new:
@@ -229,7 +221,7 @@ def _inspect(
     return found
 
 
-def rig_recordings(registered: Registered | None = None) -> Registered:
+def rig_recordings(registered: tuple[RegisteredRecording, ...] | None = None) -> tuple[RegisteredRecording, ...]:
     """Usable recordings of the Torino rig; shipped excerpts only for operating points without another recording."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
@@ -294,20 +286,21 @@ RecordSource = str | Path | Recording | Run  # a record's file, itself, or a sim
 
 def files_of(path: str | Path) -> list[str]:
     """List the named file, or all files below the named folder."""
-    return [str(file) for file in (files_under(Path(path)) if Path(path).is_dir() else [find_shipped(path)])]
+    return files_under(Path(path)) if Path(path).is_dir() else [str(find_shipped(path))]
 
 
 def recording_of(source: RecordSource, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
     """Return the recording of a file or a run, or `source` itself, after applying the user's settings.
 
     `stated` are fields of `RecordingSettings`: `channel`, sampling rate `fs_hz`, `unit` of the samples in the file (see
-    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. If several
-    sources state a fact, the first of these is used: `stated`, `settings`, the register (`load_registered`), the file.
+    `units.UNITS`), mean shaft speed `rpm` and, if the speed is a set point, `rpm_tolerance_pct`. If several sources
+    state a fact, the first of these is used: `stated`, `settings`, the register (`registered_settings`), the file.
     Raises `DataError` for a file that cannot be read or is ambiguous, `ConfigurationError` for an impossible setting.
     """
     settings = settings_of(stated).over(settings or NO_SETTINGS)
     if isinstance(source, str | Path):
-        return load_registered(find_shipped(source), settings)
+        path = find_shipped(source)
+        return load_recording(path, registered_settings(path, settings))
     return with_settings(recording_from_run(source) if isinstance(source, Run) else source, settings)
 
 
@@ -315,13 +308,6 @@ def find_shipped(name: str | Path) -> str | Path:
     """Path of the shipped recording called `name`; `name` itself if there is none, or if a file of this name exists."""
     shipped = shipped_folder(RIG_EXCERPTS) / name
     return shipped if not Path(name).exists() and Path(name).name == str(name) and shipped.is_file() else name
-
-
-def load_registered(
-    path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
-) -> Recording:
-    """Load a recording with `settings`, completed by the settings in the register (see `registered_settings`)."""
-    return load_recording(path, registered_settings(path, settings, band_hz))
 
 
 def registered_settings(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import math
 import os
 import re
 import shlex
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +101,7 @@ class RecordingSettings(Limited):
             given["rpm_tolerance_pct"] = self.rpm_tolerance_pct
         if self.band_hz or self.auto_band:  # one of them
             given |= {"band_hz": self.band_hz, "auto_band": self.auto_band}
-        return dataclasses.replace(stored, **given)
+        return replace(stored, **given)
 
 
 def settings_of(stated: Mapping[str, Any]) -> RecordingSettings:
@@ -112,11 +111,7 @@ def settings_of(stated: Mapping[str, Any]) -> RecordingSettings:
 
 
 # Settings by the names of their options, which contain no units.
-ALIASES = {
-    re.sub("_(hz|pct|s|mv_per_g)$", "", field.name): field.name for field in dataclasses.fields(RecordingSettings)
-}
-
-
+ALIASES = {re.sub("_(hz|pct|s|mv_per_g)$", "", field.name): field.name for field in fields(RecordingSettings)}
 # Keywords of options that are named neither like a setting nor like the option.
 KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
 KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solver": 'solver={"name": ...}'}
@@ -150,17 +145,16 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     """Apply the user's settings to `reading`; `DataError` if a setting does not fit the contents of the file."""
     reading = _with_origin(path, reading, settings.origin)
     changes: dict[str, Any] = {"channels": _apply_to_channels(path, reading, settings)}
-    notes, channel = [], reading.channel
+    notes = []
     stated = {key: name for key in ROTATIONS if (name := getattr(settings, key)) is not None}
     rotations = {key: _find_channel(path, reading, name) for key, name in stated.items()}
     if settings.channel is not None:
         notes.append(f"channel {printable(settings.channel)} chosen by the user")
-        channel, changes["axes"] = _find_channel(path, reading, settings.channel), None
-    elif rotations and channel is None and reading.axes is None:
+        changes |= {"channel": _find_channel(path, reading, settings.channel), "axes": None}
+    elif rotations and reading.channel is None and reading.axes is None:
         others = [name for name in reading.vibrations if name not in rotations.values()]
-        channel = others[0] if len(others) == 1 else None
-    changes["channel"] = channel
-    changes |= _sampling_rate(path, dataclasses.replace(reading, **changes), settings)
+        changes["channel"] = others[0] if len(others) == 1 else None
+    changes |= _sampling_rate(path, replace(reading, **changes), settings)
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
     given = {SETTING_LABELS.get(key, key): getattr(settings, key) for key in NOTED}
@@ -169,19 +163,17 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
         changes["speed"], how = speed_from_user(settings.rpm, settings.rpm_tolerance_pct, reading)
         changes |= {"speed_signal": None, "speed_problem": None}
         notes.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
-    for load in ("radial", "axial"):
-        if (load_kn := getattr(settings, f"{load}_kn")) is not None:
-            changes[f"{load}_n"] = load_kn * N_PER_KN
+    loads_kn = {"radial_n": settings.radial_kn, "axial_n": settings.axial_kn}
+    changes |= {key: load_kn * N_PER_KN for key, load_kn in loads_kn.items() if load_kn is not None}
     states = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
     cautions = [f"the file or its data set states {s}, the user {settings.state}: the latter is used" for s in states]
-    changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
+    changed = replace(reading, **changes, notes=(*reading.notes, *notes))
     if (time := changed.time) and changed.fs_hz and (against := time.rate_caution(changed.fs_hz)):
         cautions += [] if time.uneven and settings.resample_hz else [against]
-    if time is not None and time.missing:
+    if time is not None and (places := time.places) is not None:
         cautions.append(time.missing_caution())
-        changed = changed.with_samples(time.fill_missing)
-    changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
-    changed = _prepare_signals(path, changed, settings, rotations)
+        changed = changed.with_samples(lambda samples: np.interp(np.arange(places[-1] + 1), places, samples))
+    changed = _prepare_signals(path, replace(changed, cautions=(*reading.cautions, *cautions)), settings, rotations)
     if "tacho" in rotations:
         tacho = changed.channels[rotations["tacho"]]
         tacho = as_rotation(path, tacho) if tacho.rotates else tacho
@@ -195,24 +187,22 @@ def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading
         return reading
     if reading.origin is not Origin.MEASURED:
         raise DataError(f"{path}: the file states that it is {reading.origin}; it cannot be declared {stated}.")
-    channels = {name: dataclasses.replace(c, cautions=()) for name, c in reading.channels.items()}
-    return dataclasses.replace(reading, origin=stated, channels=channels)
+    channels = {name: replace(c, cautions=()) for name, c in reading.channels.items()}
+    return replace(reading, origin=stated, channels=channels)
 
 
 def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Any]:
     """Fields of `Reading` that state the sampling rate (from user, file, times or channel) or why it is unknown."""
-    time, fs_hz = reading.time, reading.fs_hz
+    time = reading.time
     if settings.fs_hz is not None:
         if settings.resample_hz and time is not None and time.times_s is not None:
             raise DataError(f"{path}: {time.problem}, but --fs assumes even times. Give --resample without --fs.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))
-    if fs_hz is None and time is not None and time.rates_hz and not problem:
-        fs_hz = time.rates_hz[0]
-    if fs_hz is None and reading.channel is not None:
-        fs_hz = reading.main.fs_hz
-    return {"fs_hz": fs_hz, "rate_problem": problem or None}
+    by_times = time.rates_hz[0] if time is not None and time.rates_hz and not problem else None
+    by_channel = None if reading.channel is None else reading.main.fs_hz
+    return {"fs_hz": reading.fs_hz or by_times or by_channel, "rate_problem": problem or None}
 
 
 def _prepare_signals(
@@ -221,7 +211,7 @@ def _prepare_signals(
     """Cut, resample and differentiate channels; the channels in `rotations` become the cage and shaft speeds."""
     cage, shaft = (rotations.get(key) for key in ROTATIONS[1:])
     turning = {name: as_rotation(path, reading.channels[name]) for name in (cage, shaft) if name is not None}
-    reading = dataclasses.replace(reading, channels={**reading.channels, **turning})
+    reading = replace(reading, channels={**reading.channels, **turning})
     if reading.channel in turning or not set(reading.channels) - set(turning):
         raise DataError(f"{path}: no vibration to analyse, only {' and '.join(turning)}; choose another --channel.")
     wanted, unit, time = settings.derivative, reading.main.recording_unit, reading.time
@@ -243,13 +233,13 @@ def _prepare_signals(
         times_s = times_s[-reading.main.samples.size :]
     if cage is not None:
         cage_hz, notes = mean_hz(path, reading.channels[cage], times_s), (*reading.notes, f"cage speed from {cage}")
-        reading = dataclasses.replace(reading, cage_hz=cage_hz, notes=notes)
+        reading = replace(reading, cage_hz=cage_hz, notes=notes)
     if settings.resample_hz and is_other_rate:
         reading = resample_channels(path, reading, times_s, settings.resample_hz, derivatives)
     if shaft is not None:
         reading = with_tachometer(reading, reading.channels[shaft], pulses_per_rev=None, rpm=settings.rpm)
     vibrations = {name: channel for name, channel in reading.channels.items() if name not in turning}
-    return as_accelerations(dataclasses.replace(reading, channels=vibrations), derivatives)
+    return as_accelerations(replace(reading, channels=vibrations), derivatives)
 
 
 def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
@@ -258,12 +248,12 @@ def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
     channels = {}
     for name, own in reading.channels.items():
-        c = dataclasses.replace(own, **given | ({} if own.rotates else _unit_changes(path, name, own, settings)))
+        c = replace(own, **given | ({} if own.rotates else _unit_changes(path, name, own, settings)))
         caution = (
             f"its samples are whole numbers of a converter, and no --scale converts them to {c.unit}: levels are "
             "unknown and are not compared with other records"
         )
-        channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution)) if c.scale_missing else c
+        channels[name] = replace(c, cautions=(*c.cautions, caution)) if c.scale_missing else c
     if (per_g := settings.sensitivity_mv_per_g) is None:
         return channels
     in_volt = {name: c for name, c in channels.items() if c.unit in VOLTAGES}
@@ -275,7 +265,7 @@ def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings
         )
     for name, c in in_volt.items():
         factor = c.factor * UNITS[c.unit or ""][1] * MV_PER_V / per_g
-        channels[name] = dataclasses.replace(c, unit="g", factor=factor)
+        channels[name] = replace(c, unit="g", factor=factor)
     return channels
 
 
@@ -311,9 +301,8 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
     if unstated := [c for c in main if c.unit is None]:
         text = next((c.unknown_unit for c in unstated if c.unknown_unit), None)
         because = f" (the file states {text!r}, which is not known)" if text else ""
-        questions.append(
-            OpenQuestion(f"no unit{because}", f"--unit {' | '.join(UNITS)}", f"--unit {_likely_unit(main[0])}")
-        )
+        options = f"--unit {' | '.join(UNITS)}", f"--unit {_likely_unit(main[0])}"
+        questions.append(OpenQuestion(f"no unit{because}", *options))
     if reading.speed_problem is not None:
         questions.append(OpenQuestion(f"{reading.speed_problem} State the speed", "--rpm R", "--rpm 1480"))
     return tuple(questions)
@@ -362,15 +351,15 @@ def _printable_names(channels: Iterable[str]) -> list[str]:
     return names if len(names) <= NAMED_CHANNELS else [*names[:NAMED_CHANNELS], "..."]
 
 
-def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping[Path, RecordingSettings]:
+def label_table(table: Path, folder: Path, common: RecordingSettings) -> dict[str, RecordingSettings]:
     """Read a CSV table with settings of files below `folder`, one file per row; return the settings by file.
 
     The columns are ``file`` and fields of `RecordingSettings`; for an empty field the value in `common` is used. If
     semicolons or tabs separate the columns, decimals may have commas. `ConfigurationError` lists all errors in the
     table.
     """
-    fields = {field.name: str(field.type) for field in dataclasses.fields(RecordingSettings)}
-    columns = (FILE_COLUMN, *(name for name in fields if name != "auto_band"))
+    types = {field.name: str(field.type) for field in fields(RecordingSettings)}
+    columns = (FILE_COLUMN, *(name for name in types if name != "auto_band"))
     lines = read_limited(table).decode("utf-8-sig", "replace").splitlines()
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
     separator = next((mark for mark in (";", "\t") if rows and mark in rows[0]), ",")
@@ -381,23 +370,23 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
         wrong.append(f"each column must occur once, and {FILE_COLUMN!r} is required")
     if wrong or not body:
         raise ConfigurationError(f"{table}: {'; '.join(wrong) or 'the table has no row below its header'}.")
-    found: dict[Path, RecordingSettings] = {}
+    found: dict[str, RecordingSettings] = {}
     for number, row in enumerate(body, 1):
         try:
             if len(row) != len(names):
                 raise ConfigurationError(f"the row has {len(row)} fields, the header {len(names)}; make them equal")
             stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip()}
-            file = Path(os.path.abspath(folder / stated.pop(FILE_COLUMN, "")))
-            if not file.is_file():
+            file = os.path.abspath(folder / stated.pop(FILE_COLUMN, ""))
+            if not os.path.isfile(file):
                 raise ConfigurationError(f"{file}: no such file")
             for key, text in stated.items():
-                point = text.replace(",", ".") if separator != "," and "float" in fields[key] else text
-                stated[key] = point.split() if "tuple" in fields[key] else point  # both edges of a band
-                if "int" in fields[key] and text.isdecimal():
+                point = text.replace(",", ".") if separator != "," and "float" in types[key] else text
+                stated[key] = point.split() if "tuple" in types[key] else point  # both edges of a band
+                if "int" in types[key] and text.isdecimal():
                     stated[key] = int(text)
             settings = build(RecordingSettings, stated, "row")
             if file in found:
-                raise ConfigurationError(f"{file.name} is named twice in the table; delete one row")
+                raise ConfigurationError(f"{os.path.basename(file)} is named twice in the table; delete one row")
             found[file] = settings.over(common)
         except ConfigurationError as error:
             wrong.append(f"row {number}: {error}")

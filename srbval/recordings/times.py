@@ -33,7 +33,7 @@ _TIME = re.compile(rf"(?:.*\.)?(?:(?:{PATTERNS['time']}){_WITH_UNIT}|({_UNITS}))
 _RATE, _STEP = (re.compile(rf"(?:nicm|wf)?{PATTERNS[name]}") for name in ("rate", "step"))
 _DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y", "%d/%m/%Y", "%Y/%m/%d", "%d-%b-%Y", "%d-%m-%Y", "%d.%m.%y", "%m/%d/%y")
 STAMPS = ("ISO8601", *(f"{day} {clock}" for day in _DAYS for clock in ("%H:%M:%S.%f", "%I:%M:%S.%f%p")))
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+[.,]?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\d.,])\s*(\S*)\s*")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,11 +54,6 @@ class TimeColumn:
     places: NDArray[np.int64] | None = None
     likely_hz: float | None = None
 
-    @property
-    def missing(self) -> int:
-        """Number of samples missing between the first and the last."""
-        return 0 if self.places is None else int(self.places[-1]) + 1 - self.places.size
-
     def rate_caution(self, fs_hz: float) -> str | None:
         """Caution if the record is read at a rate `fs_hz` that contradicts its times, else None."""
         if self.uneven:
@@ -67,15 +62,12 @@ class TimeColumn:
             return None
         return f"the times of {self.name} mean {self.rates_hz[0]:.9g} Hz, read at {fs_hz:.9g} Hz"
 
-    def fill_missing(self, samples: FloatArray) -> FloatArray:
-        """Interpolate missing samples linearly on the even grid of `places`."""
-        return samples if self.places is None else np.interp(np.arange(self.places[-1] + 1), self.places, samples)
-
     def missing_caution(self) -> str:
         """Caution about samples that are missing and were interpolated."""
         assert self.places is not None
         gaps, count = int((np.diff(self.places) > 1).sum()), int(self.places[-1]) + 1
-        share = f"{self.missing} of {count} samples ({100 * self.missing / count:.2g} %)"
+        missing = count - self.places.size
+        share = f"{missing} of {count} samples ({100 * missing / count:.2g} %)"
         return f"{gaps} gaps by {self.name}: {share} are missing and filled with straight lines"
 
 
@@ -93,11 +85,10 @@ def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
     unit = name[len(bare) :].strip(" []{}()").lower() or None
     plain = re.sub(r"[\W_]+", "", bare.rpartition(".")[2].lower())
     rate, step = _RATE.fullmatch(plain), _STEP.fullmatch(plain)
-    said = _NUMBER_AND_UNIT.fullmatch(value) if isinstance(value, str) else None
-    if not (rate or step) or (isinstance(value, str) and not said):
+    said = _NUMBER_AND_UNIT.fullmatch(str(value))
+    if not (found := rate or step) or not said:
         return None
-    number = float(said[1].replace(",", ".")) if said else float(value)
-    unit = (said[2].lower() if said else "") or unit or (rate or step)[1]  # type: ignore[index]
+    number, unit = float(said[1].replace(",", ".")), said[2].lower() or unit or found[1]
     if rate:
         return (number * RATE_UNITS_HZ.get(unit or "hz", 1.0), unit in RATE_UNITS_HZ) if math.isfinite(number) else None
     hz = 1 / (number * TIME_UNITS_S.get(unit or "s", 1.0)) if number > 0 else 0.0
@@ -134,12 +125,12 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
         names = " and ".join(column.name for column in found)
         return TimeColumn(name=names, rates_hz=tuple(rates), problem=f"the times of {names} mean different rates")
     found.sort(key=lambda column: (column.problem is not None, not column.rates_hz))
-    places = {name: read_counter(a) for name, a in numeric.items() if not is_time(name)}
-    counters = [TimeColumn(name=printable(name), places=at) for name, at in places.items() if at is not None]
-    gaps = next((one for one in counters if one.missing), None)
+    counters = {name: read_counter(a) for name, a in numeric.items() if not is_time(name)}
+    skipping = {name: at for name, at in counters.items() if at is not None and at[-1] >= at.size}
+    gaps = next((TimeColumn(name=printable(name), places=at) for name, at in skipping.items()), None)
     if found and gaps is not None and not found[0].problem and found[0].places is None:
         return replace(found[0], places=gaps.places)
-    return found[0] if found else gaps or next(iter(counters), None)
+    return found[0] if found else gaps
 
 
 def is_rising(values: NDArray[np.generic]) -> bool:
@@ -200,8 +191,15 @@ def interpret_times(raw: RawFile, name: str) -> TimeColumn:
             likely = (times.size - 1) / (float(times[-1]) * factor)
             zero = f"{int((steps == 0).sum())} of {steps.size} steps are zero; on average {likely:.6g} Hz"
             return replace(column, problem=f"the times of {shown} are too coarse for a rate: {zero}", likely_hz=likely)
-        times_s = times * factor if is_known and steps.min() >= 0 and usual > 0 else None
-        return replace(column, problem=_unevenness(shown, steps, digit), uneven=True, times_s=times_s)
+        if not usual > 0:
+            problem = f"the times of {shown} do not run forwards: {int((steps <= 0).sum())} of {steps.size} steps"
+            return replace(column, problem=problem, uneven=True)
+        jitter = np.abs(steps - usual)
+        uneven = np.count_nonzero(jitter > MAX_STEP_DEVIATION * usual + digit)
+        said = f"{uneven} of {steps.size} steps" if uneven else "a slow drift"
+        problem = f"the times of {shown} are uneven: {said}, the worst off by {100 * jitter.max() / usual:.3g} %"
+        times_s = times * factor if is_known and steps.min() >= 0 else None
+        return replace(column, problem=problem, uneven=True, times_s=times_s)
     if unit and unit not in TIME_UNITS_S:
         return replace(column, problem=f"the times of {shown} are in an unknown unit, {printable(unit)!r}")
     column = replace(column, places=places if count + 1 > times.size else None)
@@ -237,13 +235,3 @@ def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
     digit = next((d for d, v in written if np.abs(v - np.round(v)).max() < max(1e-4, 2 * np.spacing(v.max()))), 0.0)
     single = bool((values.astype(np.float32) == values).all())
     return max(digit, float(np.spacing(np.float32(largest))) if single else 0.0)
-
-
-def _unevenness(name: str, steps: FloatArray, digit: float) -> str:
-    usual = float(np.median(steps))
-    if not usual > 0:
-        return f"the times of {name} do not run forwards: {int((steps <= 0).sum())} of {steps.size} steps"
-    off = np.abs(steps - usual)
-    count = np.count_nonzero(off > MAX_STEP_DEVIATION * usual + digit)
-    said = f"{count} of {steps.size} steps" if count else "a slow drift"
-    return f"the times of {name} are uneven: {said}, the worst off by {100 * off.max() / usual:.3g} %"

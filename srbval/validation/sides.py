@@ -21,8 +21,8 @@ from srbval.reading.pipeline import RIG_BEARING
 from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.load import read_file
 from srbval.recordings.manifest import RegisteredRecording
-from srbval.recordings.registry import is_unopened, listing, load_registered, registered_settings, rig_recordings
-from srbval.recordings.settings import BEARING_QUESTION, apply_settings
+from srbval.recordings.registry import is_unopened, listing, recording_of, registered_settings, rig_recordings
+from srbval.recordings.settings import BEARING_QUESTION
 from srbval.validation.case import CasePair, Source, ValidationCase, files_of_source
 
 
@@ -58,7 +58,7 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
     settings = source.settings if measured else dataclasses.replace(source.settings, origin=Origin.SIMULATED)
     for path in files_of_source(source, folder, side):
         try:
-            found.append(load_registered(path, settings) if measured else load_recording(path, settings))
+            found.append(recording_of(path, settings) if measured else load_recording(path, settings))
         except DataError as error:
             if not error.questions:
                 raise
@@ -153,7 +153,7 @@ def describe_file(path: Path, source: Source, state: Fault | None) -> dict[str, 
 
     `state` applies if neither file nor file name states one; without any state raises `ConfigurationError`.
     """
-    reading = apply_settings(path, read_file(path), registered_settings(path, source.settings))
+    reading = read_file(path, registered_settings(path, source.settings))
     states = {channel.state for channel in reading.channels.values()} - {None}
     known = {"the file": states.pop() if len(states) == 1 else None, "its name": state_in_name(path.stem)}
     state_from, found = next(((of, one) for of, one in {**known, "--state": state}.items() if one), ("", None))

@@ -15,7 +15,7 @@ from srbval.monitoring.trend import ALPHA, Trend, trend_of, zone_boundaries
 from srbval.reading.features import velocity_rms
 from srbval.recordings import RecordingSettings
 from srbval.recordings.file_times import record_times
-from srbval.recordings.registry import add, load_registered
+from srbval.recordings.registry import add, recording_of
 from tests.reading.test_shaft_speed import FS_HZ, record
 from tests.recordings import formats
 
@@ -101,10 +101,10 @@ def test_levels_of_files_of_unlike_full_scale(kind, tmp_path, srbval_json, srbva
         assert said in srbval_text("analyse", faulty, "--healthy", healthy, *GIVEN, *wrong, code=code).err
     assert ratio(healthy, "--unit", "unknown") < true / 1000  # shares of the mean do not depend on the gain
     settings = RecordingSettings(unit="g", fs_hz=formats.FS_HZ, rpm=60 * formats.SHAFT_HZ)
-    alone = load_registered(faulty, settings)
+    alone = recording_of(faulty, settings)
     assert (alone.unit, alone.scale_missing) == ("unknown", True)
     with pytest.raises(DataError, match="cannot be compared"):
-        report(alone, folder=tmp_path / "r", bearing="skf-6205", healthy=load_registered(healthy, settings))
+        report(alone, folder=tmp_path / "r", bearing="skf-6205", healthy=recording_of(healthy, settings))
     add(healthy, settings=RecordingSettings(unit="mg", scale=1e3 * quiet_scale))
     assert ratio(healthy, *stated) == pytest.approx(true, rel=DIGITS)
 

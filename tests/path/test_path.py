@@ -22,7 +22,7 @@ from srbval.path import identify as module
 from srbval.path.amplitudes import LEVEL_BANDS, level_and_pattern, levels, mounting_scatter, pattern
 from srbval.path.identify import Pair, default_band, identify, join_bands, third_octaves
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.recordings.registry import load_registered
+from srbval.recordings.registry import recording_of
 from srbval.scene import SensorPath
 
 FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 14.3
@@ -167,7 +167,7 @@ def test_noisy_gains_scatter_as_their_uncertainty_states():
 
 def test_the_bundled_path_is_what_the_rigs_two_records_give(recordings_dir):
     files = [str(recordings_dir / "torino" / f"{name}_877rpm_sample.mat") for name in ("OR", "IR")]
-    pairs = [Pair(record=one, run=module.simulated_run(one, load_scene("rig"))) for one in map(load_registered, files)]
+    pairs = [Pair(record=one, run=module.simulated_run(one, load_scene("rig"))) for one in map(recording_of, files)]
     bundled, own = load_scene("rig", {"sensor_path": "rig"}).sensor_path, identify(*pairs, bearing=BEARING).path
     assert bundled is not None
     for name in ("load", "cross", "u_db"):

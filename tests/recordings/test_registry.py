@@ -19,7 +19,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording, registry
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.manifest import FileStatus, manifest_path, read_manifest
-from srbval.recordings.registry import add, healthy_baseline, listing, load_registered, remove, rig_recordings
+from srbval.recordings.registry import add, healthy_baseline, listing, recording_of, remove, rig_recordings
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.renderers import write_report
 from srbval.storage.files import file_sha256
@@ -220,7 +220,7 @@ def test_remove_undoes_an_add(folder, srbval_json, monkeypatch):
 def test_a_damaged_register_is_refused(content, folder):
     add(folder)
     manifest_path().write_bytes(content)
-    for reads in (listing, rig_recordings, SHIPPED, partial(load_registered, folder / "s.h5")):
+    for reads in (listing, rig_recordings, SHIPPED, partial(recording_of, folder / "s.h5")):
         with pytest.raises(DataError, match=r"manifest\.json: not a readable manifest .*Move it away"):
             reads()
 
@@ -252,13 +252,13 @@ def test_stated_once_and_stored(machine):
     assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (FileStatus.OK, None, "data[2]", 8000.0)
     for again in (add(path), listing(hash_all=True)):
         assert again.recordings[0].settings == given
-    for recording in (load_registered(path), registry.load_entry(listing(hash_all=True).recordings[0])):
+    for recording in (recording_of(path), registry.load_entry(listing(hash_all=True).recordings[0])):
         assert (recording.channel, recording.fs_hz, recording.unit) == ("data[2]", 8000.0, "m/s2")
     with pytest.raises(DataError, match="lacks information"):
         load_recording(path)  # the plain loader does not use the register
     add(path, settings=RecordingSettings(fs_hz=9000.0))  # later options go over stored ones
-    assert (load_registered(path).fs_hz, load_registered(path).channel) == (9000.0, "data[2]")
-    assert load_registered(path, RecordingSettings(channel="data[1]")).channel == "data[1]"
+    assert (recording_of(path).fs_hz, recording_of(path).channel) == (9000.0, "data[2]")
+    assert recording_of(path, RecordingSettings(channel="data[1]")).channel == "data[1]"
     assert add(path, repin=True).recordings[0].settings is None
 
 
@@ -276,8 +276,8 @@ def test_a_set_point_is_not_a_measured_speed(machine):
     assert (nominal.speed.source, nominal.speed.ci95_hz) == (SpeedSource.NOMINAL, 0.5)
     assert "set point kept within 2 %" in " ".join(nominal.notes)
     add(path, settings=RecordingSettings(**given, rpm_tolerance_pct=2.0))
-    assert load_registered(path).speed == nominal.speed
-    again = load_registered(path, RecordingSettings(rpm=1490.0))
+    assert recording_of(path).speed == nominal.speed
+    again = recording_of(path, RecordingSettings(rpm=1490.0))
     assert again.speed.source is SpeedSource.STATED  # the stored tolerance belongs to the stored speed
 
 
@@ -305,7 +305,7 @@ def test_a_table_of_labels(machine, srbval_json):
     assert (first["state"], first["bearing"], first["rpm"], first["radial_kn"]) == ("healthy", "skf-6205", 1480.5, 2.5)
     assert (first["settings"]["unit"], second["settings"]["unit"]) == ("g", "m/s2")
     assert (first["reason"], second["reason"]) == (None, None)
-    faulty = load_registered(machine / "b.npy")
+    faulty = recording_of(machine / "b.npy")
     assert (faulty.state, faulty.bearing, faulty.radial_n) == (Fault.OUTER, "skf-6205", 2500.0)
     assert (faulty.channel, Path(healthy_baseline(faulty).file).name) == ("data[2]", "a.npy")
 
@@ -315,7 +315,7 @@ def test_a_baseline_of_another_speed_load_bearing_or_channel_is_none(machine):
     add(machine / "b.npy", settings=RecordingSettings(**same, state=Fault.OUTER))
     for other in ({}, {"rpm": 1200.0}, {"bearing": "skf-6203"}, {"radial_kn": 1.0}, {"channel": "data[2]"}):
         add(machine / "a.npy", settings=RecordingSettings(**same | other, state=Fault.HEALTHY), repin=True)
-        assert (healthy_baseline(load_registered(machine / "b.npy")) is None) == bool(other), other
+        assert (healthy_baseline(recording_of(machine / "b.npy")) is None) == bool(other), other
 
 
 WRONG_ROWS = ("a.npy;rusty;skf-6205;1;;;;", "none.npy;;;;;;;", "a.npy;outer;;fast;;;;", "a.npy;outer")

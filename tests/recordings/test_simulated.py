@@ -14,7 +14,7 @@ from srbval.errors import DataError
 from srbval.recordings import Origin, Recording, RecordingSettings, SpeedSignal, SpeedSource, load_recording
 from srbval.recordings import speed as speed_module
 from srbval.recordings.loaders.nested import add_objects
-from srbval.recordings.registry import add, load_registered
+from srbval.recordings.registry import add, recording_of
 from srbval.recordings.simulated import differentiate, resample
 from srbval.recordings.speed import SCALE_CI95, pulse_times, speed_from_pulses, tachometer_speed
 
@@ -207,7 +207,7 @@ def test_nothing_simulated_is_declared_measured(tmp_path):
     with pytest.raises(DataError, match="states that it is simulated; it cannot be declared measured"):
         load(tmp_path / "sim", origin=Origin.MEASURED)
     add(tmp_path / "rig", settings=RecordingSettings(origin=Origin.SIMULATED, rpm=1500.0, skip_s=0.1))
-    found = load_registered(tmp_path / "rig")
+    found = recording_of(tmp_path / "rig")
     assert (found.origin, found.speed.ci95_hz, found.samples) == (Origin.SIMULATED, 0.0, 8000)
 
 
@@ -224,7 +224,7 @@ def test_options_and_a_table_of_labels_state_the_same(tmp_path, srbval_json):
     labels.write_text(f"{header}\na.csv;8000;2;0,25;cage;simulated;500 1500;skf-6205;1500")
     (entry,) = srbval_json("data", "add", tmp_path, "--table", labels)["recordings"]
     assert (entry["origin"], entry["fs_hz"], entry["reason"]) == ("simulated", FS_HZ, None)
-    assert load_registered(file).cage_ratio == document["cage_ratio"]
+    assert recording_of(file).cage_ratio == document["cage_ratio"]
 
 
 N, RATE_HZ = 4096, 20_480.0

@@ -167,7 +167,7 @@ def test_rounded_times_are_even(tmp_path, digits, fs_hz):
         ({"t": SAMPLE / 10}, r"\(t has a step of 0.1, 10 Hz if in s, 10000 Hz if in ms, .*: --fs HZ"),
         ({"t": GRID * 1e6}, r"a step of 48\.8281, 0\.02048 Hz if in s, 20\.48 Hz if .*, 20480 Hz if in us\): --fs HZ"),
         ({"t": GRID / 1e6}, r"2\.048e\+10 Hz if in s"),
-        ({"t": SAMPLE}, r"\(t counts the samples"),
+        ({"t": SAMPLE, "fs": "1.2.3"}, r"\(t counts the samples"),  # a rate that is no number
         ({"t": SAMPLE + 1.0}, r"\(t counts the samples"),
         # names that contradict each other, and rates in another unit
         ({"fs": 8000.0, "sr": 9000.0}, r"\(fs = 8000 and sr = 9000 contradict each other\): --fs HZ"),

@@ -115,7 +115,7 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     for variable, name, column in _vectors(raw):
         text = _unit_text(raw, variable)
         unit, problem, shown = known_unit(text or ""), None, f"{raw.path}: {printable(name)}"
-        if is_time(name) or is_time(name, text, column) or read_counter(column) is not None:
+        if is_time(name, text, column) or read_counter(column) is not None:
             continue
         try:
             raw.check_usable(variable)
@@ -129,18 +129,16 @@ def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
             problem = f"{shown} is in gE, an acceleration envelope of a meter, demodulated: export the acceleration."
         rpm = unit is None and _stated_rpm(name, 1.0) is not None
         whole = unit in (None, CONVERTER_COUNTS) and all_whole(samples)
-        yield (
-            printable(name),
-            Channel(
-                samples=samples,
-                unit="rpm" if rpm else unit,
-                variable=name,
-                fs_hz=raw.rates_hz.get(variable),
-                whole_numbers=not rpm and ((raw.full_scale and unit is None) or whole),
-                unknown_unit=printable(text) if text and unit is None else None,
-                problem=problem,
-            ),
+        channel = Channel(
+            samples=samples,
+            unit="rpm" if rpm else unit,
+            variable=name,
+            fs_hz=raw.rates_hz.get(variable),
+            whole_numbers=not rpm and ((raw.full_scale and unit is None) or whole),
+            unknown_unit=printable(text) if text and unit is None else None,
+            problem=problem,
         )
+        yield printable(name), channel
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:

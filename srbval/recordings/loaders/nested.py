@@ -58,10 +58,8 @@ def collect(variables: dict[str, ArrayOrText], name: str, value: Any) -> None:
         variables[name] = value
     elif value.dtype.kind in "OV":
         for i, element in enumerate(value.ravel(order="F"), 1):
-            place = name if value.size == 1 else f"{name}({i})"
-            for field in value.dtype.names or ("",):
-                member = element[field] if field else element
-                collect(variables, f"{place}.{field}" if field else place, member)
+            fields = {key: element[key] for key in value.dtype.names or ()}
+            collect(variables, name if value.size == 1 else f"{name}({i})", fields or element)
 
 
 def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
@@ -162,15 +160,15 @@ def _read_members(name: str, item: Any, found: dict[str, Any], marks: set[str]) 
     """
     import h5py
 
-    members = [(name, item)]
+    members, prefix = [(name, item)], f"{name}." if name else ""
     if isinstance(item, h5py.Group):
-        item.visititems(lambda key, member: members.append((_join(name, key.replace("/", ".")), member)))
+        item.visititems(lambda key, member: members.append((prefix + key.replace("/", "."), member)))
     for place, member in members:
         if isinstance(member, h5py.Dataset) and not place.startswith(SKIPPED):
             marks |= set(member.attrs)
             _read_dataset(place, member, found, marks)
         elif isinstance(member, h5py.Group) and not place.startswith(SKIPPED):
-            found["attributes"] |= {_join(place, key): value for key, value in _attributes(member)}
+            found["attributes"] |= {f"{place}.{key}" if place else key: x for key, x in _attributes(member).items()}
 
 
 def _read_dataset(name: str, dataset: Any, found: dict[str, Any], marks: set[str]) -> None:
@@ -183,7 +181,8 @@ def _read_dataset(name: str, dataset: Any, found: dict[str, Any], marks: set[str
     references, text = h5py.check_ref_dtype(dtype) is h5py.Reference, h5py.check_string_dtype(dtype) is not None
     if OBJECT_MARK in dataset.attrs or not (references or (text and size == 1) or dtype.kind in "fiub"):
         return
-    for key, value in _attributes(dataset):
+    attributes = _attributes(dataset)
+    for key, value in attributes.items():
         if is_unit_key(key) and isinstance(value, str):
             found["units"].setdefault(name, value)
         elif stated := stated_rate(key, value):
@@ -202,33 +201,26 @@ def _read_dataset(name: str, dataset: Any, found: dict[str, Any], marks: set[str
         return
     elif text:
         values = str(np.asarray(dataset.asstr()[()], object).item())
-    elif is_matlab and _attribute(dataset, MATLAB_MARK) == "char":
+    elif attributes.get(MATLAB_MARK) == "char":
         values = "".join(map(chr, dataset[()].ravel()))
     else:
         values = np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()])
     found["variables"][name] = values.T if is_matlab and isinstance(values, np.ndarray) else values
 
 
-def _join(*names: str) -> str:
-    return ".".join(filter(None, names))
-
-
-def _attributes(item: Any) -> list[tuple[str, float | str]]:
-    return [(name, value) for name in item.attrs if (value := _attribute(item, name)) is not None]
-
-
-def _attribute(item: Any, name: str) -> float | str | None:
-    """Number or text of an attribute with one element; other attributes are not read and return None."""
+def _attributes(item: Any) -> dict[str, float | str]:
+    """Numbers and texts of the attributes with one element, by name; other attributes are not read."""
     import h5py
 
-    stored = item.attrs.get_id(name)
-    text = h5py.check_string_dtype(stored.dtype) is not None
-    if stored.shape is None or math.prod(stored.shape) != 1 or not (text or stored.dtype.kind in "fiu"):
-        return None
-    value = np.asarray(item.attrs[name], object).item()
-    if isinstance(value, bytes | str):
-        return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
-    return float(value)
+    values: dict[str, float | str] = {}
+    for name in item.attrs:
+        stored = item.attrs.get_id(name)
+        text = h5py.check_string_dtype(stored.dtype) is not None
+        if stored.shape is not None and math.prod(stored.shape) == 1 and (text or stored.dtype.kind in "fiu"):
+            value = np.asarray(item.attrs[name], object).item()
+            value = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+            values[name] = value if text else float(value)
+    return values
 
 
 def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:

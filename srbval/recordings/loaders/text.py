@@ -102,7 +102,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
     above = lines[: table.lines[0]]
     if len(table.kinds) >= MANY_FIELDS and len(table.rows) <= FEW_ROWS:
         names = [row[0] if _classify_field(row[0]) == "x" else "" for row in table.rows]
-        units, used = list[str](), set[int]()
+        units, used = [""] * len(names), set[int]()
         columns = [row[bool(name) :] for row, name in zip(table.rows, names, strict=True)]
         kinds = "n" * len(columns)
         notes += (f"{len(columns)} row(s) of many numbers, each read as a channel",)
@@ -117,7 +117,6 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
         if table.lines[cut_row - 1] != cut - 1 or len(columns) < len(table.kinds):  # or each row may be a channel
             raise ValueError("not one table")
         cut_out = [_read_regular(block, table, comma=comma) for block in middle]
-    names = names or [""] * len(columns)
     variables: dict[str, ArrayOrText] = {}
     said: dict[str, str] = {}
     unusable: dict[str, str] = {}
@@ -132,7 +131,10 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
                 wrong = f"the times of {printable(key)} are not understood ({printable(fields[0])!r})"
             values, said[key] = np.full(len(fields), np.nan) if times is None else times, "s"
         elif kinds[i] in "ne" and not np.isnan(values := _parse_numbers(fields, comma=comma)).all():
-            wrong = _describe_non_finite(key, fields, values, table.lines)
+            if (bad := np.flatnonzero(~np.isfinite(values))).size:
+                line, field = table.lines[min(int(bad[0]), len(table.lines) - 1)] + 1, printable(fields[int(bad[0])])
+                wrong = f"{bad.size} line(s) with a field that is not finite ({field!r}) in {printable(key)}, "
+                wrong += f"the first is line {line}. Export the record again."
             values = np.concatenate([values[:cut_row], *(block[:, i] for block in cut_out), values[cut_row:]])
         else:
             left += [printable(name)] if name and kinds[i] != "d" else []
@@ -140,7 +142,7 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
         if not any(names) and i == 0 and len(columns) > 1 and is_rising(values) and read_counter(values) is None:
             key = "time"
         variables[key] = values
-        said |= {key: units[i]} if key not in said and any(map(str.isalpha, "".join(units[i : i + 1]))) else {}
+        said |= {key: units[i]} if key not in said and any(map(str.isalpha, units[i])) else {}
         unusable |= {key: wrong} if wrong else {}
     if unusable and middle is not None:
         raise ValueError("line numbers differ")
@@ -150,16 +152,6 @@ def _load_lines(path: Path, content: bytes, cut: int = 0, middle: Iterator[bytes
     notes += (f"left out: {below} line(s) below the table",) if below else ()
     facts = _read_statements(path, [line for i, line in enumerate(above) if i not in used])
     return RawFile(path=path, variables=variables, attributes=facts, notes=notes, units=said, unusable=unusable)
-
-
-def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
-    """Message about fields that are not finite numbers; empty if there are none."""
-    bad = np.flatnonzero(~np.isfinite(values))
-    if not bad.size:
-        return ""
-    where = f"in {printable(key)}, the first is line {lines[min(int(bad[0]), len(lines) - 1)] + 1}"
-    field = printable(fields[int(bad[0])])
-    return f"{bad.size} line(s) with a field that is not finite ({field!r}) {where}. Export the record again."
 
 
 def _read_blocks(path: Path, begin: int, end: int) -> Iterator[bytes]:
@@ -319,7 +311,7 @@ def _hint(separator: str | None) -> str:
 
 
 def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str], list[str], set[int]]:
-    """Read names and units of the columns from lines above the table; also return the indices of these lines."""
+    """Names and units of the columns (empty if not stated), and the indices of the lines that state them."""
     names, units, used = list[str](), list[str](), set[int]()
     columns, separator = len(table.kinds), table.separator
     for i in reversed([i for i, line in enumerate(above) if line.strip("# \t;,|")][-HEADER_LINES:]):
@@ -342,7 +334,8 @@ def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str]
             names, used = fields, used | {i}
         else:
             break
-    return (names, units, used) if names else (units, [], used)
+    blank = [""] * columns
+    return names or units or blank, units if names and units else blank, used
 
 
 def _names_of(line: str, separator: str | None, columns: int) -> list[str] | None:
