@@ -170,18 +170,15 @@ def read_lines(
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
         """Put a family's lines into `lines`; True if its first harmonic is detected, which then joins `stronger`."""
-        centre, rank, explained, identity = scale * family.kinematic_hz, None, None, None
-        chance, speed_ci95 = reading.noise_false_alarm, speed.ci95_hz / speed.value_hz
         if reading.detected or not brief:
             rank = rank_line(family, reading, within, families, speed, scale, combs)
-        if rank is not None:
-            chance, whole = rank
-            reading = replace(reading, placebo_false_alarm=chance, comb_false_alarm=whole)
-        first = _with_reading(lines[family][0], reading, speed)
+            reading = replace(reading, placebo_false_alarm=rank and rank[0], comb_false_alarm=rank and rank[1])
+        first, explained, identity = _with_reading(lines[family][0], reading, speed), None, None
         if reading.detected:
             explained = _explained_by(first, stronger, within.bin_hz)
             if speed.source is not SpeedSource.PRESCRIBED:  # a simulated record contains no other machine
-                identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
+                centre, speed_ci95 = scale * family.kinematic_hz, speed.ci95_hz / speed.value_hz
+                identity = identity_probability(reading, centre, speed_ci95, bearing.largest_slip)
                 explained = explained or (NotDetected.ANOTHER if identity < LEAST_IDENTITY else None)
         detected = reading.detected and explained is None
         first = replace(first, detected=detected, explained_by=explained, identity_probability=identity)
@@ -248,8 +245,7 @@ def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None
     """Simple ratio to a stronger line that explains this line, such as ``3/2 BPFO``; None if there is none."""
     for other, (up, down) in itertools.product(stronger, SIMPLE_RATIOS):
         expected, wide = ((value or 0.0) * up / down for value in (other.found_hz, other.ci95_hz))
-        margin = bin_hz + math.hypot(line.ci95_hz or 0.0, wide)
-        if abs((line.found_hz or 0.0) - expected) <= margin:
+        if abs((line.found_hz or 0.0) - expected) <= bin_hz + math.hypot(line.ci95_hz or 0.0, wide):
             return f"{up}/{down} {other.name}"
     return None
 
