@@ -149,19 +149,16 @@ def read_quantities(analysis: Analysis, fault: Fault, order: float | None) -> di
     return found
 
 
-def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
+def biases(comparisons: pd.DataFrame) -> list[Row]:
     """Compute the model's bias (mean error) for each kind of quantity, scene, and value of the column `used_for`.
 
-    `comparisons` contains rows of `comparison_row` (which describes `used_for`). The argument `used_for`, if given,
-    replaces the values of this column. Only quantities that exceed the noise in both model and rig are used. `bias`,
-    its half width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
+    `comparisons` contains rows of `comparison_row` (which describes `used_for`). Only quantities that exceed the noise
+    in both model and rig are used. `bias`, its half width `ci95` and the model's `scatter` are None with fewer than
+    `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
-    shown = comparisons[both]
-    if used_for:
-        shown = shown.assign(used_for=used_for)
     places = {row.kind: place for place, row in enumerate(COMPARED)}
-    groups = shown.groupby(["kind", "scene", "used_for"], sort=False)
+    groups = comparisons[both].groupby(["kind", "scene", "used_for"], sort=False)
     return [
         _compute_bias(kind, scene, use, rows)
         for (kind, scene, use), rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places)))

@@ -57,7 +57,7 @@ class BaselineComparison:
     the greatest modulation depth, None if no line has risen. `baseline` is the file of the healthy record.
     """
 
-    sentence: str
+    sentence: str = ""
     ratios: Mapping[str, tuple[float, tuple[float, float]]] = field(default_factory=dict)
     line: str | None = None
     baseline: str | None = None
@@ -211,9 +211,8 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     ratios = {x.name: found for x in lines if (found := _modulation_ratio(analysis, x, healthy))}
     above = {name for name, (ratio, ci95) in ratios.items() if ratio >= RISEN_RATIO and ci95[0] > 1}
     risen = [x for x in detected_fault_lines(lines) if x.name in above]
-    compared = BaselineComparison(
-        sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_comparable_by_level(analysis, healthy)
-    )
+    by_level = _comparable_by_level(analysis, healthy)
+    compared = BaselineComparison(ratios=ratios, baseline=healthy.recording.file, by_level=by_level)
     said = f"Compared with the healthy record {name},"
     if not risen:
         return replace(compared, sentence=f"{said} no line is {compared.times(RISEN_RATIO)} or more.")

@@ -67,8 +67,7 @@ class Comb:
     def log_ratio(self) -> float:
         """Log likelihood ratio of a fault to no fault: smooth minimum of values from `excess` and from `depth`.
 
-        `excess` is the score of the comb, a line with harmonics, above a typical comb's; `depth` is the modulation
-        depth of the first line. If all lines of a strong comb double in depth, both values rise by the same amount.
+        If all lines of a strong comb double in depth, both values rise by the same amount.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET

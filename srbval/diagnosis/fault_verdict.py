@@ -9,7 +9,7 @@ state of a record is not used.
 import enum
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from srbval.bearing import DEFECTS, Fault
@@ -192,7 +192,7 @@ class FaultVerdict:
     finding: Finding | None
     headline: str
     reasons: tuple[str, ...]
-    comparison: BaselineComparison
+    comparison: BaselineComparison = field(default_factory=BaselineComparison)
     diagnosis: Diagnosis | None = None
     parts: tuple[Fault, ...] = ()
     advice: str = ""
@@ -256,9 +256,7 @@ def fault_verdict(
         baseline = baseline_of(analysis, baseline)
     if analysis.recording.origin is not Origin.MEASURED:
         said = f"No fault is named: the record is {analysis.recording.origin.value}, not measured"
-        return FaultVerdict(
-            finding=None, headline=said, reasons=(analysis.summary,), comparison=BaselineComparison(sentence="")
-        )
+        return FaultVerdict(finding=None, headline=said, reasons=(analysis.summary,))
     comparison = compare_with_baseline(analysis, baseline)
     return verdict_of(analysis, comparison, diagnose(analysis, comparison, all_channels=all_channels))
 

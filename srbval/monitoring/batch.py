@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFECTS, load_bearing
-from srbval.diagnosis.baseline import NO_HEALTHY
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding
 from srbval.diagnosis.records import RecordReading, RecordRequest, load_record, read_record
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
@@ -167,7 +166,7 @@ def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, An
             raise
     recording, bearing = load_record(request)
     analysis = read_short(recording, bearing, declared_band(recording, request.band_hz, bearing))
-    verdict = FaultVerdict(finding=None, headline="The record is too short", reasons=(), comparison=NO_HEALTHY)
+    verdict = FaultVerdict(finding=None, headline="The record is too short", reasons=())
     return RecordReading(analysis=analysis, baseline=None, verdict=verdict).to_dict() | {"snapshot": True}
 
 

@@ -1,7 +1,6 @@
 """Lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
-The strongest line is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at a
-simple ratio, such as 3/2, to a stronger line is explained by the stronger line and is not detected.
+A weaker line at a simple ratio, such as 3/2, to a stronger line is explained by the stronger line and is not detected.
 """
 
 import enum

@@ -150,8 +150,8 @@ def row(error, record, data=1.0, kind=HARMONIC[2].kind, **changes):
     return comparison_row(state=Fault.INNER, error=error, parts=parts, **names | sides | changes)
 
 
-def found_biases(rows, **options):
-    return biases(comparison_frame(rows), **options)
+def found_biases(rows, **columns):
+    return biases(comparison_frame(rows).assign(**columns))
 
 
 @pytest.mark.parametrize(("bias", "scatter"), [(-2.0, 1.5), (0.0, 0.0)])
