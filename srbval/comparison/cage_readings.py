@@ -81,16 +81,14 @@ def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, track
     """Read the cage ratio from the fault lines of a damaged race in the envelope; None if they are not detected."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     line_hz, half_hz = family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz
-    found: list[tuple[LineReading, tuple[float, float]]] = []
+    clearest, clearest_hz = None, BANDS[0]
     for band_hz in BANDS:
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
         reading = read_comb(record, line_hz, half_hz, period_s=1 / speed.value_hz, sideband_hz=family.sideband_hz)
-        if reading is not None and reading.detected:
-            found.append((reading, band_hz))
-    if not found:
-        return None
-    reading, band_hz = max(found, key=lambda one: one[0].snr[0])
-    return _cage_reading_of(recording, bearing, reading, f"{family.name} comb, envelope", band_hz)
+        if reading and reading.detected and (clearest is None or reading.snr[0] > clearest.snr[0]):
+            clearest, clearest_hz = reading, band_hz
+    name = f"{family.name} comb, envelope"
+    return None if clearest is None else _cage_reading_of(recording, bearing, clearest, name, clearest_hz)
 
 
 def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:

@@ -140,10 +140,8 @@ def read_quantities(analysis: Analysis, fault: Fault, order: float | None) -> di
     """
     found = {}
     for row in (row for row in COMPARED if fault in row.faults):
-        if row.value_of is None:
-            value = _level(analysis, fault, row.harmonic)
-        else:
-            value = _line_value(analysis, fault, row.value_of, order)
+        value_of = row.value_of
+        value = _line_value(analysis, fault, value_of, order) if value_of else _level(analysis, fault, row.harmonic)
         if value is not None:
             found[row.name_of(fault)] = value
     return found

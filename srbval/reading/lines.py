@@ -6,7 +6,7 @@ A weaker line at a simple ratio, such as 3/2, to a stronger line is explained by
 import enum
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
@@ -167,6 +167,11 @@ def read_lines(
     lines = {f: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
     stronger: list[Line] = []
 
+    def read_first(family: Family, within: Periodogram) -> LineReading | None:
+        """Read a family near `scale` times its kinematic frequency; None if it cannot be read."""
+        window = (centre := scale * family.kinematic_hz), max(share * centre, within.bin_hz)
+        return read_comb(within, *window, sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz)
+
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
         """Put a family's lines into `lines`; True if its first harmonic is detected, which then joins `stronger`."""
         if reading.detected or not brief:
@@ -186,7 +191,7 @@ def read_lines(
             stronger.append(first)
         return first.detected
 
-    read = _readings(record, waiting, speed, scale, share)
+    read = {f: reading for f in waiting if (reading := read_first(f, record))}
     while read:
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
@@ -194,25 +199,12 @@ def read_lines(
         reading = read.pop(strongest)
         if add(strongest, reading, record, stronger):
             record = _mask_family(record, strongest, reading)
-            read = _readings(record, waiting, speed, scale, share)
-    for family, reading in _readings(shaft_masked, [cage], speed, scale, share).items():
-        add(family, reading, shaft_masked, [])
+            read = {f: reading for f in waiting if (reading := read_first(f, record))}
+    if reading := read_first(cage, shaft_masked):
+        add(cage, reading, shaft_masked, [])
 
     every = itertools.chain.from_iterable(lines.values())
     return tuple(every if brief else (_explained(x, scale, share, shaft_masked, record, stronger) for x in every))
-
-
-def _readings(
-    record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
-) -> dict[Family, LineReading]:
-    """Read each family near `scale` times its kinematic frequency; `share` is the relative half width of the window."""
-    found = {}
-    for family in families:
-        window = (centre := scale * family.kinematic_hz), max(share * centre, record.bin_hz)
-        reading = read_comb(record, *window, sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz)
-        if reading is not None:
-            found[family] = reading
-    return found
 
 
 def _explained(
