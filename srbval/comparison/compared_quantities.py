@@ -120,10 +120,7 @@ ROLLER_LINE = ComparedQuantity(
 RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
 CAGE_RATIO = replace(RACE_LINE, kind="cage ratio", name="cage ratio", unit="1", value_of=cage_ratio_of_order)
 LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
-HARMONIC = {
-    number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", harmonic=number)
-    for number in (2, 3, 4, 5)
-}
+HARMONIC = {n: ComparedQuantity(kind=f"harmonic {n}", name=f"{n}x{{line}}", harmonic=n) for n in (2, 3, 4, 5)}
 SIDEBAND_LEVEL = ComparedQuantity(kind="sideband level", name="{line} sidebands")
 COMPARED: tuple[ComparedQuantity, ...] = (RACE_LINE, CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBAND_LEVEL)
 

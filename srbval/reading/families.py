@@ -37,6 +37,14 @@ class Family:
     sideband_hz: float = 0.0
     sideband_name: str = ""
 
+    def mask(self, record: Periodogram, reading: LineReading) -> Periodogram:
+        """Mask the harmonics and sidebands of the line in `record` at the frequency at which it was read."""
+        number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
+        side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (self.sideband_hz > 0)
+        centre = number * reading.found_hz + side * self.sideband_hz
+        width = np.broadcast_to(number * reading.ci95_hz, centre.shape)
+        return record.masking(centre.ravel(), width.ravel())
+
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
     """Half width of a search window as a share of the line's frequency: largest slip, and error of a measured speed."""

@@ -13,15 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.reading.families import (
-    OWN_SIDEBANDS,
-    SIMPLE_RATIOS,
-    Family,
-    families_of,
-    identity_probability,
-    rank_line,
-    window_share,
-)
+from srbval.reading.families import SIMPLE_RATIOS, Family, families_of, identity_probability, rank_line, window_share
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
 from srbval.signal.comb import FALSE_ALARM, SIDE_LOBE_BINS
@@ -198,7 +190,7 @@ def read_lines(
         waiting.remove(strongest)
         reading = read.pop(strongest)
         if add(strongest, reading, record, stronger):
-            record = _mask_family(record, strongest, reading)
+            record = strongest.mask(record, reading)
             read = {f: reading for f in waiting if (reading := read_first(f, record))}
     if reading := read_first(cage, shaft_masked):
         add(cage, reading, shaft_masked, [])
@@ -239,14 +231,6 @@ def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None
         if abs((line.found_hz or 0.0) - expected) <= bin_hz + math.hypot(line.ci95_hz or 0.0, wide):
             return f"{up}/{down} {other.name}"
     return None
-
-
-def _mask_family(record: Periodogram, family: Family, reading: LineReading) -> Periodogram:
-    number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
-    side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (family.sideband_hz > 0)
-    centre = number * reading.found_hz + side * family.sideband_hz
-    width = np.broadcast_to(number * reading.ci95_hz, centre.shape)
-    return record.masking(centre.ravel(), width.ravel())
 
 
 def _lines_of(
