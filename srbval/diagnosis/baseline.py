@@ -241,12 +241,10 @@ def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tup
     if before.explained_by == NotDetected.ANOTHER and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))  # the highest level that is not detected
         before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
-
-    def modulation(of: Analysis, read: Line) -> float:
-        mean = float(np.mean(of.processed.squared)) * of.processed.scale**2 if by_level else 1.0
-        return (read.depth or 0.0) * mean
-
-    ours, theirs = modulation(analysis, line), modulation(baseline, before)
+    ours, theirs = (
+        (read.depth or 0.0) * (float(np.mean(of.processed.squared)) * of.processed.scale**2 if by_level else 1.0)
+        for of, read in ((analysis, line), (baseline, before))
+    )
     if not theirs or (before.covered and ours / theirs < RISEN_RATIO):  # the covering line is only an upper bound
         return None
     ratio, noise = ours / theirs, NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))

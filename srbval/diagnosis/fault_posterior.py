@@ -157,11 +157,10 @@ def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed)
     shaft_error_hz = min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz)
     if abs(found_hz - turns * speed.value_hz) <= max(spectrum.bin_hz / 2, turns * shaft_error_hz):
         return f"harmonic {turns} of the shaft"
+    score, depth = spectrum.score, spectrum.depth
     for number in sorted({2, 3, 4, turns} - ({2} if fault is Fault.ROLLER else set())):  # a roller strikes both races
         lower = spectrum.highest(found_hz / number, near_hz)
-        if lower is None or spectrum.score[lower] < spectrum.score[at]:
-            continue
-        if spectrum.depth[lower] >= spectrum.depth[at] / 2:
+        if lower is not None and score[lower] >= score[at] and depth[lower] >= depth[at] / 2:
             lower_hz = float(spectrum.frequency_hz[lower])
             if abs(lower_hz - speed.value_hz) <= max(spectrum.bin_hz, speed.ci95_hz):
                 return f"harmonic {number} of the shaft"
