@@ -132,17 +132,16 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
     at = {OTHER_CAUSE: int(np.argmax(np.where(foreign, spectrum.score, -np.inf))) if foreign.any() else None}
     for fault, family in zip(DEFECTS, families, strict=False):
         at[fault.value] = spectrum.highest(family.kinematic_hz, relative * family.kinematic_hz)
-    return {
-        name: Comb(
-            excess=float(spectrum.score[index]) - typical,
-            found_hz=float(spectrum.frequency_hz[index]),
-            depth=float(spectrum.depth[index]),
-            explained_by="" if name == OTHER_CAUSE else _source_of(spectrum, index, Fault(name), speed),
-        )
-        if (index := at[name]) is not None
-        else Comb()
-        for name in SINGLE_CAUSES
-    }
+    combs = dict.fromkeys(SINGLE_CAUSES, Comb())
+    for name, index in at.items():
+        if index is not None:
+            combs[name] = Comb(
+                excess=float(spectrum.score[index]) - typical,
+                found_hz=float(spectrum.frequency_hz[index]),
+                depth=float(spectrum.depth[index]),
+                explained_by="" if name == OTHER_CAUSE else _source_of(spectrum, index, Fault(name), speed),
+            )
+    return combs
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:

@@ -128,9 +128,8 @@ def weigh_evidence(
     if (outside := analysis.outside_speed) is not None:
         speed = ShaftSpeed(value_hz=outside.value_hz, ci95_hz=outside.ci95_hz, source=SpeedSource.ESTIMATED)
         elsewhere = fault_scores(replace(analysis, speed=speed))
-    together = posterior.log_likelihood(
-        [scores for _, scores in views], lines, stands=bool(standing), elsewhere=elsewhere
-    )
+    scored = [scores for _, scores in views]
+    together = posterior.log_likelihood(scored, lines, stands=bool(standing), elsewhere=elsewhere)
     shares = posterior.probabilities(together)
     found = max(shares, key=shares.__getitem__)
     best, scores = max(views, key=lambda one: posterior.log_likelihood([one[1]], lines, stands=bool(standing))[found])
@@ -158,14 +157,11 @@ def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> It
         ratio, _ = comparison.ratios[comparison.line]
         yield f"{comparison.line} {comparison.times(ratio)} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):
+        noise = 1.0 if line.noise_false_alarm is None else line.noise_false_alarm
         if _is_unexplained(line, comparison):
             if line.name != comparison.line:
                 yield f"{line.name} {line.snr:,.0f} times the noise"
-        elif (
-            line.covered
-            and line.noise_false_alarm is not None
-            and max(line.noise_false_alarm, line.placebo_false_alarm or 0.0) < FALSE_ALARM
-        ):
+        elif line.covered and max(noise, line.placebo_false_alarm or 0.0) < FALSE_ALARM:
             yield f"multiples of {line.name}, which is hidden by a shaft line"
     if analysis.outside is not None:
         yield f"a comb at {analysis.outside.found_hz:.2f} Hz, outside the search windows"

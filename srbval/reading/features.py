@@ -101,8 +101,7 @@ def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
     found = []
-    for places in np.array_split(np.arange(len(snapshots)), count):
-        own = [snapshots[n] for n in places]
+    for own in np.array_split(np.array(snapshots, dtype=object), count):
         lines = []
         for line in zip(*(one["lines"] for one in own), strict=True):
             power = float(np.mean([each["depth"] ** 2 for each in line]))

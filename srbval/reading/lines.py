@@ -23,6 +23,7 @@ RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak that is the line with a smaller probability than this is taken for another line, and is no baseline.
 LEAST_IDENTITY = 0.5
 SUBHARMONIC_SHARE = 0.5  # least power of a comb's first harmonic, as a share of the second harmonic's
+_IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
 _AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"} | {"detected"}  # copied to a line
 
 
@@ -112,9 +113,6 @@ class Line:
     def is_first(self) -> bool:
         """True for the first harmonic of a line; false for higher harmonics and sidebands."""
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
-
-
-_IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
 
 
 def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
