@@ -87,9 +87,8 @@ class Diagnosis(NotebookObject):
         )
         said += f" Evidence of combs, with the modulation by their first lines: {', '.join(each)}."
         if (order := self.scores.unexplained_order) is not None:
-            said += (
-                f" Strongest unexplained comb: order {order:.3f}, evidence {self.scores.first[OTHER_CAUSE].excess:.1f}."
-            )
+            other = self.scores.first[OTHER_CAUSE]
+            said += f" Strongest unexplained comb: order {order:.3f}, evidence {other.excess:.1f}."
         return said if self.channel is None else f"{said} The evidence is strongest in channel {self.channel}."
 
 
