@@ -104,10 +104,8 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     line_hz, half_hz = family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz
     count = math.floor(band_hz[1] / line_hz)
     reading = read_comb(record, line_hz, half_hz, period_s=None, harmonics=count)
-    if reading is None:
-        return None
-    ranks = rank_line(family, reading, record, families, speed)
-    if ranks is None or not is_improbable(reading.noise_false_alarm, ranks[0]):
+    ranks = None if reading is None else rank_line(family, reading, record, families, speed)
+    if reading is None or ranks is None or not is_improbable(reading.noise_false_alarm, ranks[0]):
         return None
     found_hz = []
     for part in np.array_split(vibration, RECORD_PARTS):
