@@ -63,11 +63,6 @@ class BaselineComparison:
     baseline: str | None = None
     by_level: bool = True
 
-    @property
-    def risen(self) -> Fault | None:
-        """Part of the bearing to which the risen `line` belongs; None if no line has risen."""
-        return Fault.of_line(self.line) if self.line else None
-
     def times(self, ratio: float) -> str:
         """Ratio in words, such as "2.1 times as high" for levels or "2.1 times as deep" for modulation depths."""
         return f"{_three_digits(ratio)} times as {'high' if self.by_level else 'deep'}"

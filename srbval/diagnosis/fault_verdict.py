@@ -266,7 +266,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     if parts:
         finding, line = Finding.NAMED, analysis.line_of(parts[0])
         shown = "the comb of its lines is detected in the whole band of this record"
-        if comparison.risen is parts[0]:
+        if comparison.line == line.name:
             ratio, _ = comparison.ratios[line.name]
             shown = f"the {line.name} line is {comparison.times(ratio)} as in the healthy record"
         elif line.detected:
