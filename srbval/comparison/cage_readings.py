@@ -72,8 +72,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
     passages = _read_passages(recording, bearing, speed, tracking)
     if of_fault is None or passages is None:
         return of_fault or passages
-    apart = abs(of_fault.ratio - passages.ratio)
-    agree = apart <= NORMAL_95 * math.hypot(of_fault.reading_u, passages.reading_u)
+    agree = abs(of_fault.ratio - passages.ratio) <= NORMAL_95 * math.hypot(of_fault.reading_u, passages.reading_u)
     return passages if agree and passages.reading_u < of_fault.reading_u else of_fault
 
 

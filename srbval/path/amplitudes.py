@@ -211,9 +211,8 @@ def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: flo
     logarithm = likelihood - SCATTERS_DB**2 / (2 * prior_db**2)
     weight = np.exp(logarithm - logarithm.max())
     low, high = np.interp((0.025, 0.975), np.cumsum(weight) / weight.sum(), SCATTERS_DB)
-    mean = float(weight @ SCATTERS_DB / weight.sum())
-    interval = {"low_db": float(low), "high_db": float(high)}
-    return {"scatter_db": mean, **interval, "quieter": len(quieter), "bands": len(off)}
+    found = {"scatter_db": float(weight @ SCATTERS_DB / weight.sum()), "low_db": float(low), "high_db": float(high)}
+    return found | {"quieter": len(quieter), "bands": len(off)}
 
 
 def _line_power(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:
