@@ -6,7 +6,7 @@ errors of the kind, their mean is used, since they share bearing, mounting and s
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -144,7 +144,7 @@ def read_quantities(analysis: Analysis, fault: Fault, order: float | None) -> di
     return found
 
 
-def biases(comparisons: pd.DataFrame) -> list[Row]:
+def biases(comparisons: pd.DataFrame) -> Iterator[Row]:
     """Compute the model's bias (mean error) for each kind of quantity, scene, and value of the column `used_for`.
 
     `comparisons` contains rows of `comparison_row` (which describes `used_for`). Only quantities that exceed the noise
@@ -152,30 +152,21 @@ def biases(comparisons: pd.DataFrame) -> list[Row]:
     `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
-    places = {row.kind: place for place, row in enumerate(COMPARED)}
-    groups = comparisons[both].groupby(["kind", "scene", "used_for"], sort=False)
-    return [
-        _compute_bias(kind, scene, use, rows)
-        for (kind, scene, use), rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places)))
-    ]
-
-
-def _compute_bias(kind: str, scene: str, used_for: str, rows: pd.DataFrame) -> Row:
-    errors = rows.groupby("record", sort=False)["error"].mean()
-    count, mean = len(errors), float(errors.mean())
-    data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95
-    claimed = count >= MIN_RECORDS_FOR_BIAS
-    variance = float(errors.var()) if claimed else 0.0
-    return {
-        "kind": kind,
-        "scene": scene,
-        "used_for": used_for,
-        "unit": rows["error_unit"].iloc[0],
-        "records": count,
-        "pairs": len(rows),
-        "mean_error": mean,
-        "bias": mean if claimed else None,
-        "ci95": float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
-        "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None,
-        "data_scatter": data,
-    }
+    names, places = ["kind", "scene", "used_for"], {row.kind: place for place, row in enumerate(COMPARED)}
+    groups = comparisons[both].groupby(names, sort=False)
+    for group, rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places))):
+        errors = rows.groupby("record", sort=False)["error"].mean()
+        count, mean = len(errors), float(errors.mean())
+        data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95
+        claimed = count >= MIN_RECORDS_FOR_BIAS
+        variance = float(errors.var()) if claimed else 0.0
+        yield dict(zip(names, group, strict=True)) | {
+            "unit": rows["error_unit"].iloc[0],
+            "records": count,
+            "pairs": len(rows),
+            "mean_error": mean,
+            "bias": mean if claimed else None,
+            "ci95": float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
+            "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None,
+            "data_scatter": data,
+        }

@@ -208,7 +208,7 @@ def line_rows(
         "table6": [keys | row for row in (*published, *measured)],  # a missing value is None
         "closure": tuple(check_table6_sums(published, measured, rollers)),
         "comparisons": records(every[every["record"].isin(shown)]),
-        "bias": biases(every.assign(used_for="withheld")),
+        "bias": list(biases(every.assign(used_for="withheld"))),
     }
 
 
