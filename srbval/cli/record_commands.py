@@ -276,7 +276,7 @@ def run_trend_command(options: argparse.Namespace) -> int:
         write_trend(found, Path(options.plot), command=own_command())
     code = report_failed(failed, other)
     document: dict[str, Any] = {"trend": found, "failed": failed, "left_out": other}
-    return print_result(options, document, lambda: _print_trend(found), code=code, tables={"trend": found.rows()})
+    return print_result(options, document, lambda: _print_trend(found), code=code, tables={"trend": [*found.rows()]})
 
 
 def _print_trend(trend: Trend) -> None:
