@@ -21,7 +21,6 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.monitoring import batch
 from srbval.monitoring.batch import FailedFile
 from srbval.monitoring.feature_rows import record_features
-from srbval.monitoring.machine import diagnose_pooled, machine_of
 from srbval.monitoring.trend import RMS, ChannelTrend, Trend, trend_of, zone_boundaries, zone_of
 from srbval.progress import ProgressDisplay
 from srbval.progress.tables import format_uncertain, text_rows, text_table
@@ -137,10 +136,10 @@ def _run_many(options: argparse.Namespace) -> int:
         if not options.one_machine:
             raise
         requests = batch.requests_for(options.files, request_from_options(options))
-        one = diagnose_pooled(requests)  # each record is too short by itself
+        one = batch.diagnose_pooled(requests)  # each record is too short by itself
         found = {"machine": one, "records": [], "summary": [], "failed": [], "left_out": []}
         return print_result(options, found, str(one["sentence"]))
-    machine = {"machine": machine_of(documents)} if options.one_machine else {}
+    machine = {"machine": batch.machine_of(documents)} if options.one_machine else {}
     rows = [batch.summary_of(document) for document in documents]
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
     alike = Counter(Path(file).name for file in files)
@@ -277,7 +276,7 @@ def run_trend_command(options: argparse.Namespace) -> int:
         write_trend(found, Path(options.plot), command=own_command())
     code = report_failed(failed, other)
     document: dict[str, Any] = {"trend": found, "failed": failed, "left_out": other}
-    return print_result(options, document, lambda: _print_trend(found), code=code, tables={"trend": found.rows()})
+    return print_result(options, document, lambda: _print_trend(found), code=code, tables={"trend": [*found.rows()]})
 
 
 def _print_trend(trend: Trend) -> None:

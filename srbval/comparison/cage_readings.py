@@ -72,8 +72,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
     passages = _read_passages(recording, bearing, speed, tracking)
     if of_fault is None or passages is None:
         return of_fault or passages
-    apart = abs(of_fault.ratio - passages.ratio)
-    agree = apart <= NORMAL_95 * math.hypot(of_fault.reading_u, passages.reading_u)
+    agree = abs(of_fault.ratio - passages.ratio) <= NORMAL_95 * math.hypot(of_fault.reading_u, passages.reading_u)
     return passages if agree and passages.reading_u < of_fault.reading_u else of_fault
 
 
@@ -81,16 +80,14 @@ def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, track
     """Read the cage ratio from the fault lines of a damaged race in the envelope; None if they are not detected."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     line_hz, half_hz = family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz
-    found: list[tuple[LineReading, tuple[float, float]]] = []
+    clearest, clearest_hz = None, BANDS[0]
     for band_hz in BANDS:
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
         reading = read_comb(record, line_hz, half_hz, period_s=1 / speed.value_hz, sideband_hz=family.sideband_hz)
-        if reading is not None and reading.detected:
-            found.append((reading, band_hz))
-    if not found:
-        return None
-    reading, band_hz = max(found, key=lambda one: one[0].snr[0])
-    return _cage_reading_of(recording, bearing, reading, f"{family.name} comb, envelope", band_hz)
+        if reading and reading.detected and (clearest is None or reading.snr[0] > clearest.snr[0]):
+            clearest, clearest_hz = reading, band_hz
+    name = f"{family.name} comb, envelope"
+    return None if clearest is None else _cage_reading_of(recording, bearing, clearest, name, clearest_hz)
 
 
 def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
@@ -106,10 +103,8 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     line_hz, half_hz = family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz
     count = math.floor(band_hz[1] / line_hz)
     reading = read_comb(record, line_hz, half_hz, period_s=None, harmonics=count)
-    if reading is None:
-        return None
-    ranks = rank_line(family, reading, record, families, speed)
-    if ranks is None or not is_improbable(reading.noise_false_alarm, ranks[0]):
+    ranks = None if reading is None else rank_line(family, reading, record, families, speed)
+    if reading is None or ranks is None or not is_improbable(reading.noise_false_alarm, ranks[0]):
         return None
     found_hz = []
     for part in np.array_split(vibration, RECORD_PARTS):

@@ -6,7 +6,7 @@ errors of the kind, their mean is used, since they share bearing, mounting and s
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -120,10 +120,7 @@ ROLLER_LINE = ComparedQuantity(
 RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
 CAGE_RATIO = replace(RACE_LINE, kind="cage ratio", name="cage ratio", unit="1", value_of=cage_ratio_of_order)
 LINE_QUANTITIES = (RACE_LINE, ROLLER_LINE)
-HARMONIC = {
-    number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", harmonic=number)
-    for number in (2, 3, 4, 5)
-}
+HARMONIC = {n: ComparedQuantity(kind=f"harmonic {n}", name=f"{n}x{{line}}", harmonic=n) for n in (2, 3, 4, 5)}
 SIDEBAND_LEVEL = ComparedQuantity(kind="sideband level", name="{line} sidebands")
 COMPARED: tuple[ComparedQuantity, ...] = (RACE_LINE, CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBAND_LEVEL)
 
@@ -140,50 +137,36 @@ def read_quantities(analysis: Analysis, fault: Fault, order: float | None) -> di
     """
     found = {}
     for row in (row for row in COMPARED if fault in row.faults):
-        if row.value_of is None:
-            value = _level(analysis, fault, row.harmonic)
-        else:
-            value = _line_value(analysis, fault, row.value_of, order)
+        value_of = row.value_of
+        value = _line_value(analysis, fault, value_of, order) if value_of else _level(analysis, fault, row.harmonic)
         if value is not None:
             found[row.name_of(fault)] = value
     return found
 
 
-def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
+def biases(comparisons: pd.DataFrame) -> Iterator[Row]:
     """Compute the model's bias (mean error) for each kind of quantity, scene, and value of the column `used_for`.
 
-    `comparisons` contains rows of `comparison_row` (which describes `used_for`). The argument `used_for`, if given,
-    replaces the values of this column. Only quantities that exceed the noise in both model and rig are used. `bias`,
-    its half width `ci95` and the model's `scatter` are None with fewer than `MIN_RECORDS_FOR_BIAS` records.
+    `comparisons` contains rows of `comparison_row` (which describes `used_for`). Only quantities that exceed the noise
+    in both model and rig are used. `bias`, its half width `ci95` and the model's `scatter` are None with fewer than
+    `MIN_RECORDS_FOR_BIAS` records.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
-    shown = comparisons[both]
-    if used_for:
-        shown = shown.assign(used_for=used_for)
-    places = {row.kind: place for place, row in enumerate(COMPARED)}
-    groups = shown.groupby(["kind", "scene", "used_for"], sort=False)
-    return [
-        _compute_bias(kind, scene, use, rows)
-        for (kind, scene, use), rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places)))
-    ]
-
-
-def _compute_bias(kind: str, scene: str, used_for: str, rows: pd.DataFrame) -> Row:
-    errors = rows.groupby("record", sort=False)["error"].mean()
-    count, mean = len(errors), float(errors.mean())
-    data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95
-    claimed = count >= MIN_RECORDS_FOR_BIAS
-    variance = float(errors.var()) if claimed else 0.0
-    return {
-        "kind": kind,
-        "scene": scene,
-        "used_for": used_for,
-        "unit": rows["error_unit"].iloc[0],
-        "records": count,
-        "pairs": len(rows),
-        "mean_error": mean,
-        "bias": mean if claimed else None,
-        "ci95": float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
-        "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None,
-        "data_scatter": data,
-    }
+    names, places = ["kind", "scene", "used_for"], {row.kind: place for place, row in enumerate(COMPARED)}
+    groups = comparisons[both].groupby(names, sort=False)
+    for group, rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places))):
+        errors = rows.groupby("record", sort=False)["error"].mean()
+        count, mean = len(errors), float(errors.mean())
+        data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95
+        claimed = count >= MIN_RECORDS_FOR_BIAS
+        variance = float(errors.var()) if claimed else 0.0
+        yield dict(zip(names, group, strict=True)) | {
+            "unit": rows["error_unit"].iloc[0],
+            "records": count,
+            "pairs": len(rows),
+            "mean_error": mean,
+            "bias": mean if claimed else None,
+            "ci95": float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
+            "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None,
+            "data_scatter": data,
+        }

@@ -46,11 +46,9 @@ def paper_runs(seconds: float, *, jobs: int | None = None, progress: Progress = 
     The runs are parallel. Raises `NumericsError` if a run fails.
     """
     scenes = {f"paper-{state}": paper_scene(duration_s=seconds, defect=state.value) for state in PAPER_STATES}
-
-    def one(name: str, progress: Progress) -> Run:
-        return run_named(name, scenes[name], progress)
-
-    return side_by_side(scenes, one, task="Simulate", jobs=jobs, progress=progress)
+    return side_by_side(
+        scenes, lambda name, own: run_named(name, scenes[name], own), task="Simulate", jobs=jobs, progress=progress
+    )
 
 
 def run_named(name: str, scene: Scene, progress: Progress = silent) -> Run:

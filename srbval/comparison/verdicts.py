@@ -18,7 +18,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.cage_means import CageMeans, cage_means, race_design
+from srbval.comparison.cage_means import CageMeans, race_design
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.comparison import TOLERANCE, Row, Verdict, verdict_on_tolerance
 
@@ -53,13 +53,10 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Com
         yield ComparedValue(codes, apart, means.outer_less_inner)
 
 
-def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
-    """Judge whether simulated cage ratios, `stored`, agree with the rig's `readings`, for each simulated scene."""
-    if not readings or not stored:
-        return []
-    means = cage_means(readings)
-    values = list(endpoints(readings, means))
-    return [verdict(value, variant, readings, means.means[-1]) for variant in stored["variants"] for value in values]
+def verdicts(readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any]) -> list[Row]:
+    """Judge whether simulated cage ratios, `stored`, agree with the rig's `readings` and `means`, for each scene."""
+    variants, values = stored.get("variants", ()), list(endpoints(readings, means))
+    return [verdict(value, variant, readings, means.means[-1]) for variant in variants for value in values]
 
 
 def none_missed(rows: Iterable[Row]) -> bool:

@@ -51,16 +51,11 @@ class BaselineComparison:
     the greatest modulation depth, None if no line has risen. `baseline` is the file of the healthy record.
     """
 
-    sentence: str
+    sentence: str = ""
     ratios: Mapping[str, tuple[float, tuple[float, float]]] = field(default_factory=dict)
     line: str | None = None
     baseline: str | None = None
     by_level: bool = True
-
-    @property
-    def risen(self) -> Fault | None:
-        """Part of the bearing to which the risen `line` belongs; None if no line has risen."""
-        return Fault.of_line(self.line) if self.line else None
 
     def times(self, ratio: float) -> str:
         """Ratio in words, such as "2.1 times as high" for levels or "2.1 times as deep" for modulation depths."""
@@ -205,9 +200,8 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     ratios = {x.name: found for x in lines if (found := _modulation_ratio(analysis, x, healthy))}
     above = {name for name, (ratio, ci95) in ratios.items() if ratio >= RISEN_RATIO and ci95[0] > 1}
     risen = [x for x in detected_fault_lines(lines) if x.name in above]
-    compared = BaselineComparison(
-        sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_comparable_by_level(analysis, healthy)
-    )
+    by_level = _comparable_by_level(analysis, healthy)
+    compared = BaselineComparison(ratios=ratios, baseline=healthy.recording.file, by_level=by_level)
     said = f"Compared with the healthy record {name},"
     if not risen:
         return replace(compared, sentence=f"{said} no line is {compared.times(RISEN_RATIO)} or more.")
@@ -236,12 +230,10 @@ def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tup
     if before.explained_by == NotDetected.ANOTHER and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))  # the highest level that is not detected
         before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
-
-    def modulation(of: Analysis, read: Line) -> float:
-        mean = float(np.mean(of.processed.squared)) * of.processed.scale**2 if by_level else 1.0
-        return (read.depth or 0.0) * mean
-
-    ours, theirs = modulation(analysis, line), modulation(baseline, before)
+    ours, theirs = (
+        (read.depth or 0.0) * (float(np.mean(of.processed.squared)) * of.processed.scale**2 if by_level else 1.0)
+        for of, read in ((analysis, line), (baseline, before))
+    )
     if not theirs or (before.covered and ours / theirs < RISEN_RATIO):  # the covering line is only an upper bound
         return None
     ratio, noise = ours / theirs, NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))

@@ -67,8 +67,7 @@ class Comb:
     def log_ratio(self) -> float:
         """Log likelihood ratio of a fault to no fault: smooth minimum of values from `excess` and from `depth`.
 
-        `excess` is the score of the comb, a line with harmonics, above a typical comb's; `depth` is the modulation
-        depth of the first line. If all lines of a strong comb double in depth, both values rise by the same amount.
+        If all lines of a strong comb double in depth, both values rise by the same amount.
         """
         if self.explained_by or not self.depth:
             return -LOG_RATIO_ONSET
@@ -133,17 +132,16 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
     at = {OTHER_CAUSE: int(np.argmax(np.where(foreign, spectrum.score, -np.inf))) if foreign.any() else None}
     for fault, family in zip(DEFECTS, families, strict=False):
         at[fault.value] = spectrum.highest(family.kinematic_hz, relative * family.kinematic_hz)
-    return {
-        name: Comb(
-            excess=float(spectrum.score[index]) - typical,
-            found_hz=float(spectrum.frequency_hz[index]),
-            depth=float(spectrum.depth[index]),
-            explained_by="" if name == OTHER_CAUSE else _source_of(spectrum, index, Fault(name), speed),
-        )
-        if (index := at[name]) is not None
-        else Comb()
-        for name in SINGLE_CAUSES
-    }
+    combs = dict.fromkeys(SINGLE_CAUSES, Comb())
+    for name, index in at.items():
+        if index is not None:
+            combs[name] = Comb(
+                excess=float(spectrum.score[index]) - typical,
+                found_hz=float(spectrum.frequency_hz[index]),
+                depth=float(spectrum.depth[index]),
+                explained_by="" if name == OTHER_CAUSE else _source_of(spectrum, index, Fault(name), speed),
+            )
+    return combs
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
@@ -158,11 +156,10 @@ def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed)
     shaft_error_hz = min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz)
     if abs(found_hz - turns * speed.value_hz) <= max(spectrum.bin_hz / 2, turns * shaft_error_hz):
         return f"harmonic {turns} of the shaft"
+    score, depth = spectrum.score, spectrum.depth
     for number in sorted({2, 3, 4, turns} - ({2} if fault is Fault.ROLLER else set())):  # a roller strikes both races
         lower = spectrum.highest(found_hz / number, near_hz)
-        if lower is None or spectrum.score[lower] < spectrum.score[at]:
-            continue
-        if spectrum.depth[lower] >= spectrum.depth[at] / 2:
+        if lower is not None and score[lower] >= score[at] and depth[lower] >= depth[at] / 2:
             lower_hz = float(spectrum.frequency_hz[lower])
             if abs(lower_hz - speed.value_hz) <= max(spectrum.bin_hz, speed.ci95_hz):
                 return f"harmonic {number} of the shaft"

@@ -9,7 +9,7 @@ state of a record is not used.
 import enum
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from srbval.bearing import DEFECTS, Fault
@@ -87,9 +87,8 @@ class Diagnosis(NotebookObject):
         )
         said += f" Evidence of combs, with the modulation by their first lines: {', '.join(each)}."
         if (order := self.scores.unexplained_order) is not None:
-            said += (
-                f" Strongest unexplained comb: order {order:.3f}, evidence {self.scores.first[OTHER_CAUSE].excess:.1f}."
-            )
+            other = self.scores.first[OTHER_CAUSE]
+            said += f" Strongest unexplained comb: order {order:.3f}, evidence {other.excess:.1f}."
         return said if self.channel is None else f"{said} The evidence is strongest in channel {self.channel}."
 
 
@@ -128,9 +127,8 @@ def weigh_evidence(
     if (outside := analysis.outside_speed) is not None:
         speed = ShaftSpeed(value_hz=outside.value_hz, ci95_hz=outside.ci95_hz, source=SpeedSource.ESTIMATED)
         elsewhere = fault_scores(replace(analysis, speed=speed))
-    together = posterior.log_likelihood(
-        [scores for _, scores in views], lines, stands=bool(standing), elsewhere=elsewhere
-    )
+    scored = [scores for _, scores in views]
+    together = posterior.log_likelihood(scored, lines, stands=bool(standing), elsewhere=elsewhere)
     shares = posterior.probabilities(together)
     found = max(shares, key=shares.__getitem__)
     best, scores = max(views, key=lambda one: posterior.log_likelihood([one[1]], lines, stands=bool(standing))[found])
@@ -158,14 +156,11 @@ def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> It
         ratio, _ = comparison.ratios[comparison.line]
         yield f"{comparison.line} {comparison.times(ratio)} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):
+        noise = 1.0 if line.noise_false_alarm is None else line.noise_false_alarm
         if _is_unexplained(line, comparison):
             if line.name != comparison.line:
                 yield f"{line.name} {line.snr:,.0f} times the noise"
-        elif (
-            line.covered
-            and line.noise_false_alarm is not None
-            and max(line.noise_false_alarm, line.placebo_false_alarm or 0.0) < FALSE_ALARM
-        ):
+        elif line.covered and max(noise, line.placebo_false_alarm or 0.0) < FALSE_ALARM:
             yield f"multiples of {line.name}, which is hidden by a shaft line"
     if analysis.outside is not None:
         yield f"a comb at {analysis.outside.found_hz:.2f} Hz, outside the search windows"
@@ -192,7 +187,7 @@ class FaultVerdict:
     finding: Finding | None
     headline: str
     reasons: tuple[str, ...]
-    comparison: BaselineComparison
+    comparison: BaselineComparison = field(default_factory=BaselineComparison)
     diagnosis: Diagnosis | None = None
     parts: tuple[Fault, ...] = ()
     advice: str = ""
@@ -256,9 +251,7 @@ def fault_verdict(
         baseline = baseline_of(analysis, baseline)
     if analysis.recording.origin is not Origin.MEASURED:
         said = f"No fault is named: the record is {analysis.recording.origin.value}, not measured"
-        return FaultVerdict(
-            finding=None, headline=said, reasons=(analysis.summary,), comparison=BaselineComparison(sentence="")
-        )
+        return FaultVerdict(finding=None, headline=said, reasons=(analysis.summary,))
     comparison = compare_with_baseline(analysis, baseline)
     return verdict_of(analysis, comparison, diagnose(analysis, comparison, all_channels=all_channels))
 
@@ -273,7 +266,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     if parts:
         finding, line = Finding.NAMED, analysis.line_of(parts[0])
         shown = "the comb of its lines is detected in the whole band of this record"
-        if comparison.risen is parts[0]:
+        if comparison.line == line.name:
             ratio, _ = comparison.ratios[line.name]
             shown = f"the {line.name} line is {comparison.times(ratio)} as in the healthy record"
         elif line.detected:

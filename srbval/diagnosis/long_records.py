@@ -107,5 +107,4 @@ def _scores(part: Recording, bearing: Bearing) -> FaultScores:
     """Score the combs (lines with harmonics) of one time interval (`part`) of a record at its stated speed."""
     speed, tracking = part.known_speed, choose_tracking(part, bearing, part.known_speed)
     processed = process(part, band_hz=whole_band_of(part.fs_hz).band_hz, tracking=tracking)
-    speed = with_spread(speed, tracking)
-    return fault_scores(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))
+    return fault_scores(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=with_spread(speed, tracking)))

@@ -15,7 +15,7 @@ not change. A change of load or temperature can raise a level, too, without a fa
 import itertools
 import math
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -99,15 +99,13 @@ class Trend:
         found = [one for one in self.channels if one.first_alarm is not None]
         return min(found, key=lambda one: one.first_alarm or 0, default=None)
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> Iterator[dict[str, Any]]:
         """Table with a row per record and channel: levels of lines and RMS, velocity, zone, names of risen levels."""
-        rows = []
         for one, point in ((channel, point) for channel in self.channels for point in channel.points):
             levels = {f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference}
             row = {"channel": one.channel, "time": one.time_text(point), "file": point["file"], "rpm": point["rpm"]}
             severity = {name: point[name] for name in ("velocity_rms_mm_s", "zone")}
-            rows.append(row | levels | severity | {"risen": " ".join(point["risen"])})
-        return rows
+            yield row | levels | severity | {"risen": " ".join(point["risen"])}
 
     def to_frame(self) -> "pandas.DataFrame":
         """Pandas table of the `rows`."""
@@ -184,7 +182,7 @@ def trend_of(
     groups = itertools.groupby(in_order, key=lambda one: one["channel"])
     by_channel: dict[str | None, Sequence[Mapping[str, Any]]] = {channel: [*own] for channel, own in groups}
     if all(one.get("snapshot") for one in documents):
-        by_channel = {channel: pool_snapshots(own, MIN_POOLED_GROUPS) for channel, own in by_channel.items()}
+        by_channel = {channel: [*pool_snapshots(own, MIN_POOLED_GROUPS)] for channel, own in by_channel.items()}
         time_from += f"; {len(documents)} snapshots, pooled for lines"
     share = round(BASELINE_SHARE * max(map(len, by_channel.values())))
     count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))

@@ -68,14 +68,11 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
     Samples of a simulated record are means over the sampling interval; the loss of power by averaging is compensated.
     """
-    fs_hz, found = recording.fs_hz, {}
-    at_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
+    at_hz, density = power_density(one_signal(recording), recording.fs_hz, SEGMENT_S)
     if recording.origin is Origin.SIMULATED:
-        density = density / np.sinc(at_hz / fs_hz) ** 2
-    for name, (low, high) in bands_hz.items():
-        edges = np.array([low, *at_hz[(at_hz > low) & (at_hz < high)], high])
-        found[name] = float(np.trapezoid(np.interp(edges, at_hz, density), edges))
-    return found
+        density = density / np.sinc(at_hz / recording.fs_hz) ** 2
+    places = {name: [low, *at_hz[(at_hz > low) & (at_hz < high)], high] for name, (low, high) in bands_hz.items()}
+    return {name: float(np.trapezoid(np.interp(hz, at_hz, density), hz)) for name, hz in places.items()}
 
 
 def levels(recording: Recording, healthy: Recording | None) -> Amplitudes:
@@ -211,9 +208,8 @@ def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: flo
     logarithm = likelihood - SCATTERS_DB**2 / (2 * prior_db**2)
     weight = np.exp(logarithm - logarithm.max())
     low, high = np.interp((0.025, 0.975), np.cumsum(weight) / weight.sum(), SCATTERS_DB)
-    mean = float(weight @ SCATTERS_DB / weight.sum())
-    interval = {"low_db": float(low), "high_db": float(high)}
-    return {"scatter_db": mean, **interval, "quieter": len(quieter), "bands": len(off)}
+    found = {"scatter_db": float(weight @ SCATTERS_DB / weight.sum()), "low_db": float(low), "high_db": float(high)}
+    return found | {"quieter": len(quieter), "bands": len(off)}
 
 
 def _line_power(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:

@@ -88,8 +88,7 @@ def steady_tone(
         place = int(np.argmax(np.abs(near)))
         left = float(np.sum(np.abs(inside) ** 2)) / count - abs(near[place]) ** 2
         found.append((left, complex(near[place]), float(slips[place])))
-    _, amplitude, slipped = min(found, key=lambda one: one[0])
-    return amplitude, slipped
+    return min(found, key=lambda one: one[0])[1:]
 
 
 def _less_quiet(samples: FloatArray, periods: FloatArray) -> float:

@@ -144,8 +144,6 @@ class Analysis(SpeedSearch, NotebookObject):
 
 
 READINGS = ContentStore(kind="reading", computed_by=__name__)
-
-
 # Fields of an analysis that take long to compute: all but the record, the bearing and the processed signal.
 _SLOW_FIELDS = [(x.name, x.type) for x in fields(Analysis) if x.name not in ("recording", "bearing", "processed")]
 StoredReading = make_dataclass("StoredReading", _SLOW_FIELDS, frozen=True)

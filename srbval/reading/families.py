@@ -37,6 +37,14 @@ class Family:
     sideband_hz: float = 0.0
     sideband_name: str = ""
 
+    def mask(self, record: Periodogram, reading: LineReading) -> Periodogram:
+        """Mask the harmonics and sidebands of the line in `record` at the frequency at which it was read."""
+        number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
+        side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (self.sideband_hz > 0)
+        centre = number * reading.found_hz + side * self.sideband_hz
+        width = np.broadcast_to(number * reading.ci95_hz, centre.shape)
+        return record.masking(centre.ravel(), width.ravel())
+
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
     """Half width of a search window as a share of the line's frequency: largest slip, and error of a measured speed."""
@@ -105,9 +113,7 @@ def is_placebo_order(
     return np.asarray(~near)
 
 
-def identity_probability(
-    reading: LineReading, centre_hz: float, speed_ci95: float, other_chance: float, largest_slip: float
-) -> float:
+def identity_probability(reading: LineReading, centre_hz: float, speed_ci95: float, largest_slip: float) -> float:
     """Probability that the peak of `reading`, searched about `centre_hz`, is the bearing's line, not another source's.
 
     d is the distance of the peak from `centre_hz`, w the half width of the search window, both as shares of
@@ -117,9 +123,10 @@ def identity_probability(
         s: root sum of squares of `SLIP_SPREAD`, (`largest_slip` - `LARGEST_SLIP`) / 2, and the relative standard
            uncertainties of the peak's frequency and of the shaft speed, `speed_ci95` / 1.96
         F: probability that the line is inside the window
-        B: least Bayes factor for another source, -e p ln p for p < 1/e, otherwise 1, in which p = `other_chance` is the
-           probability of so strong a peak of another source (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted
-           from memory, not checked); such a peak is equally probable everywhere in the window
+        B: least Bayes factor for another source, -e p ln p for p < 1/e, otherwise 1, in which p is the probability of
+           so strong a peak of another source, by the rank among placebos or else by noise alone (Sellke, Bayarri &
+           Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked); such a peak is equally probable everywhere
+           in the window
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2
@@ -129,5 +136,6 @@ def identity_probability(
     log_student = math.lgamma(half + 0.5) - math.lgamma(half) - math.log(2 * math.pi * half) / 2
     log_student -= (half + 0.5) * math.log1p(off**2 / SLIP_FREEDOM)
     log_place = math.log(2 * window / spread / within) + log_student
-    chance = min(max(other_chance, 1e-300), 1 / math.e)
+    other = reading.noise_false_alarm if reading.placebo_false_alarm is None else reading.placebo_false_alarm
+    chance = min(max(other, 1e-300), 1 / math.e)
     return float(scipy.special.expit(log_place - math.log(-math.e * chance * math.log(chance))))

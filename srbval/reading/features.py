@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -92,17 +92,15 @@ def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None =
     return Analysis(processed=done, bearing=bearing, lines=tuple(lines), speed=speed, recording=recording, band=band)
 
 
-def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
-    """Average the powers of short records in groups of successive records; returns one document for each group.
+def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> Iterator[dict[str, Any]]:
+    """Average the powers of short records in groups of successive records; yields one document for each group.
 
     There are `groups` groups, or more if each then still has about `POOLED_REVOLUTIONS` shaft revolutions, but never
     more groups than records.
     """
     turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
     count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
-    found = []
-    for places in np.array_split(np.arange(len(snapshots)), count):
-        own = [snapshots[n] for n in places]
+    for own in np.array_split(np.array(snapshots, dtype=object), count):
         lines = []
         for line in zip(*(one["lines"] for one in own), strict=True):
             power = float(np.mean([each["depth"] ** 2 for each in line]))
@@ -111,5 +109,4 @@ def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[
         levels = {
             name: math.sqrt(float(np.mean([one["features"][name] ** 2 for one in own]))) for name in ("rms", "band_rms")
         }
-        found.append({**own[-1], "features": own[-1]["features"] | levels, "lines": lines})
-    return found
+        yield {**own[-1], "features": own[-1]["features"] | levels, "lines": lines}

@@ -1,28 +1,19 @@
 """Lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
-The strongest line is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at a
-simple ratio, such as 3/2, to a stronger line is explained by the stronger line and is not detected.
+A weaker line at a simple ratio, such as 3/2, to a stronger line is explained by the stronger line and is not detected.
 """
 
 import enum
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.reading.families import (
-    OWN_SIDEBANDS,
-    SIMPLE_RATIOS,
-    Family,
-    families_of,
-    identity_probability,
-    rank_line,
-    window_share,
-)
+from srbval.reading.families import SIMPLE_RATIOS, Family, families_of, identity_probability, rank_line, window_share
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
 from srbval.signal.comb import FALSE_ALARM, SIDE_LOBE_BINS
@@ -32,6 +23,7 @@ RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak that is the line with a smaller probability than this is taken for another line, and is no baseline.
 LEAST_IDENTITY = 0.5
 SUBHARMONIC_SHARE = 0.5  # least power of a comb's first harmonic, as a share of the second harmonic's
+_IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
 _AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"} | {"detected"}  # copied to a line
 
 
@@ -123,9 +115,6 @@ class Line:
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
 
 
-_IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
-
-
 def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
     """Detected first harmonics of the race and roller lines, the line with the greatest modulation depth first."""
     shown = (line for line in lines if line.detected and line.harmonic == 1 and Fault.of_line(line.name))
@@ -168,20 +157,22 @@ def read_lines(
     lines = {f: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
     stronger: list[Line] = []
 
+    def read_first(family: Family, within: Periodogram) -> LineReading | None:
+        """Read a family near `scale` times its kinematic frequency; None if it cannot be read."""
+        window = (centre := scale * family.kinematic_hz), max(share * centre, within.bin_hz)
+        return read_comb(within, *window, sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz)
+
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
         """Put a family's lines into `lines`; True if its first harmonic is detected, which then joins `stronger`."""
-        centre, rank, explained, identity = scale * family.kinematic_hz, None, None, None
-        chance, speed_ci95 = reading.noise_false_alarm, speed.ci95_hz / speed.value_hz
         if reading.detected or not brief:
             rank = rank_line(family, reading, within, families, speed, scale, combs)
-        if rank is not None:
-            chance, whole = rank
-            reading = replace(reading, placebo_false_alarm=chance, comb_false_alarm=whole)
-        first = _with_reading(lines[family][0], reading, speed)
+            reading = replace(reading, placebo_false_alarm=rank and rank[0], comb_false_alarm=rank and rank[1])
+        first, explained, identity = _with_reading(lines[family][0], reading, speed), None, None
         if reading.detected:
             explained = _explained_by(first, stronger, within.bin_hz)
             if speed.source is not SpeedSource.PRESCRIBED:  # a simulated record contains no other machine
-                identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
+                centre, speed_ci95 = scale * family.kinematic_hz, speed.ci95_hz / speed.value_hz
+                identity = identity_probability(reading, centre, speed_ci95, bearing.largest_slip)
                 explained = explained or (NotDetected.ANOTHER if identity < LEAST_IDENTITY else None)
         detected = reading.detected and explained is None
         first = replace(first, detected=detected, explained_by=explained, identity_probability=identity)
@@ -190,33 +181,20 @@ def read_lines(
             stronger.append(first)
         return first.detected
 
-    read = _readings(record, waiting, speed, scale, share)
+    read = {f: reading for f in waiting if (reading := read_first(f, record))}
     while read:
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
         waiting.remove(strongest)
         reading = read.pop(strongest)
         if add(strongest, reading, record, stronger):
-            record = _mask_family(record, strongest, reading)
-            read = _readings(record, waiting, speed, scale, share)
-    for family, reading in _readings(shaft_masked, [cage], speed, scale, share).items():
-        add(family, reading, shaft_masked, [])
+            record = strongest.mask(record, reading)
+            read = {f: reading for f in waiting if (reading := read_first(f, record))}
+    if reading := read_first(cage, shaft_masked):
+        add(cage, reading, shaft_masked, [])
 
     every = itertools.chain.from_iterable(lines.values())
     return tuple(every if brief else (_explained(x, scale, share, shaft_masked, record, stronger) for x in every))
-
-
-def _readings(
-    record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
-) -> dict[Family, LineReading]:
-    """Read each family near `scale` times its kinematic frequency; `share` is the relative half width of the window."""
-    found = {}
-    for family in families:
-        window = (centre := scale * family.kinematic_hz), max(share * centre, record.bin_hz)
-        reading = read_comb(record, *window, sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz)
-        if reading is not None:
-            found[family] = reading
-    return found
 
 
 def _explained(
@@ -248,18 +226,9 @@ def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None
     """Simple ratio to a stronger line that explains this line, such as ``3/2 BPFO``; None if there is none."""
     for other, (up, down) in itertools.product(stronger, SIMPLE_RATIOS):
         expected, wide = ((value or 0.0) * up / down for value in (other.found_hz, other.ci95_hz))
-        margin = bin_hz + math.hypot(line.ci95_hz or 0.0, wide)
-        if abs((line.found_hz or 0.0) - expected) <= margin:
+        if abs((line.found_hz or 0.0) - expected) <= bin_hz + math.hypot(line.ci95_hz or 0.0, wide):
             return f"{up}/{down} {other.name}"
     return None
-
-
-def _mask_family(record: Periodogram, family: Family, reading: LineReading) -> Periodogram:
-    number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
-    side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (family.sideband_hz > 0)
-    centre = number * reading.found_hz + side * family.sideband_hz
-    width = np.broadcast_to(number * reading.ci95_hz, centre.shape)
-    return record.masking(centre.ravel(), width.ravel())
 
 
 def _lines_of(

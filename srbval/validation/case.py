@@ -28,8 +28,6 @@ from srbval.storage.json_files import to_json
 from srbval.storage.tables import Limited, build, limited, read_toml, toml_text
 
 USES = ("fit", "withheld", "blind")
-IN_PLACE = ("elements", "orders")  # tables of a bearing that a case may contain
-MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +38,8 @@ class Tolerance(Limited):
     keys; there they are the 95 % half widths that the user states for the simulated side.
     """
 
-    cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)
-    level_db: float | None = limited(above=0, most=MOST_LEVEL_DB, default=None)
+    cage_pct: float | None = limited(above=0, most=20.0, default=None)
+    level_db: float | None = limited(above=0, most=60.0, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +106,7 @@ class ValidationCase:
     @cached_property
     def known_bearing(self) -> Bearing:
         """Bearing of the case; raises `ConfigurationError` if it is unknown or stated more than once."""
-        tables = {kind: table for kind in IN_PLACE if (table := getattr(self, kind)) is not None}
+        tables = {kind: table for kind in ("elements", "orders") if (table := getattr(self, kind)) is not None}
         if len(tables) + (self.bearing is not None) > 1:
             raise ConfigurationError(
                 f"{self.path or 'case'}: give one of bearing, [elements] and [orders], not several."
@@ -203,9 +201,8 @@ def _build_case(document: dict[str, Any], changes: Mapping[str, Any] | None, pat
 
 def _source_table(raw: Any) -> Any:
     """Convert a file name or list of file names to a table with the list ``file``; in a table, make ``file`` a list."""
-    if isinstance(raw, dict):
-        return raw | ({"file": [raw["file"]]} if isinstance(raw.get("file"), str) else {})
-    return {"file": [raw] if isinstance(raw, str) else raw}
+    table = raw if isinstance(raw, dict) else {"file": raw}
+    return table | {"file": [table["file"]]} if isinstance(table.get("file"), str) else table
 
 
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:

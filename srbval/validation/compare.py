@@ -52,11 +52,9 @@ def compare_pair(
         scale = 100 / theirs.value if quantity.value_of else 1.0
         # U of a frequency includes the rig's shaft speed. U of a level includes the sensor's mounting, whose effect
         # cannot be separated from the model's error with a single mounting.
+        mounting = {comparison.MOUNTING: NORMAL_95 * comparison.PRIOR.mounting_db}
         parts = {comparison.RIG_READING: scale * (theirs.ci95 or 0.0)}
-        if quantity.value_of:
-            parts[comparison.RIG_SPEED] = scale * theirs.speed_ci95
-        else:
-            parts[comparison.MOUNTING] = NORMAL_95 * comparison.PRIOR.mounting_db
+        parts |= {comparison.RIG_SPEED: scale * theirs.speed_ci95} if quantity.value_of else mounting
         studied = effects.get((state.value, name)) if base == "paper" else None
         if studied is not None:
             own = replace(own, value=own.value + studied["shift"])
@@ -146,12 +144,11 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
         found["verdict"] = comparison.verdict_on_tolerance(chance, comparison.TOLERANCE.risk).value
     if quantity not in LINE_QUANTITIES:
         return found | {"quantity": row["kind"]}
-    found["quantity"] = Fault(row["state"]).line
     simulated_hz, measured_hz = row["speeds_hz"]
-    if not same_speed(simulated_hz, measured_hz):
-        return found | {"unit": "order"}
-    in_hz = {key: v and v * (measured_hz or simulated_hz) for key, v in values.items() if not key.endswith("_pct")}
-    return found | in_hz | {"unit": "Hz"}
+    if same_speed(simulated_hz, measured_hz):
+        hz = measured_hz or simulated_hz
+        found |= {key: v and v * hz for key, v in values.items() if not key.endswith("_pct")} | {"unit": "Hz"}
+    return found | {"quantity": Fault(row["state"]).line}
 
 
 def same_speed(one_hz: float | None, other_hz: float | None) -> bool:

@@ -80,7 +80,7 @@ class Validation(NotebookObject):
     @cached_property
     def bias(self) -> list[Row]:
         """Mean error of each kind of quantity over the records; see `compared_quantities.biases`."""
-        return biases(comparison_frame(self.comparisons))
+        return list(biases(comparison_frame(self.comparisons)))
 
     @property
     def headline(self) -> str:

@@ -74,7 +74,7 @@ def variant(
 
 
 def found(read: list[CageReading], *variants: dict[str, Any]) -> list[Row]:
-    return verdicts(read, {"variants": variants})
+    return verdicts(read, cage_means(read), {"variants": variants})
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_endpoints_are_those_that_the_records_allow() -> None:
     assert names(readings()) == NAMES
     assert names([one for one in readings() if one.nominal_rpm == SPEEDS[1]]) == (NAMES[LEVEL], NAMES[RACES])
     assert names([one for one in readings() if one.state not in RACE_DEFECTS]) == NAMES[:RACES]
-    assert verdicts([], {"variants": [variant()]}) == verdicts(readings(), {}) == []
+    assert verdicts(readings(), cage_means(readings()), {}) == []
 
 
 # Three standard errors of mean and standard deviation of 4000 errors that scatter by 1.8; the data's is exact.
@@ -150,8 +150,8 @@ def row(error, record, data=1.0, kind=HARMONIC[2].kind, **changes):
     return comparison_row(state=Fault.INNER, error=error, parts=parts, **names | sides | changes)
 
 
-def found_biases(rows, **options):
-    return biases(comparison_frame(rows), **options)
+def found_biases(rows, **columns):
+    return biases(comparison_frame(rows).assign(**columns))
 
 
 @pytest.mark.parametrize(("bias", "scatter"), [(-2.0, 1.5), (0.0, 0.0)])

@@ -116,7 +116,7 @@ def test_a_healthy_record_of_another_speed_is_no_reassurance():
 
     assert judged(same).finding is Finding.NOTHING_FOUND
     compared = compare_with_baseline(analysis, UNLIKE)
-    assert (compared.ratios, compared.risen, compared.baseline) == ({}, None, None)
+    assert (compared.ratios, compared.line, compared.baseline) == ({}, None, None)
     elsewhere = judged(compared)
     assert elsewhere.finding is Finding.UNDECIDED
     assert "339 rpm instead of 859 rpm" in elsewhere.sentence

@@ -93,7 +93,7 @@ def probability(deviation: float, speed_ci95: float, chance: float) -> float:
     known = {"ci95_hz": 0.0, "snr": (20.0,), "isolated": True, "depth": 0.1, "resolution_hz": 0.1}
     known |= {"noise_false_alarm": chance, "half_window_hz": HALF * LINE_HZ}
     reading = LineReading(found_hz=LINE_HZ * (1 + deviation), **known)
-    return identity_probability(reading, LINE_HZ, speed_ci95, chance, LARGEST_SLIP)
+    return identity_probability(reading, LINE_HZ, speed_ci95, LARGEST_SLIP)
 
 
 def test_probability_is_the_share_of_lines_whatever_they_slip():

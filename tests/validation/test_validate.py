@@ -325,7 +325,7 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
     assert levels[["model_present", "rig_present"]].to_numpy().tolist() == [[True, True]]
     after = shipped_case(rig_files(tmp_path / "more", nominal=727.0, rpm=709.0))
     frames = (select_comparisons(one.comparisons) for one in (found, after))
-    counted = [{b["kind"]: b["records"] for b in biases(one, used_for="withheld")} for one in frames]
+    counted = [{b["kind"]: b["records"] for b in biases(one.assign(used_for="withheld"))} for one in frames]
     for row in (CAGE_RATIO, HARMONIC[2]):  # higher harmonics need not show on both sides
         assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
     assert not select_comparisons(after.comparisons)["record"].str.contains("H_727").any()

@@ -171,7 +171,8 @@ def read_cage_ratios(
 
 def cage_rows(readings: Sequence[CageReading], stored: Mapping[str, Any], kinematic: float) -> dict[str, Any]:
     """Compute the keys of ``report.json`` on the cage ratio from the rig's `readings` and the runs in `stored`."""
-    rows, means = verdicts(readings, stored), cage_means(readings)
+    means = cage_means(readings)
+    rows = verdicts(readings, means, stored)
     return {
         "headline": {"holds": none_missed(rows), "verdicts": rows},
         "verdicts": rows,
@@ -207,7 +208,7 @@ def line_rows(
         "table6": [keys | row for row in (*published, *measured)],  # a missing value is None
         "closure": tuple(check_table6_sums(published, measured, rollers)),
         "comparisons": records(every[every["record"].isin(shown)]),
-        "bias": biases(every, used_for="withheld"),
+        "bias": list(biases(every.assign(used_for="withheld"))),
     }
 
 
