@@ -15,7 +15,7 @@ from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import Fault, FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
-from srbval.models.outputs import Outputs
+from srbval.models.outputs import Outputs, split_run
 from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.scene import Defect, Scene
 
@@ -93,13 +93,14 @@ def passage_times(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: PrescribedMotion, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Yield a run's recorded outputs, from `motion` and the ring's `acceleration` in x, y [m/s2], [intervals, 2]."""
+    """Yield a run's outputs in chunks, from `motion` and the ring's `acceleration` in x, y [m/s2], [intervals, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     with stats.timed():
         out = np.full((whole, col.COLUMN_COUNT), np.nan)
         out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
         out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
-    yield settle, Outputs(out=out[settle:])
+    for first, count in split_run(settle, whole, 0, rate):
+        yield first, Outputs(out=out[first : first + count])
 
 
 def run_kinematic(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:

@@ -31,7 +31,7 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
-from srbval.models.outputs import Outputs
+from srbval.models.outputs import Outputs, split_run
 from srbval.models.outside.names import COMMAND, FMU, OWN_SOLVER, entry_points
 from srbval.models.outside.signals import UnusableSignalsError, recorded_columns, signals_of
 from srbval.models.run import RunStatus
@@ -63,7 +63,7 @@ class OutsideResult(NamedTuple):
     cpu_s: float = 0.0
 
 
-def run_outside(stats: RunStatistics, settle: int, _: int) -> Iterator[tuple[int, Outputs]]:
+def run_outside(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """Run a model from outside; arguments as in `srbval.models.hierarchy`. A failed run yields one row of NaN."""
     scene = stats.scene
     if scene.solver.name == OWN_SOLVER:  # for bundled models that the model may call
@@ -71,7 +71,11 @@ def run_outside(stats: RunStatistics, settle: int, _: int) -> Iterator[tuple[int
     _announce(scene.model)
     found = run_in_process(scene)
     stats.wall_s, stats.cpu_s, stats.ended = found.wall_s, found.cpu_s, (found.status, found.reason)
-    yield settle, Outputs(out=np.full((1, col.COLUMN_COUNT), np.nan) if found.out is None else found.out)
+    if found.out is None:
+        yield settle, Outputs(out=np.full((1, col.COLUMN_COUNT), np.nan))
+        return
+    for first, count in split_run(0, whole - settle, 0, scene.output_rate_hz):
+        yield settle + first, Outputs(out=found.out[first : first + count])
 
 
 def run_in_process(scene: Scene) -> OutsideResult:
