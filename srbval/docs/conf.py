@@ -67,7 +67,6 @@ DRAWN = re.compile(
 )
 PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
 
-
 STORED = "amplitudes", "model_levels", "naming", "reading", "scale"
 CONSTANTS = (
     "diagnosis.baseline diagnosis.fault_posterior diagnosis.long_records models.estimates models.health "
@@ -83,10 +82,9 @@ def stored_numbers() -> dict[str, Any]:
         assert result, f"no stored result {name}: run srbval evidence {name}"
         numbers[name] = result.content
     for module in CONSTANTS.split():
-        values = vars(importlib.import_module(f"srbval.{module}"))
         numbers[module.split(".")[1]] = {
             name: value
-            for name, value in values.items()
+            for name, value in vars(importlib.import_module(f"srbval.{module}")).items()
             if name.isupper() and isinstance(value, dict | float | int | tuple)
         }
     naming = numbers["naming"]
