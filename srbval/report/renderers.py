@@ -28,6 +28,7 @@ from srbval import __version__
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import in_processes
+from srbval.progress import Progress, silent, stage
 from srbval.report.blocks import FIGURES_FOLDER, OF_VALUE, Report, ReportTable, TableColumn, Tone, cell_text
 from srbval.report.figures.style import Panel, version_of, write_files
 from srbval.storage.content_store import ContentStore, content_sha256
@@ -198,7 +199,9 @@ def _displayable(value: Any) -> Any:
     return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", parts)
 
 
-def write_report(report: Report, folder: Path, formats: Collection[str] = FORMATS) -> dict[str, Path]:
+def write_report(
+    report: Report, folder: Path, formats: Collection[str] = FORMATS, progress: Progress = silent
+) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
     ``figures`` contains the pictures and, as CSV, their data and the report's tables. If writing fails, the former
@@ -208,17 +211,18 @@ def write_report(report: Report, folder: Path, formats: Collection[str] = FORMAT
     try:
         existing = next(path for path in (folder.resolve(), *folder.resolve().parents) if path.is_dir())
         # on the file system of the folder, so that moving is atomic
-        with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
-            stage = Path(name)
-            draw_figures(report, stage)
+        drawing = stage(progress, "Draw the figures and write the report")
+        with drawing, tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
+            made = Path(name)
+            draw_figures(report, made)
             for table in report.tables():
-                write_csv(table, stage / FIGURES_FOLDER)
+                write_csv(table, made / FIGURES_FOLDER)
             if "html" in formats:
-                (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
+                (made / "report.html").write_text(render_html(report, made), encoding="utf-8")
             if "pdf" in formats:
-                (stage / "report.pdf").write_bytes(render_pdf(report, stage))
+                (made / "report.pdf").write_bytes(render_pdf(report, made))
             data = {**report.data, "tables": report.tables(), "figures": report.figures()}
-            move_listed_files(stage, folder, "report.json", data if "json" in formats else None)
+            move_listed_files(made, folder, "report.json", data if "json" in formats else None)
     except OSError as error:
         raise DataError(
             f"the report could not be written to {folder}: {error.strerror or error} "

@@ -15,14 +15,14 @@ from srbval.monitoring import batch
 from srbval.monitoring.batch import FailedFile
 from srbval.monitoring.trend import Trend, trend_of
 from srbval.processes.machine import one_thread
-from srbval.progress import Progress, silent, stage
+from srbval.progress import Progress, silent
 from srbval.recordings.file_times import record_times
 from srbval.recordings.registry import RecordSource, find_shipped
 from srbval.recordings.settings import with_keywords
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
-from srbval.report.findings.findings import Findings, gather
+from srbval.report.findings.findings import gather
 from srbval.report.findings.user_records import UserRecord, gather_user_records
 from srbval.report.pages import Page, provenance
 from srbval.report.renderers import FORMATS, check_formats, draw_figures, render_html, write_report
@@ -48,8 +48,8 @@ def make_report(
     pages: Iterable[Page] = (),
     command: str = "srbval report",
     progress: Progress = silent,
-) -> tuple[Findings, dict[str, Path]]:
-    """Write the main report, which compares the paper's model with the rig; return findings, and files by format.
+) -> tuple[Report, dict[str, Path]]:
+    """Write the main report, which compares the paper's model with the rig; return the report, and its files by format.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the number of parallel runs (default: one per
     core). `pages` are sections of studies. `command` is printed as the command that repeats the report. Raises
@@ -62,7 +62,7 @@ def make_report(
     with one_thread():
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
-        return found, _written(report, folder, formats, progress)
+        return report, write_report(report, folder, formats, progress)
 
 
 def report(
@@ -122,7 +122,7 @@ def report_sources(
         analysed, unread, facts = gather_user_records(requests, progress=progress)
         failed = [*unread, *failed]
         report = assemble_user_report(analysed, origin={"command": command} | facts, failed=failed, others=others)
-        return report, _written(report, folder, formats, progress)
+        return report, write_report(report, folder, formats, progress)
 
 
 def trend(
@@ -180,7 +180,7 @@ def report_case(
     with one_thread():
         result = validate(case, found=found, progress=progress)
         report = assemble_case(result, grids, {"command": command} | provenance())
-        return result, _written(report, Path(folder), formats, progress)
+        return result, write_report(report, Path(folder), formats, progress)
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
@@ -205,8 +205,3 @@ def _write_page(page: Report, path: Path) -> None:
     with atomic_write(path) as part, tempfile.TemporaryDirectory(prefix="srbval-") as figures:
         draw_figures(page, Path(figures))
         part.write_text(render_html(page, Path(figures)), encoding="utf-8")
-
-
-def _written(report: Report, folder: Path, formats: tuple[str, ...], progress: Progress) -> dict[str, Path]:
-    with stage(progress, "Draw the figures and write the report"):
-        return write_report(report, folder, formats)
