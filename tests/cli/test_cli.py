@@ -17,6 +17,7 @@ from srbval.comparison.comparison import Verdict
 from srbval.comparison.verdicts import none_missed
 from srbval.errors import ConfigurationError
 from srbval.models.simulate import simulate_to_file
+from srbval.report import reports
 from srbval.report.sections.answer import finding_sentence
 from tests.recordings import files
 
@@ -218,7 +219,7 @@ def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, mo
     rows = [{"endpoint": "e", "scene": "rig", "verdict": verdict.value}]
     headline, kicker = {"holds": none_missed(rows), "verdicts": rows}, finding_sentence(rows)
     report = SimpleNamespace(data={"table6": (), "headline": headline}, verdict=SimpleNamespace(kicker=kicker))
-    monkeypatch.setattr("srbval.report.reports.make_report", lambda *_, **__: (report, {}))
+    monkeypatch.setattr(reports, "make_report", lambda *_, **__: (report, {}))
     said = srbval_json("report", "-o", tmp_path / "out", code=code)["headline"]
     assert said == {"holds": code == 0, "verdicts": rows, "text": kicker}
     assert ("A finding about the model, not a failure of the program" in kicker) is (code == 1)
