@@ -164,8 +164,7 @@ def _run_many(options: argparse.Namespace) -> int:
 
     code = report_failed(failed, other)
     document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
-    tables = {"records": rows, "failed": failed}
-    return print_result(options, document, show, code=code, tables=tables)
+    return print_result(options, document, show, code=code, tables={"records": rows, "failed": failed})
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:

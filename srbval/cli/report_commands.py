@@ -26,8 +26,7 @@ def run_report_command(options: argparse.Namespace) -> int:
     first, more = [Path(file).stem[:MAX_NAME_LENGTH] for file in options.files[:1]], len(options.files) - 1
     usual = "-".join([MAIN_FOLDER, *first, *([f"and-{more}-more"] if more > 0 else ())])
     folder = Path(usual if options.output is None else options.output)
-    settings = recording_settings(options)
-    if not options.files and (settings or options.healthy or options.band or options.cage_slip):
+    if not options.files and (recording_settings(options) or options.healthy or options.band or options.cage_slip):
         raise ConfigurationError(
             "options for recordings are given, but no recording; name a recording, for example: srbval report FILE.csv"
         )

@@ -2,7 +2,7 @@
 
 import tempfile
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -45,7 +45,7 @@ def make_report(
     seconds: float = 10.0,
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
-    pages: Iterable[Page] = (),
+    pages: Sequence[Page] = (),
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[Report, dict[str, Path]]:
@@ -57,7 +57,6 @@ def make_report(
     `DataError` if the folder cannot be written to.
     """
     check_formats(formats)
-    pages = tuple(pages)
     # Cases and records already run in parallel; threads of the libraries would only wait for each other.
     with one_thread():
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
@@ -188,8 +187,7 @@ def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbv
     path, baseline = Path(path), reading.baseline
     check_suffix(path, *PLOT)
     if path.suffix.lower() == ".html":
-        record = UserRecord(analysis=reading.analysis, baseline=baseline, verdict=reading.verdict)
-        _write_page(assemble_user_report([record], origin={"command": command}), path)
+        _write_page(assemble_user_report([UserRecord(**vars(reading))], origin={"command": command}), path)
     else:
         with atomic_write(path) as part, figure_style():
             figure = analysis_figure(reading.analysis, None if baseline is None else baseline.analysis)

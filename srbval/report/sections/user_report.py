@@ -63,8 +63,7 @@ def assemble_user_report(
             suffix = f"-{place + 1}"
             spectrum = [] if place == worst else [_spectrum(record, name, suffix)]
             parts = [block for one in _sections(record, suffix) for block in (Heading(one.title), *one.blocks)]
-            about = f"{name}: {row['state']}"
-            sections.append(Section(id=f"record{suffix}", title=about, blocks=(*spectrum, *parts)))
+            sections.append(Section(id=f"record{suffix}", title=f"{name}: {row['state']}", blocks=(*spectrum, *parts)))
     figure, tone = _spectrum(records[worst], names[worst], f"-{worst + 1}"), ALARM_TONES[min(alarms, key=rank)]
     verdict = VerdictBox(tone=tone, headline=headline, points=points, figure=figure)
     if failed:
