@@ -118,10 +118,8 @@ def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple
     """Return the severity zone (A to D) of the RMS velocity, or None if unknown, and a sentence about the zone."""
     boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
     zone = zone_of(features["velocity_rms_mm_s"], boundaries)
-    if not boundaries:
-        return None, ""
     if zone is None:
-        return None, f"no zone: {features['velocity_missing']}"
+        return None, f"no zone: {features['velocity_missing']}" if boundaries else ""
     low_hz, high_hz = features["velocity_band_hz"]
     whose = "your own limits" if options.zones_mm_s else f"ISO 20816-3, {options.machine_class}"
     velocity = f"velocity {features['velocity_rms_mm_s']:.2f} mm/s RMS, {low_hz:g} to {high_hz:g} Hz"
