@@ -56,7 +56,6 @@ autodoc_default_options = {"members": True}
 autodoc_preserve_defaults = True
 smartquotes_action = "qe"  # leaves the dashes of options
 default_role = "code"  # a name in single backquotes, as the docstrings write it
-exclude_patterns = ["__pycache__"]
 
 PACKAGE = Path(srbval.__file__).parent
 html_math_renderer = "mathml"

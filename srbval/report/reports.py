@@ -187,7 +187,8 @@ def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbv
     path, baseline = Path(path), reading.baseline
     check_suffix(path, *PLOT)
     if path.suffix.lower() == ".html":
-        _write_page(assemble_user_report([UserRecord(**vars(reading))], origin={"command": command}), path)
+        record = UserRecord(analysis=reading.analysis, baseline=baseline, verdict=reading.verdict)
+        _write_page(assemble_user_report([record], origin={"command": command}), path)
     else:
         with atomic_write(path) as part, figure_style():
             figure = analysis_figure(reading.analysis, None if baseline is None else baseline.analysis)
