@@ -61,11 +61,10 @@ def records_blocks(findings: Findings) -> Iterator[Block]:
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
     """Make the last section: rig records, limitations, glossary, and the command that repeats the report."""
     axial = any(pair["measured_facts"]["axial_n"] for pair in findings.data["pairs"])
-    limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
     sources = [COMMAND_TEXTS.text("recordings", **vars(one)) for one in findings.datasets]
     return LIMIT_TEXTS.section(
         *records_blocks(findings),
-        Listing((*limits, *LIMIT_TEXTS.items("words"))),
+        Listing((*LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v"), *LIMIT_TEXTS.items("words"))),
         COMMAND_TEXTS.paragraph("again"),
         Command(data["provenance"]["command"]),
         Listing((COMMAND_TEXTS.text("paper"), *sources)),
