@@ -243,10 +243,8 @@ def _model(record: UserRecord, model: AnalysedRun, suffix: str) -> Iterator[Bloc
     """Compare the lines of model and record as a validation does, and draw the model's envelope spectrum."""
     bearing, (low_hz, high_hz) = record.analysis.bearing, model.analysis.processed.band_hz
     state = model.state
-    if bearing.geometry is None:
-        opened, scene = f"{USER_TEXTS.text('open-cage', percent=100 * OPEN_CAGE)} ", ""
-    else:
-        opened, scene = "", f", inputs of scene `{base_scene(bearing)}`"
+    scene = f", inputs of scene `{base_scene(bearing)}`" if bearing.geometry else ""
+    opened = "" if bearing.geometry else f"{USER_TEXTS.text('open-cage', percent=100 * OPEN_CAGE)} "
     defect = f"a defect of the {state.label}" if state.line else "no defect"
     stated = record.analysis.recording.radial_n is not None
     load = " and load" if stated else "; the record states no load, so the load of the scene was used"
