@@ -27,7 +27,6 @@ from srbval import __version__
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import in_processes
-from srbval.progress import Progress, silent, stage
 from srbval.report.blocks import FIGURES_FOLDER, OF_VALUE, Report, ReportTable, TableColumn, Tone, cell_text
 from srbval.report.figures.style import Panel, version_of, write_files
 from srbval.storage.content_store import ContentStore, content_sha256
@@ -194,9 +193,7 @@ def _displayable(value: Any) -> Any:
     return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", parts)
 
 
-def write_report(
-    report: Report, folder: Path, formats: Collection[str] = FORMATS, progress: Progress = silent
-) -> dict[str, Path]:
+def write_report(report: Report, folder: Path, formats: Collection[str] = FORMATS) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; return their paths.
 
     ``figures`` contains the pictures and, as CSV, their data and the report's tables. If writing fails, the former
@@ -206,18 +203,17 @@ def write_report(
     try:
         existing = next(path for path in (folder.resolve(), *folder.resolve().parents) if path.is_dir())
         # on the file system of the folder, so that moving is atomic
-        drawing = stage(progress, "Draw the figures and write the report")
-        with drawing, tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
-            made = Path(name)
-            draw_figures(report, made)
+        with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
+            stage = Path(name)
+            draw_figures(report, stage)
             for table in report.tables():
-                write_csv(table, made / FIGURES_FOLDER)
+                write_csv(table, stage / FIGURES_FOLDER)
             if "html" in formats:
-                (made / "report.html").write_text(render_html(report, made), encoding="utf-8")
+                (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
             if "pdf" in formats:
-                (made / "report.pdf").write_bytes(render_pdf(report, made))
+                (stage / "report.pdf").write_bytes(render_pdf(report, stage))
             data = {**report.data, "tables": report.tables(), "figures": report.figures()}
-            move_listed_files(made, folder, "report.json", data if "json" in formats else None)
+            move_listed_files(stage, folder, "report.json", data if "json" in formats else None)
     except OSError as error:
         raise DataError(
             f"the report could not be written to {folder}: {error.strerror or error} "

@@ -15,7 +15,7 @@ from srbval.monitoring import batch
 from srbval.monitoring.batch import FailedFile
 from srbval.monitoring.trend import Trend, trend_of
 from srbval.processes.machine import one_thread
-from srbval.progress import Progress, silent
+from srbval.progress import Progress, silent, stage
 from srbval.recordings.file_times import record_times
 from srbval.recordings.registry import RecordSource, find_shipped
 from srbval.recordings.settings import with_keywords
@@ -61,7 +61,7 @@ def make_report(
     with one_thread():
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
-        return report, write_report(report, folder, formats, progress)
+        return report, _written(report, folder, formats, progress)
 
 
 def report(
@@ -121,7 +121,7 @@ def report_sources(
         analysed, unread, facts = gather_user_records(requests, progress=progress)
         failed = [*unread, *failed]
         report = assemble_user_report(analysed, origin={"command": command} | facts, failed=failed, others=others)
-        return report, write_report(report, folder, formats, progress)
+        return report, _written(report, folder, formats, progress)
 
 
 def trend(
@@ -179,7 +179,7 @@ def report_case(
     with one_thread():
         result = validate(case, found=found, progress=progress)
         report = assemble_case(result, grids, {"command": command} | provenance())
-        return result, write_report(report, Path(folder), formats, progress)
+        return result, _written(report, Path(folder), formats, progress)
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
@@ -204,3 +204,8 @@ def _write_page(page: Report, path: Path) -> None:
     with atomic_write(path) as part, tempfile.TemporaryDirectory(prefix="srbval-") as figures:
         draw_figures(page, Path(figures))
         part.write_text(render_html(page, Path(figures)), encoding="utf-8")
+
+
+def _written(report: Report, folder: Path, formats: tuple[str, ...], progress: Progress) -> dict[str, Path]:
+    with stage(progress, "Draw the figures and write the report"):
+        return write_report(report, folder, formats)

@@ -9,13 +9,11 @@ from srbval.diagnosis.fault_verdict import Diagnosis
 from srbval.errors import ConfigurationError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
-from srbval.reading.pipeline import one_signal
 from srbval.recordings import Recording
-from srbval.recordings.registry import recording_of
 from srbval.report.figures import style
 from srbval.report.figures.signals import QUANTITY_NAMES, draw_acceleration, draw_spectrum
 from srbval.report.figures.style import BLUE, extreme_indices, figure_style, new_figure, title_panel
-from srbval.report.findings.records import OWN_UNITS, marked_line, record_views, spectrum_view
+from srbval.report.findings.records import OWN_UNITS, load_signal, marked_line, record_views, spectrum_view
 from srbval.report.sections.figures import HEAD_ROOM, draw_errors
 from srbval.signal import Spectrum
 from srbval.validation.validate import Validation
@@ -47,9 +45,8 @@ def _draw(of: Any, _: Any) -> None:
 
 @_draw.register
 def _signal(of: Recording | Run | str | Path, axes: Any) -> None:
-    record = recording_of(of)
-    samples, unit = one_signal(record), OWN_UNITS.get(record.unit, record.unit)
-    kept = extreme_indices(samples, RECORD_BINS)
+    record, samples = load_signal(of)
+    unit, kept = OWN_UNITS.get(record.unit, record.unit), extreme_indices(samples, RECORD_BINS)
     quantity = QUANTITY_NAMES.get(unit, "acceleration") if record.unit in OWN_UNITS else "signal"
     axes.plot(kept / record.fs_hz, samples[kept], color=style.ORIGINS[record.origin][1], lw=0.8)
     axes.set(xlabel="Time, s", ylabel=f"{quantity.capitalize()}, {unit}", xlim=(0.0, record.seconds))

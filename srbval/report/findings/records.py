@@ -12,7 +12,9 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
-from srbval.recordings import Origin
+from srbval.reading.pipeline import one_signal
+from srbval.recordings import Origin, Recording
+from srbval.recordings.registry import RecordSource, recording_of
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import SCALOGRAM_HZ
 
@@ -113,6 +115,12 @@ def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordVi
         return shown, None
     level = np.interp(shown.power_hz, other[0].power_hz, other[0].power_db, right=math.nan)
     return shown, dataclasses.replace(other[0], power_hz=shown.power_hz, power_db=level)
+
+
+def load_signal(source: RecordSource) -> tuple[Recording, FloatArray]:
+    """Return a recording and its signal to analyse, shape [n]; `source` is the recording, or its file or run."""
+    recording = recording_of(source)
+    return recording, one_signal(recording)
 
 
 class Cursor(NamedTuple):

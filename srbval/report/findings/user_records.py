@@ -1,6 +1,6 @@
 """Gather data on a user's recordings: fault lines, why some are not detected, comparison with the model."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,13 +13,14 @@ from srbval.comparison.compared_quantities import read_quantities
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
 from srbval.diagnosis.records import RecordReading, RecordRequest, read_record
 from srbval.errors import SrbvalError
-from srbval.monitoring.batch import FailedFile, common_error
+from srbval.monitoring.batch import FailedFile, common_error, summary_of
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.recordings import Origin
 from srbval.report.findings.records import SpectrumView, first_lines, marked_line, record_views, spectrum_view
 from srbval.report.pages import provenance
+from srbval.storage.json_files import to_json
 from srbval.validation.case import Tolerance, ValidationCase
 from srbval.validation.compare import compare_pair, table_of
 from srbval.validation.sides import SideReading
@@ -60,6 +61,11 @@ class UserRecord(RecordReading):
             "baseline": baseline and {key: getattr(baseline, key) for key in ("conditions", "remarks", "analysis")},
             "model": of_model,
         }
+
+
+def summary_rows(records: Sequence[UserRecord], others: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return one row for each of the `records`, and for each of the JSON documents `others`, for a table of all."""
+    return [summary_of(to_json(one)) for one in (*records, *others)]
 
 
 def gather_user_records(

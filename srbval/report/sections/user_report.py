@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.fault_posterior import LABELS
-from srbval.monitoring.batch import FailedFile, summary_of
+from srbval.monitoring.batch import FailedFile
 from srbval.reading.lines import Line, NotDetected
 from srbval.reading.pipeline import USABLE_SHARE
 from srbval.recordings import SpeedSource
@@ -18,13 +18,12 @@ from srbval.report.blocks import REPORT_SCHEMA, Block, Figure, Heading, Listing,
 from srbval.report.figures.signals import draw_acceleration, draw_band, draw_spectrum
 from srbval.report.figures.style import HALF, WIDE, Panel
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, record_view
-from srbval.report.findings.user_records import OPEN_CAGE, UserRecord, base_scene, compare_with_model
+from srbval.report.findings.user_records import OPEN_CAGE, UserRecord, base_scene, compare_with_model, summary_rows
 from srbval.report.prose import Prose, literal
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.case import frequency_table
 from srbval.report.sections.figures import HEAD_ROOM, explore_spectrum
 from srbval.signal import LEAST_SNR
-from srbval.storage.json_files import to_json
 
 USER_TEXTS = Prose("srbval.report", "texts/user_report.md")
 MIN_PROBABILITY = 0.005  # probabilities below this one are not listed
@@ -45,7 +44,7 @@ def assemble_user_report(
     `others` are JSON documents of recordings without a section.
     """
     first = records[0].analysis
-    summaries = [summary_of(to_json(one)) for one in (*records, *others)]
+    summaries = summary_rows(records, others)
     with_channel = len({row["name"] for row in summaries}) < len(summaries)
     names = [f"{row['name']} {row['channel'] or ''}" if with_channel else row["name"] for row in summaries]
     alarms, rank = [row["alarm"] for row in summaries], list(ALARM_TONES).index
