@@ -37,11 +37,8 @@ def run_campaign_command(options: argparse.Namespace) -> int:
     folder = Path(options.output or f"srbval-{campaign.name}")
     with ProgressDisplay() as progress:
         done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
-    text = (
-        f"{_count_statuses(done)}; {done['ran']} of them new, in {done['wall_s']:.1f} s ({done['engine']}). "
-        f"Results: {done['table']}"
-    )
-    text = "\n".join([text, *_reasons(done)])
+    new = f"{done['ran']} of them new, in {done['wall_s']:.1f} s ({done['engine']})"
+    text = "\n".join([f"{_count_statuses(done)}; {new}. Results: {done['table']}", *_reasons(done)])
     bad = "with failures" if done["failed"] else "with inaccurate cases" if done["inaccurate"] else ""
     return print_result(options, done | {"folder": folder}, text, status=bad, code=1 if bad else 0)
 
@@ -66,10 +63,8 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
         models = ", ".join(f"{name} {count}" for name, count in found["models"].items())
         expected_s = found["expected_s"]
         time = "unknown" if expected_s is None else f"{expected_s:.0f} s on one core of the reference machine"
-        print(
-            f"\n{found['cases']} cases ({models}; {found['refused']} refused); time: {time}; disk: "
-            f"{found['expected_bytes'] / 1e6:.1f} MB. Nothing was run."
-        )
+        size = f"time: {time}; disk: {found['expected_bytes'] / 1e6:.1f} MB"
+        print(f"\n{found['cases']} cases ({models}; {found['refused']} refused); {size}. Nothing was run.")
 
     return print_result(options, {"name": campaign.name, "engine": engine, **found, "planned": cases}, show)
 

@@ -117,10 +117,8 @@ def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple
     """Return the severity zone (A to D) of the RMS velocity, or None if unknown, and a sentence about the zone."""
     boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
     zone = zone_of(features["velocity_rms_mm_s"], boundaries)
-    if not boundaries:
-        return None, ""
     if zone is None:
-        return None, f"no zone: {features['velocity_missing']}"
+        return None, f"no zone: {features['velocity_missing']}" if boundaries else ""
     low_hz, high_hz = features["velocity_band_hz"]
     whose = "your own limits" if options.zones_mm_s else f"ISO 20816-3, {options.machine_class}"
     velocity = f"velocity {features['velocity_rms_mm_s']:.2f} mm/s RMS, {low_hz:g} to {high_hz:g} Hz"
@@ -151,20 +149,16 @@ def _run_many(options: argparse.Namespace) -> int:
         print(f"{len(rows)} records: {counted}; {len(failed)} files could not be read.\n")
         shown = []
         for row in rows:
-            path, share = Path(row["file"]), row["probability"]
+            path, share, snr = Path(row["file"]), row["probability"], row["snr"]
             name = printable("/".join(path.parts[-2 if alike[path.name] > 1 else -1 :]), LONGEST_FILE)
             channel = row["channel"] if files[row["file"]] > 1 else ""
-            shown.append(
-                row
-                | {"file": f"{name} {channel}", "probability": None if share is None else round(100 * share)}
-                | {"snr": None if row["snr"] is None else f"{row['snr']:,.0f}"}
-            )
+            percent, times = None if share is None else round(100 * share), None if snr is None else f"{snr:,.0f}"
+            shown.append(row | {"file": f"{name} {channel}", "probability": percent, "snr": times})
         print(f"{text_rows(shown, RECORD_COLUMNS)}\n\n{ALARM_LEGEND}")
 
     code = report_failed(failed, other)
     document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
-    tables = {"records": rows, "failed": failed}
-    return print_result(options, document, show, code=code, tables=tables)
+    return print_result(options, document, show, code=code, tables={"records": rows, "failed": failed})
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
@@ -191,11 +185,8 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     file = printable(recording.file or recording.name, LONGEST_LINE)
     print(verdict.answer)
     print_wrapped(*filter(None, (verdict.advice,)))
-    rpm = format_uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)
-    print(
-        f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
-        f"({speed.source.value})"
-    )
+    shaft = f"shaft {format_uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)} rpm ({speed.source.value})"
+    print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, {shaft}")
     if recording.cage_ratio is not None:
         print(f"cage {recording.cage_ratio:.5f} of the shaft speed, from the cage channel")
     low, high = result.processed.band_hz

@@ -26,8 +26,7 @@ def run_report_command(options: argparse.Namespace) -> int:
     first, more = [Path(file).stem[:MAX_NAME_LENGTH] for file in options.files[:1]], len(options.files) - 1
     usual = "-".join([MAIN_FOLDER, *first, *([f"and-{more}-more"] if more > 0 else ())])
     folder = Path(usual if options.output is None else options.output)
-    settings = recording_settings(options)
-    if not options.files and (settings or options.healthy or options.band or options.cage_slip):
+    if not options.files and (recording_settings(options) or options.healthy or options.band or options.cage_slip):
         raise ConfigurationError(
             "options for recordings are given, but no recording; name a recording, for example: srbval report FILE.csv"
         )
@@ -36,7 +35,6 @@ def run_report_command(options: argparse.Namespace) -> int:
         with stage(progress, "Load the program"):
             from srbval.cli.record_commands import request_from_options
             from srbval.report.reports import make_report, report_sources
-            from srbval.report.sections.answer import finding_sentence
             from srbval.studies.harness import pages
         how: dict[str, Any] = {"jobs": options.jobs, "formats": tuple(options.formats), "command": own_command()}
         if options.files:
@@ -44,10 +42,9 @@ def run_report_command(options: argparse.Namespace) -> int:
             report, files = report_sources(options.files, folder, request, progress=progress, **how)
             found = to_json(report.data)
         else:
-            findings, files = make_report(folder, seconds=options.seconds, pages=pages(), progress=progress, **how)
-            headline = to_json(findings.data["headline"])
-            headline = {"text": finding_sentence(headline["verdicts"])} | headline
-            found = {"headline": headline, "table6": findings.data["table6"]}
+            report, files = make_report(folder, seconds=options.seconds, pages=pages(), progress=progress, **how)
+            headline = report.data["headline"] | {"text": report.verdict.kicker}
+            found = {"headline": headline, "table6": report.data["table6"]}
     summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
     told = [] if options.files else [found["headline"]["text"]]
     failed = found.get("failed", ())

@@ -31,8 +31,8 @@ def run_check_command(options: argparse.Namespace) -> int:
     with ProgressDisplay() as progress:
         now = fingerprint(progress=prefix_tasks(progress, "Check"))
     document = run_check(now)
+    changed = [one for one in document["checks"] if not one["ok"]]
     if options.update:
-        changed = [one for one in document["checks"] if not one["ok"]]
         replaced = bool(changed) and options.yes
         if replaced:
             write_reference(now)
@@ -40,13 +40,11 @@ def run_check_command(options: argparse.Namespace) -> int:
         text = f"{reference_path()}: {left if changed else 'nothing differs'}; {len(changed)} quantities differ"
         document |= {"reference": reference_path(), "replaced": replaced, "differences": changed}
         return print_result(options, document, text, code=0 if replaced or not changed else 1)
-    ok, drifted = document["ok"], not all(one["ok"] for one in document["checks"])
-    status = "drifted" if drifted else "stale" if document["stale"] else "ok"
-    return print_result(options, document, lambda: _show_check(document), status=status, code=0 if ok else 1)
+    status, code = "drifted" if changed else "stale" if document["stale"] else "ok", 0 if document["ok"] else 1
+    return print_result(options, document, lambda: _show_check(document, changed), status=status, code=code)
 
 
-def _show_check(result: Mapping[str, Any]) -> None:
-    wrong = [one for one in result["checks"] if not one["ok"]]
+def _show_check(result: Mapping[str, Any], wrong: Sequence[Mapping[str, Any]]) -> None:
     sizes, off = (Counter(one["name"].partition(":")[0] for one in some) for some in (result["checks"], wrong))
     rows = [(part, size, off[part]) for part, size in sizes.items()]
     print(text_table(("part of the program", "quantities", "out of tolerance"), rows))

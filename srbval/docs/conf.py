@@ -56,7 +56,6 @@ autodoc_default_options = {"members": True}
 autodoc_preserve_defaults = True
 smartquotes_action = "qe"  # leaves the dashes of options
 default_role = "code"  # a name in single backquotes, as the docstrings write it
-exclude_patterns = ["__pycache__"]
 
 PACKAGE = Path(srbval.__file__).parent
 html_math_renderer = "mathml"
@@ -66,7 +65,6 @@ DRAWN = re.compile(
     re.DOTALL | re.M,
 )
 PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
-
 
 STORED = "amplitudes", "model_levels", "naming", "reading", "scale"
 CONSTANTS = (
@@ -83,10 +81,9 @@ def stored_numbers() -> dict[str, Any]:
         assert result, f"no stored result {name}: run srbval evidence {name}"
         numbers[name] = result.content
     for module in CONSTANTS.split():
-        values = vars(importlib.import_module(f"srbval.{module}"))
         numbers[module.split(".")[1]] = {
             name: value
-            for name, value in values.items()
+            for name, value in vars(importlib.import_module(f"srbval.{module}")).items()
             if name.isupper() and isinstance(value, dict | float | int | tuple)
         }
     naming = numbers["naming"]

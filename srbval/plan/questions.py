@@ -115,20 +115,12 @@ def answer_questions(
         envelope, spread_m_s2 = analysis.processed.envelope, float(along_sensor(run.acceleration_m_s2).std())
         floor = noise_floor(envelope, analysis.processed.fs_hz) * float(envelope.mean())
         found[Question.NOISE_FLOOR] = (floor * spread_m_s2,)
+    if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:  # sampled too slowly for amplitudes
+        return found
     order = kind.passing_order(run.rolling_elements, ratio)
-    return found | _amplitudes(record, kind, order, bearing, healthy)
-
-
-def _amplitudes(
-    record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
-) -> dict[Question, AnswerValues | None]:
-    """Answer the questions on amplitudes; `order`: fault frequency over shaft speed. Empty if sampled too slowly."""
-    if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
-        return {}
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
     own |= amplitudes.levels(record, None)
     over = {} if healthy is None else amplitudes.levels(record, healthy)
-    found: dict[Question, AnswerValues | None] = {}
     for question in (question for question, meaning in MEANING.items() if meaning.read):
         values = over if question is Question.THIRD_OCTAVES else own
         read = (values.get(name) for name in MEANING[question].read)

@@ -52,19 +52,10 @@ class Page:
         shown = self.blocks(prose, results[self.name].content) if self.name in results else ()
         return prose.section(origin_line(results, self.name), *shown)
 
-    def short_answer(self, results: StoredResults) -> Callout | None:
-        """Make the short answer for the first screen, if the page has one and its result is stored."""
-        return self.tile(Prose(self.package), results[self.name].content) if self.name in results else None
-
-    def report_data(self, results: StoredResults) -> Mapping[str, Any]:
-        """Return the page's keys of ``report.json``; nothing if its result is not stored."""
-        return self.data(results[self.name].content, results) if self.name in results else {}
-
 
 def load_newest_results(pages: Iterable[Page], *names: str) -> StoredResults:
     """Load the newest stored results called `names`, and those from which `pages` are made."""
-    of_pages = (name for page in pages for name in (page.name, *page.more_results))
-    wanted = dict.fromkeys((*names, *of_pages))
+    wanted = dict.fromkeys((*names, *(name for page in pages for name in (page.name, *page.more_results))))
     return {name: result for name in wanted if (result := newest_result(name)) is not None}
 
 

@@ -134,12 +134,12 @@ class Prose:
         rows = [[part.strip() for part in row.split("|")] for row in self.items(f"{name}.columns", **values)]
         return {key: TableColumn(*about) for key, *about in rows}
 
-    def section(self, *blocks: Any, open: bool = False, **values: Any) -> Section:
+    def section(self, *blocks: Any) -> Section:
         """Make the section from its `blocks`, with the title and the id in the first line of its text file."""
         found = _TITLE.fullmatch(self._parts[""].strip())
         if found is None:
             raise ValueError(f"{self._file} of {self._package}: its first line must be '# Title {{#id}}'.")
-        return Section(id=found["id"], title=self._filled(found["title"], "", values), blocks=blocks, open=open)
+        return Section(id=found["id"], title=found["title"], blocks=blocks)
 
     def _optional(self, name: str, values: Mapping[str, Any]) -> str:
         return self.text(name, **values) if name in self._parts else ""

@@ -16,7 +16,6 @@ from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime
 from functools import lru_cache, partial
 from importlib import resources
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -45,7 +44,7 @@ _SEPARATOR = re.compile(r"(?<=[/_])(?=\w)")
 Span = tuple[str, str]  # (kind, text); kind is one of "text", "strong", "code"
 MAX_OPEN_SECTIONS = 3  # sections of a page without folds; a page with more sections folds them
 MARKUP = {"caption", "headline", "items", "kicker", "notes", "points", "text"}  # fields with inline markup
-_TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
+_TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`|(?P<text>.)", re.DOTALL)
 # C0 and C1 controls but tab and newline, lone surrogates, direction overrides, non-characters.
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 # Where a line must not end: between a number and its unit, and on both sides of a plus-minus sign.
@@ -61,13 +60,9 @@ def mask_controls(text: str) -> str:
 
 def spans(text: str) -> tuple[Span, ...]:
     """Split a text with markup into (kind, text) pieces; join a number and its unit by a no-break space."""
-    pieces, position = list[Span](), 0
-    for match in _TOKEN.finditer(text):
-        kind = match.lastgroup or "text"
-        pieces += [("text", text[position : match.start()]), ("text" if kind == "escaped" else kind, match[kind])]
-        position = match.end()
+    pieces = ((str(match.lastgroup), match[match.lastindex or 0]) for match in _TOKEN.finditer(text))
     found = list[Span]()
-    for kind, neighbours in itertools.groupby([*pieces, ("text", text[position:])], key=itemgetter(0)):
+    for kind, neighbours in itertools.groupby(pieces, key=lambda piece: piece[0].replace("escaped", "text")):
         if part := mask_controls("".join(piece for _, piece in neighbours)):
             found.append((kind, part if kind == "code" else _WITHIN_QUANTITY.sub("\u00a0", part)))
     return tuple(found)

@@ -2,7 +2,7 @@
 
 import tempfile
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -22,7 +22,7 @@ from srbval.recordings.settings import with_keywords
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
-from srbval.report.findings.findings import Findings, gather
+from srbval.report.findings.findings import gather
 from srbval.report.findings.user_records import UserRecord, gather_user_records
 from srbval.report.pages import Page, provenance
 from srbval.report.renderers import FORMATS, check_formats, draw_figures, render_html, write_report
@@ -45,11 +45,11 @@ def make_report(
     seconds: float = 10.0,
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
-    pages: Iterable[Page] = (),
+    pages: Sequence[Page] = (),
     command: str = "srbval report",
     progress: Progress = silent,
-) -> tuple[Findings, dict[str, Path]]:
-    """Write the main report, which compares the paper's model with the rig; return findings, and files by format.
+) -> tuple[Report, dict[str, Path]]:
+    """Write the main report, which compares the paper's model with the rig; return the report, and its files by format.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the number of parallel runs (default: one per
     core). `pages` are sections of studies. `command` is printed as the command that repeats the report. Raises
@@ -57,12 +57,11 @@ def make_report(
     `DataError` if the folder cannot be written to.
     """
     check_formats(formats)
-    pages = tuple(pages)
     # Cases and records already run in parallel; threads of the libraries would only wait for each other.
     with one_thread():
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
-        return found, _written(report, folder, formats, progress)
+        return report, _written(report, folder, formats, progress)
 
 
 def report(

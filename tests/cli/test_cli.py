@@ -18,6 +18,7 @@ from srbval.comparison.verdicts import none_missed
 from srbval.errors import ConfigurationError
 from srbval.models.simulate import simulate_to_file
 from srbval.report import reports
+from srbval.report.sections.answer import finding_sentence
 from tests.recordings import files
 
 PRINTED_HZ = 96.79, 128.04  # BPFO and BPFI in Table 6 of the paper, at 710 rpm
@@ -216,12 +217,12 @@ def test_a_ball_is_a_rolling_element(two_channels, srbval_json):
 @pytest.mark.parametrize(("verdict", "code"), [(Verdict.MET, 0), (Verdict.NOT_RESOLVED, 0), (Verdict.MISSED, 1)])
 def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, monkeypatch, srbval_json):
     rows = [{"endpoint": "e", "scene": "rig", "verdict": verdict.value}]
-    findings = SimpleNamespace(data={"table6": (), "headline": {"holds": none_missed(rows), "verdicts": rows}})
-    monkeypatch.setattr(reports, "make_report", lambda *_, **__: (findings, {}))
+    headline, kicker = {"holds": none_missed(rows), "verdicts": rows}, finding_sentence(rows)
+    report = SimpleNamespace(data={"table6": (), "headline": headline}, verdict=SimpleNamespace(kicker=kicker))
+    monkeypatch.setattr(reports, "make_report", lambda *_, **__: (report, {}))
     said = srbval_json("report", "-o", tmp_path / "out", code=code)["headline"]
-    assert said["holds"] is (code == 0)
-    assert ("A finding about the model, not a failure of the program" in said["text"]) is (code == 1)
-    assert said["verdicts"][0]["verdict"] == verdict
+    assert said == {"holds": code == 0, "verdicts": rows, "text": kicker}
+    assert ("A finding about the model, not a failure of the program" in kicker) is (code == 1)
 
 
 def test_a_model_of_ones_own_that_fails_ends_a_comparison_with_4(tmp_path, srbval_json):

@@ -84,9 +84,8 @@ def view(origin: str = "measured", **changes: Any) -> Any:
         "shaft_hz": 11.833,
         "unit": "std. dev.",
         "window_s": (3.0, 3.2),
-        "time_s": time + 3.0,
     }
-    given |= {"acceleration": noise, "envelope": np.abs(noise)}
+    given |= {"time_s": time + 3.0, "acceleration": noise, "envelope": np.abs(noise)}
     given |= {"frequency_hz": np.arange(10_000) * 0.1, "amplitude": height}
     given |= {"power_hz": np.arange(1, 500) * 20.0, "power_db": 10 * np.log10(rng.random(499))}
     given["analysis"] = SimpleNamespace(line=line_of, processed=BAND, bearing=load_bearing("skf-22240"))

@@ -109,7 +109,7 @@ found = pages()
 results = load_newest_results(found)
 sections = {(section := page.section(results)).id: section for page in found}
 assert len(sections) == len(found) and all(section.blocks for section in sections.values())
-join_data({}, (page.report_data(results) for page in found))
+join_data({}, (page.data(results[page.name].content, results) for page in found))
 print(",".join(page.name for page in found), ",".join(study_names()))
 """
 

@@ -33,7 +33,6 @@ INK, SOFT, HEALTHY_COLOUR = "#1a2028", "#4e5a68", "#39424d"
 SERIES = tuple(zip("osD^vPX", (SOFT, ORANGE, PURPLE, INK, GREEN, BLUE, VERMILION), strict=True))
 BINS_SHOWN = 1500  # stretches of a long spectrum of which the smallest and largest value are drawn
 
-
 PanelData = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by name (with unit)
 Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a name, see `Panel`
 
@@ -67,10 +66,8 @@ def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
     if n <= 2 * bins:
         return np.arange(n)
     edges = np.linspace(0, n, bins + 1).astype(int)
-    kept = {0, n - 1}
-    for start, stop in pairwise(edges):
-        kept |= {start + int(values[start:stop].argmin()), start + int(values[start:stop].argmax())}
-    return np.array(sorted(kept))
+    segments = ((start, values[start:stop]) for start, stop in pairwise(edges))
+    return np.unique([0, n - 1, *(start + at for start, one in segments for at in (one.argmin(), one.argmax()))])
 
 
 def thin_spectrum(

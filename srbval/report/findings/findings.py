@@ -203,10 +203,9 @@ def line_rows(
     ]
     published = list(published_rows(table6(), paper, runs))
     keys = dict.fromkeys(key for one in (*published, *measured) for key in one)
-    rollers = validation.case.known_bearing.rolling_elements
     return {
         "table6": [keys | row for row in (*published, *measured)],  # a missing value is None
-        "closure": tuple(check_table6_sums(published, measured, rollers)),
+        "closure": tuple(check_table6_sums(published, measured, validation.case.known_bearing.rolling_elements)),
         "comparisons": records(every[every["record"].isin(shown)]),
         "bias": list(biases(every.assign(used_for="withheld"))),
     }

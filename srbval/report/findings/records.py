@@ -75,10 +75,9 @@ class RecordView:
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
     """Prepare an analysed record for figures; amplitudes are in standard deviations, or in its unit if `own_unit`."""
     shown = analysis.processed
-    spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
+    spread, scale = (1 / shown.scale, shown.scale) if own_unit else (float(np.std(shown.filtered)), 1.0)
     time = np.arange(len(shown.filtered)) / shown.fs_hz
     inside = (time >= window_s[0]) & (time <= window_s[1])
-    scale = shown.scale if own_unit else 1.0
     power_hz, power = power_density(shown.samples * scale, shown.fs_hz, 1 / SEGMENT_HZ)
     return RecordView(
         analysis=analysis,

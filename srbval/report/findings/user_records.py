@@ -51,7 +51,6 @@ class UserRecord(RecordReading):
     def to_dict(self) -> dict[str, Any]:
         """Return the recording's entry in ``report.json``: all numbers, but no arrays, which figures store as CSV."""
         baseline, model, bearing = self.baseline, self.model, self.analysis.bearing
-        shown = baseline and {name: getattr(baseline, name) for name in ("conditions", "remarks", "analysis")}
         of_model: Any = {"failed": model} if isinstance(model, str) else None
         if isinstance(model, AnalysedRun):
             own = {name: getattr(model.run, name) for name in ("status", "cage_ratio", "bpfo_hz", "bpfi_hz")}
@@ -59,7 +58,7 @@ class UserRecord(RecordReading):
             of_model |= {"open_cage": 0.0 if bearing.geometry else OPEN_CAGE, "analysis": model.analysis}
         return super().to_dict() | {
             "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
-            "baseline": shown,
+            "baseline": baseline and {key: getattr(baseline, key) for key in ("conditions", "remarks", "analysis")},
             "model": of_model,
         }
 

@@ -13,7 +13,7 @@ from srbval.report.figures.signals import draw_thumbnail
 from srbval.report.figures.style import Panel
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import peak_amplitude
-from srbval.report.pages import Page, record_words
+from srbval.report.pages import record_words
 from srbval.report.prose import Prose
 from srbval.report.sections.figures import HEAD_ROOM, PAPER_FIGURES, SPECTRUM_HZ, picture_verdict, shared_limits
 from srbval.storage.stored_result import StoredResult
@@ -33,10 +33,9 @@ THUMBNAILS = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c":
 OUTCOME = "prediction_outcome"  # stored result with a name of its own
 
 
-def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
-    """Make the first screen of the main report from the findings, the content of ``report.json`` and studies' pages."""
-    judged, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
-    tiles += filter(None, (page.short_answer(findings.results) for page in pages))
+def verdict_box(findings: Findings, data: ReportRow, tiles: Iterable[Callout | None]) -> VerdictBox:
+    """Make the first screen of the main report from the findings, the content of ``report.json`` and studies' tiles."""
+    judged, shown = data["verdicts"], filter(None, (speed_tile(findings.data["runs"]), *tiles))
     origin = {
         "machine": data["provenance"]["machine"]["processor"],
         "version": __version__,
@@ -49,7 +48,7 @@ def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> V
         tone=worst_tone(row["verdict"] for row in judged),
         kicker=finding_sentence(judged),
         headline=f"{near_sentence(data)} {missing_sentence(data)}",
-        blocks=(_table6(data), *tiles, _thumbnails(findings), ANSWER_TEXTS.paragraph("origin", **origin)),
+        blocks=(_table6(data), *shown, _thumbnails(findings), ANSWER_TEXTS.paragraph("origin", **origin)),
     )
 
 
@@ -79,11 +78,11 @@ def endpoint_words(endpoint: str) -> str:
 
 def near_sentence(data: ReportRow) -> str:
     """State the model's errors: in BPFO and BPFI at the rig's measured speed, and in cage speed in the scene `rig`."""
-    rows = [row for row in data["table6"] if row["rig_source"] == "measured"]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
         f"({Fault(row['defect']).label}, {row['line']}: {row['verdict']})"
-        for row in rows
+        for row in data["table6"]
+        if row["rig_source"] == "measured"
     ]
     rig = next((row for row in data["verdicts"] if row["scene"] == "rig"), None)
     more = ANSWER_TEXTS.text("near-rig", **rig, error=interval(rig["error_pct"], rig["u_pct"])) if rig else ""
@@ -164,8 +163,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
     groups: dict[str, list[str]] = {}
     for one in results:
         where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
-        predicted = one.path.stem == OUTCOME
-        name = ANSWER_TEXTS.text(f"stored-{OUTCOME}") if predicted else one.path.stem.replace("_", " ")
+        name = ANSWER_TEXTS.text(f"stored-{OUTCOME}") if one.path.stem == OUTCOME else one.path.stem.replace("_", " ")
         groups.setdefault(where, []).append(name)
     return "; ".join(f"{', '.join(sorted(names))} ({where})" for where, names in groups.items()) or "nothing"
 

@@ -1,6 +1,6 @@
 """Assemble the main report: its sections in order; records, limitations, glossary and command at the end."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +21,13 @@ MAX_LISTED = 20  # files in a list; report.json contains all
 SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds", "recordings")  # of the provenance
 
 
-def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:
+def assemble(findings: Findings, *, command: str, pages: Sequence[Page] = ()) -> Report:
     """Build the main report with the `pages` of studies; `command` is printed as the command that repeats it."""
-    pages = tuple(pages)
     origin = {"command": command, **findings.provenance}
-    data = join_data(findings.data, (page.report_data(findings.results) for page in pages)) | {"provenance": origin}
-    verdict = verdict_box(findings, data, pages)
+    stored = [(page, findings.results[page.name].content) for page in pages if page.name in findings.results]
+    data = join_data(findings.data, (page.data(content, findings.results) for page, content in stored))
+    data["provenance"] = origin
+    verdict = verdict_box(findings, data, (page.tile(Prose(page.package), content) for page, content in stored))
     placed = (
         (10, table6_section(findings)),
         (20, figures_section(findings)),
@@ -60,11 +61,10 @@ def records_blocks(findings: Findings) -> Iterator[Block]:
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
     """Make the last section: rig records, limitations, glossary, and the command that repeats the report."""
     axial = any(pair["measured_facts"]["axial_n"] for pair in findings.data["pairs"])
-    limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
     sources = [COMMAND_TEXTS.text("recordings", **vars(one)) for one in findings.datasets]
     return LIMIT_TEXTS.section(
         *records_blocks(findings),
-        Listing((*limits, *LIMIT_TEXTS.items("words"))),
+        Listing((*LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v"), *LIMIT_TEXTS.items("words"))),
         COMMAND_TEXTS.paragraph("again"),
         Command(data["provenance"]["command"]),
         Listing((COMMAND_TEXTS.text("paper"), *sources)),

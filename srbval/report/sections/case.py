@@ -30,13 +30,17 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[Block, ...]], or
     shown, levels = frequency_table(table), table[table["unit"] == "dB"]
     levels = levels.assign(verdict_tone=levels["verdict"].map(VERDICT_TONES))
     lines = (shown, TABLE6_TEXTS.paragraph("how-to-read")) if shown.rows else ()
+    rollers = case.known_bearing.rolling_elements
+    sums = [one | {"source_badge": one["origin"], "total_ci95": one["ci95"]} for one in result.sums]
+    # Slip does not change BPFO + BPFI; the section is empty if neither model nor rig has both lines.
+    speed = SPEED_TEXTS.paragraph("intro", rollers=rollers), SPEED_TEXTS.table("sum-rule-table", sums, rollers=rollers)
     return Report(
         title=case.title,
         subtitle=case.known_bearing.title,
         verdict=VerdictBox(tone=worst_tone(result.verdicts), headline=literal(result.headline), figure=picture),
         sections=(  # a section without blocks is not shown
             Section(id="case-frequencies", title=CASE_TEXTS.text("title-frequencies"), blocks=lines, open=True),
-            _speed(result),
+            SPEED_TEXTS.section(*(speed if sums else ())),
             _figures(result, grids),
             _table_section("levels", levels.to_dict("records")),
             _table_section("bias", [row for row in result.bias if row["records"] > 1]),
@@ -69,14 +73,6 @@ def frequency_table(table: pd.DataFrame, id: str = "frequencies") -> ReportTable
     if table["pair"].nunique() == 1:
         del columns["pair"]
     return CASE_TEXTS.table("frequencies", shown, columns, id=id)
-
-
-def _speed(result: Validation) -> Section:
-    """Make the section on BPFO + BPFI, which slip does not change; empty if neither model nor rig has both lines."""
-    rollers = result.case.known_bearing.rolling_elements
-    rows = [one | {"source_badge": one["origin"], "total_ci95": one["ci95"]} for one in result.sums]
-    table = SPEED_TEXTS.table("sum-rule-table", rows, rollers=rollers)
-    return SPEED_TEXTS.section(*((SPEED_TEXTS.paragraph("intro", rollers=rollers), table) if rows else ()))
 
 
 def _figures(result: Validation, grids: Mapping[int, tuple[Block, ...]]) -> Section:

@@ -77,8 +77,7 @@ def _spectrum(views: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
     record, line = views[state], state.line
     cursors = records.fault_cursors(record, record.analysis.line(line), SPECTRUM_HZ, 2) if line else ()
     found = tuple((hz, height) for name, hz, height in record.peaks if line and name.startswith(line))
-    healthy = views[Fault.HEALTHY]
-    return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
+    return SpectrumView(record=record, healthy=views[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
 
 
 def shared_limits(views: Sequence[RecordView]) -> dict[str, float]:
@@ -150,8 +149,7 @@ def pair_figures(one: PairReading) -> tuple[FigureGrid, ...]:
     order = min(records.spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
     spectra = [records.spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
     kinds = dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
-    top = PANEL_LABEL_ROOM * max(one.highest for one in spectra)
-    scale = shared_limits(views) | {"spectrum": top}
+    scale = shared_limits(views) | {"spectrum": PANEL_LABEL_ROOM * max(one.highest for one in spectra)}
     for view, spectrum in zip(views, spectra, strict=True):
         for kind, panel in panels_of(spectrum, state, scale).items():
             assert isinstance(panel.draw, Panel)

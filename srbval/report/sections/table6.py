@@ -43,11 +43,10 @@ def table6_section(findings: Findings) -> Section:
 
 def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
     """List the contributions to the uncertainty of each fault line, as 95 % half widths [%]."""
-    parts = (
-        f"{row['line']} "
-        + ", ".join(f"{name.split(':')[0]} {pct:.3f}" for name, pct in row["uncertainty_parts_pct"].items())
-        for row in rows
-    )
+    parts = []
+    for row in rows:
+        each = (f"{name.split(':')[0]} {pct:.3f}" for name, pct in row["uncertainty_parts_pct"].items())
+        parts.append(f"{row['line']} {', '.join(each)}")
     return TABLE6_TEXTS.text("parts", parts="; ".join(parts))
 
 

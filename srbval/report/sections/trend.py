@@ -22,11 +22,10 @@ def assemble_trend(trend: Trend, origin: Mapping[str, Any]) -> Report:
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
     pictures = [_levels(trend, one, f"levels-{number}") for number, one in enumerate(trend.channels, start=1)]
     first = pictures.pop(trend.channels.index(trend.alarm) if trend.alarm else 0)
-    points = tuple(trend_points(trend))
     return Report(
         title=TREND_TEXTS.text("title", records=len(trend.channels[0].points)),
         subtitle=TREND_TEXTS.text("subtitle", time_from=trend.time_from),
-        verdict=VerdictBox(tone=tone, headline=literal(trend.answer), points=points, figure=first),
+        verdict=VerdictBox(tone=tone, headline=literal(trend.answer), points=tuple(trend_points(trend)), figure=first),
         sections=(TREND_TEXTS.section(*pictures), provenance_section(origin)),
     )
 

@@ -62,8 +62,7 @@ def assemble_user_report(
             suffix = f"-{place + 1}"
             spectrum = [] if place == worst else [_spectrum(record, name, suffix)]
             parts = [block for one in _sections(record, suffix) for block in (Heading(one.title), *one.blocks)]
-            about = f"{name}: {row['state']}"
-            sections.append(Section(id=f"record{suffix}", title=about, blocks=(*spectrum, *parts)))
+            sections.append(Section(id=f"record{suffix}", title=f"{name}: {row['state']}", blocks=(*spectrum, *parts)))
     figure, tone = _spectrum(records[worst], names[worst], f"-{worst + 1}"), ALARM_TONES[min(alarms, key=rank)]
     verdict = VerdictBox(tone=tone, headline=headline, points=points, figure=figure)
     if failed:
@@ -243,10 +242,8 @@ def _model(record: UserRecord, model: AnalysedRun, suffix: str) -> Iterator[Bloc
     """Compare the lines of model and record as a validation does, and draw the model's envelope spectrum."""
     bearing, (low_hz, high_hz) = record.analysis.bearing, model.analysis.processed.band_hz
     state = model.state
-    if bearing.geometry is None:
-        opened, scene = f"{USER_TEXTS.text('open-cage', percent=100 * OPEN_CAGE)} ", ""
-    else:
-        opened, scene = "", f", inputs of scene `{base_scene(bearing)}`"
+    scene = f", inputs of scene `{base_scene(bearing)}`" if bearing.geometry else ""
+    opened = "" if bearing.geometry else f"{USER_TEXTS.text('open-cage', percent=100 * OPEN_CAGE)} "
     defect = f"a defect of the {state.label}" if state.line else "no defect"
     stated = record.analysis.recording.radial_n is not None
     load = " and load" if stated else "; the record states no load, so the load of the scene was used"
