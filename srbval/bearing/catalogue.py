@@ -304,6 +304,6 @@ def known_tables() -> Mapping[str, Mapping[str, Any]]:
 def _read_catalogue_row(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
     kind, cls = ("elements", RollingElements) if row["element_diameter"] else ("orders", PublishedOrders)
     keys = {without_unit(field) for field in dataclasses.fields(cls)}
-    filled = {key: value for key, value in row.items() if key in keys and value}
-    values = {key: int(value) if key in ("rolling_elements", "rows") else value for key, value in filled.items()}
+    whole = ("rolling_elements", "rows")
+    values = {key: int(value) if key in whole else value for key, value in row.items() if key in keys and value}
     return {"title": row["title"], "source": sources[row["source"]], kind: values}

@@ -78,20 +78,18 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
     reason, error = "; ".join(seen), run.step_error
     if error is None:
         return status, reason
-    sliding = [] if status is RunStatus.OK else [e for e in error.certain_excesses if e.kind == "cage"]
-    slides = [e for e in sliding if not e.certainly_exceeds(SLIDING)]
+    moves = status is not RunStatus.OK  # the rollers slide or rattle
+    slides = [e for e in error.certain_excesses if moves and e.kind == "cage" and not e.certainly_exceeds(SLIDING)]
     beyond = [e for e in error.certain_excesses if e not in slides]
     if beyond:
         return RunStatus.INACCURATE, (
             f"{reason}; but errors due to the step of {error.step_s * 1e6:.4g} us exceed their limits: "
             f"{'; '.join(map(str, beyond))}; {_step_advice(run, beyond)}"
         )
-    if error.undecided_estimates or slides:
-        cautions = [f"up to {SLIDING:.0%} is accepted because rollers slide or rattle: {e}" for e in slides]
-        if error.undecided_estimates:
-            cautions.append(f"{CHANCE_HIDES}: {'; '.join(map(str, error.undecided_estimates))}")
-        return status, f"{reason}; {'' if CAUTION in reason else CAUTION}{'; '.join(cautions)}"
-    return status, reason
+    cautions = [f"up to {SLIDING:.0%} is accepted because rollers slide or rattle: {e}" for e in slides]
+    if error.undecided_estimates:
+        cautions.append(f"{CHANCE_HIDES}: {'; '.join(map(str, error.undecided_estimates))}")
+    return status, f"{reason}; {'' if CAUTION in reason else CAUTION}{'; '.join(cautions)}" if cautions else reason
 
 
 def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
