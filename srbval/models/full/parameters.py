@@ -137,8 +137,8 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     Cages are modelled as thin rings at the pitch radius; their mass, an assumption, is a value of the scene.
     """
     diameter, defects = roller_diameter_m(scene, geometry), _roller_defects(scene, geometry)
-    damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
-    np.add.at(damage, defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]))
+    rollers, heights_m = defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT])
+    damage = np.bincount(rollers, heights_m, 2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
     roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
@@ -296,13 +296,11 @@ def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
     """Convert the rollers' defects to an array for the kernels, one row per defect; for its columns see `columns`."""
     rows, count = [], geometry.rollers_per_row
-    for d in scene.defects:
-        if d.kind is Fault.ROLLER:
-            if d.roller > count:
-                raise ConfigurationError(f"defect roller = {d.roller}: must be 1 to {count}, the rollers of a row.")
-            axial = _axial_position(geometry, d.circle) * (3 - 2 * d.row)
-            roller = (d.row - 1) * count + d.roller - 1
-            rows.append((roller, d.angle_rad, axial, d.height_m, d.extent_m or 0.0))
+    for d in (d for d in scene.defects if d.kind is Fault.ROLLER):
+        if d.roller > count:
+            raise ConfigurationError(f"defect roller = {d.roller}: must be 1 to {count}, the rollers of a row.")
+        axial = _axial_position(geometry, d.circle) * (3 - 2 * d.row)
+        rows.append(((d.row - 1) * count + d.roller - 1, d.angle_rad, axial, d.height_m, d.extent_m or 0.0))
     return np.array(rows, dtype=np.float64).reshape(-1, col.DEFECT_COLUMNS)
 
 
