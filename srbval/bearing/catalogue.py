@@ -258,9 +258,9 @@ def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> 
 def _parse_inline(text: str) -> Mapping[str, Any]:
     """Convert ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF`` to the contents of a bearing file."""
     kind, _, numbers = text.partition(" ")
-    units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
+    units = INLINE[kind]
     try:
-        values = dict(zip(units, map(float, words), strict=True))
+        values = dict(zip(units, map(float, numbers.split(",")), strict=True))
     except ValueError:
         raise ConfigurationError(
             f"{text!r}: {len(units)} numbers with commas between them and decimal points are expected: "

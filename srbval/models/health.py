@@ -64,8 +64,7 @@ SLIDING = 0.01  # tolerance of the cage speed if the rollers slide or rattle
 
 def assess(run: RunSummary) -> tuple[RunStatus, str]:
     """Status of a run, and the reason for it, with advice for the scene."""
-    failure = _find_failure(run)
-    if failure is not None:
+    if (failure := _find_failure(run)) is not None:
         return failure
     status, seen = _describe_behaviour(run)
     gap = abs(_energy_gap(run))
@@ -154,10 +153,8 @@ def _carried_n(run: RunSummary) -> float:
 
 def _describe_behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
     """Status of a run without failure, with sentences on the bearing's behaviour and on how to change it."""
-    unloaded, seen = _rollers_are_unloaded(run), []
-    if unloaded:
-        rest = f"{_carried_text(run)}, the housing spring carries the rest"
-        seen = [rest if run.scene.mean_radial_n else "there is no load to carry"]
+    unloaded, rest = _rollers_are_unloaded(run), f"{_carried_text(run)}, the housing spring carries the rest"
+    seen = [rest if run.scene.mean_radial_n else "there is no load to carry"] if unloaded else []
     bearing = bearing_of_run(run.scene) if run.scene.oil is not None else None
     if bearing is not None and bearing.ratings is not None:
         least_n, there_n = bearing.ratings.minimum_load_n(run.scene.mean_shaft_rad_s), _carried_n(run)
