@@ -67,7 +67,7 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
     if (failure := _find_failure(run)) is not None:
         return failure
     status, seen = _describe_behaviour(run)
-    gap = abs(_energy_gap(run))
+    gap = _energy_gap(run)
     if gap > ENERGY_CAUTION:
         seen.append(f"{CAUTION}{gap:.0%} of the losses have no source, so some noise is numerical; {_step_advice(run)}")
     elif abs(run.energy_imbalance) > ENERGY_CAUTION:
@@ -113,10 +113,10 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
     if not _cage_is_driven(run) and not _is_sound(run):
         return RunStatus.CAGE_LOST, (
             f"the cage turned at {run.cage_ratio:.4f} of the shaft, pure rolling is {run.rolling_ratio:.4f}, and "
-            f"{abs(_energy_gap(run)):.0%} of the losses have no source; {remedy}"
+            f"{_energy_gap(run):.0%} of the losses have no source; {remedy}"
         )
     vouched = run.step_error is not None and not (run.step_error.certain_excesses or run.step_error.undecided_estimates)
-    gap, limit = abs(_energy_gap(run)), ENERGY_LIMIT * (ACCURATE_STEP_FACTOR if vouched else 1)
+    gap, limit = _energy_gap(run), ENERGY_LIMIT * (ACCURATE_STEP_FACTOR if vouched else 1)
     if gap > limit and scene.speed_profile is None:
         return RunStatus.ENERGY_OPEN, (
             f"the energy balance does not close: {gap:.0%} of the losses have no source, the limit is {limit:.0%}; "
@@ -132,16 +132,16 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 
 
 def _energy_gap(run: RunSummary) -> float:
-    """Part of the run's energy imbalance that is due to the solver step, divided by the losses.
+    """Absolute part of the run's energy imbalance that is due to the solver step, divided by the losses.
 
     The whole imbalance is returned if the part is unknown or if the drive power's error may exceed its tolerance. The
     rest of an imbalance is due to the model.
     """
-    error = run.step_error
+    error, whole = run.step_error, abs(run.energy_imbalance)
     if error is None or math.isnan(error.energy):
-        return run.energy_imbalance
+        return whole
     unsure = any(estimate.kind == "drive_power" for estimate in (*error.certain_excesses, *error.undecided_estimates))
-    return run.energy_imbalance if unsure else error.energy
+    return whole if unsure else abs(error.energy)
 
 
 def _carried_n(run: RunSummary) -> float:
@@ -191,7 +191,7 @@ def _load_is_lost(run: RunSummary) -> bool:
     if not run.scene.mean_radial_n or (beside and run.balanced_share < MIN_BALANCED_SHARE):
         return False
     missing = run.roller_load_share < (MIN_PART_OF_BALANCE * run.balanced_share if beside else MIN_CARRIED_SHARE)
-    return run.idle_share > MAX_IDLE_SHARE or (missing and not abs(_energy_gap(run)) <= MAX_ENERGY_GAP)
+    return run.idle_share > MAX_IDLE_SHARE or (missing and not _energy_gap(run) <= MAX_ENERGY_GAP)
 
 
 def _cage_is_driven(run: RunSummary) -> bool:
@@ -205,7 +205,7 @@ def _is_sound(run: RunSummary) -> bool:
     An energy gap (see `_energy_gap`) indicates a failure only at constant speed and with a step of at least half the
     longest stable step.
     """
-    wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
+    wild = _energy_gap(run) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s
     return not (run.idle_share > MAX_IDLE_SHARE or too_long or (wild and run.scene.speed_profile is None))
 
