@@ -258,9 +258,9 @@ def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> 
 def _parse_inline(text: str) -> Mapping[str, Any]:
     """Convert ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF`` to the contents of a bearing file."""
     kind, _, numbers = text.partition(" ")
-    units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
+    units = INLINE[kind]
     try:
-        values = dict(zip(units, map(float, words), strict=True))
+        values = dict(zip(units, map(float, numbers.split(",")), strict=True))
     except ValueError:
         raise ConfigurationError(
             f"{text!r}: {len(units)} numbers with commas between them and decimal points are expected: "
@@ -304,6 +304,6 @@ def known_tables() -> Mapping[str, Mapping[str, Any]]:
 def _read_catalogue_row(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
     kind, cls = ("elements", RollingElements) if row["element_diameter"] else ("orders", PublishedOrders)
     keys = {without_unit(field) for field in dataclasses.fields(cls)}
-    filled = {key: value for key, value in row.items() if key in keys and value}
-    values = {key: int(value) if key in ("rolling_elements", "rows") else value for key, value in filled.items()}
+    whole = ("rolling_elements", "rows")
+    values = {key: int(value) if key in whole else value for key, value in row.items() if key in keys and value}
     return {"title": row["title"], "source": sources[row["source"]], kind: values}

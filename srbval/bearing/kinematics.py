@@ -168,8 +168,7 @@ class Fault(enum.StrEnum):
 
         The result is the order of the fault line with slip; None if the defect is not on a race.
         """
-        ratio = {Fault.OUTER: cage_ratio, Fault.INNER: 1 - cage_ratio}.get(self)
-        return None if ratio is None else rolling_elements * ratio
+        return {Fault.OUTER: rolling_elements * cage_ratio, Fault.INNER: rolling_elements * (1 - cage_ratio)}.get(self)
 
 
 DEFECTS = tuple(fault for fault in Fault if fault is not Fault.HEALTHY)

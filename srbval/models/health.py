@@ -64,11 +64,10 @@ SLIDING = 0.01  # tolerance of the cage speed if the rollers slide or rattle
 
 def assess(run: RunSummary) -> tuple[RunStatus, str]:
     """Status of a run, and the reason for it, with advice for the scene."""
-    failure = _find_failure(run)
-    if failure is not None:
+    if (failure := _find_failure(run)) is not None:
         return failure
     status, seen = _describe_behaviour(run)
-    gap = abs(_energy_gap(run))
+    gap = _energy_gap(run)
     if gap > ENERGY_CAUTION:
         seen.append(f"{CAUTION}{gap:.0%} of the losses have no source, so some noise is numerical; {_step_advice(run)}")
     elif abs(run.energy_imbalance) > ENERGY_CAUTION:
@@ -78,20 +77,18 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
     reason, error = "; ".join(seen), run.step_error
     if error is None:
         return status, reason
-    sliding = [] if status is RunStatus.OK else [e for e in error.certain_excesses if e.kind == "cage"]
-    slides = [e for e in sliding if not e.certainly_exceeds(SLIDING)]
+    moves = status is not RunStatus.OK  # the rollers slide or rattle
+    slides = [e for e in error.certain_excesses if moves and e.kind == "cage" and not e.certainly_exceeds(SLIDING)]
     beyond = [e for e in error.certain_excesses if e not in slides]
     if beyond:
         return RunStatus.INACCURATE, (
             f"{reason}; but errors due to the step of {error.step_s * 1e6:.4g} us exceed their limits: "
             f"{'; '.join(map(str, beyond))}; {_step_advice(run, beyond)}"
         )
-    if error.undecided_estimates or slides:
-        cautions = [f"up to {SLIDING:.0%} is accepted because rollers slide or rattle: {e}" for e in slides]
-        if error.undecided_estimates:
-            cautions.append(f"{CHANCE_HIDES}: {'; '.join(map(str, error.undecided_estimates))}")
-        return status, f"{reason}; {'' if CAUTION in reason else CAUTION}{'; '.join(cautions)}"
-    return status, reason
+    cautions = [f"up to {SLIDING:.0%} is accepted because rollers slide or rattle: {e}" for e in slides]
+    if error.undecided_estimates:
+        cautions.append(f"{CHANCE_HIDES}: {'; '.join(map(str, error.undecided_estimates))}")
+    return status, f"{reason}; {'' if CAUTION in reason else CAUTION}{'; '.join(cautions)}" if cautions else reason
 
 
 def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
@@ -116,10 +113,10 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
     if not _cage_is_driven(run) and not _is_sound(run):
         return RunStatus.CAGE_LOST, (
             f"the cage turned at {run.cage_ratio:.4f} of the shaft, pure rolling is {run.rolling_ratio:.4f}, and "
-            f"{abs(_energy_gap(run)):.0%} of the losses have no source; {remedy}"
+            f"{_energy_gap(run):.0%} of the losses have no source; {remedy}"
         )
     vouched = run.step_error is not None and not (run.step_error.certain_excesses or run.step_error.undecided_estimates)
-    gap, limit = abs(_energy_gap(run)), ENERGY_LIMIT * (ACCURATE_STEP_FACTOR if vouched else 1)
+    gap, limit = _energy_gap(run), ENERGY_LIMIT * (ACCURATE_STEP_FACTOR if vouched else 1)
     if gap > limit and scene.speed_profile is None:
         return RunStatus.ENERGY_OPEN, (
             f"the energy balance does not close: {gap:.0%} of the losses have no source, the limit is {limit:.0%}; "
@@ -135,16 +132,16 @@ def _find_failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 
 
 def _energy_gap(run: RunSummary) -> float:
-    """Part of the run's energy imbalance that is due to the solver step, divided by the losses.
+    """Absolute part of the run's energy imbalance that is due to the solver step, divided by the losses.
 
     The whole imbalance is returned if the part is unknown or if the drive power's error may exceed its tolerance. The
     rest of an imbalance is due to the model.
     """
-    error = run.step_error
+    error, whole = run.step_error, abs(run.energy_imbalance)
     if error is None or math.isnan(error.energy):
-        return run.energy_imbalance
+        return whole
     unsure = any(estimate.kind == "drive_power" for estimate in (*error.certain_excesses, *error.undecided_estimates))
-    return run.energy_imbalance if unsure else error.energy
+    return whole if unsure else abs(error.energy)
 
 
 def _carried_n(run: RunSummary) -> float:
@@ -156,10 +153,8 @@ def _carried_n(run: RunSummary) -> float:
 
 def _describe_behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
     """Status of a run without failure, with sentences on the bearing's behaviour and on how to change it."""
-    unloaded, seen = _rollers_are_unloaded(run), []
-    if unloaded:
-        rest = f"{_carried_text(run)}, the housing spring carries the rest"
-        seen = [rest if run.scene.mean_radial_n else "there is no load to carry"]
+    unloaded, rest = _rollers_are_unloaded(run), f"{_carried_text(run)}, the housing spring carries the rest"
+    seen = [rest if run.scene.mean_radial_n else "there is no load to carry"] if unloaded else []
     bearing = bearing_of_run(run.scene) if run.scene.oil is not None else None
     if bearing is not None and bearing.ratings is not None:
         least_n, there_n = bearing.ratings.minimum_load_n(run.scene.mean_shaft_rad_s), _carried_n(run)
@@ -196,7 +191,7 @@ def _load_is_lost(run: RunSummary) -> bool:
     if not run.scene.mean_radial_n or (beside and run.balanced_share < MIN_BALANCED_SHARE):
         return False
     missing = run.roller_load_share < (MIN_PART_OF_BALANCE * run.balanced_share if beside else MIN_CARRIED_SHARE)
-    return run.idle_share > MAX_IDLE_SHARE or (missing and not abs(_energy_gap(run)) <= MAX_ENERGY_GAP)
+    return run.idle_share > MAX_IDLE_SHARE or (missing and not _energy_gap(run) <= MAX_ENERGY_GAP)
 
 
 def _cage_is_driven(run: RunSummary) -> bool:
@@ -210,7 +205,7 @@ def _is_sound(run: RunSummary) -> bool:
     An energy gap (see `_energy_gap`) indicates a failure only at constant speed and with a step of at least half the
     longest stable step.
     """
-    wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
+    wild = _energy_gap(run) > ENERGY_CAUTION and not run.step_s < SHORT_STEP_SHARE * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s
     return not (run.idle_share > MAX_IDLE_SHARE or too_long or (wild and run.scene.speed_profile is None))
 

@@ -223,17 +223,17 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     Amplitudes are always among them. A bearing of any name counts as validated if it has the geometry of the bearing
     `DEFAULT_BEARING`.
     """
-    found = ["amplitudes and the noise floor"]
-    if is_outside(scene.model):
-        found = [f"all results of the model {scene.model}, which is not part of srbval"]
-    bearing = bearing_of_run(scene)
-    if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
-        found.append(f"the bearing {scene.bearing}: only the {DEFAULT_BEARING} was compared with measurements")
-        if bearing is not None and bearing.geometry is None:
-            assumed = "grooves, housing and unstated values of the scene are assumed"
-            found.append(f"everything except line frequencies: the bearing has no [geometry], so {assumed}")
+    bearing, outside = bearing_of_run(scene), is_outside(scene.model)
+    geometry = None if bearing is None else bearing.geometry
     overload = "" if bearing is None else bearing.overload(scene.load.radial_n, scene.load.axial_n)
-    further = {
+    assumed = "the bearing has no [geometry], so grooves, housing and unstated values of the scene are assumed"
+    parts = {
+        "amplitudes and the noise floor": not outside,
+        f"all results of the model {scene.model}, which is not part of srbval": outside,
+        f"the bearing {scene.bearing}: only the {DEFAULT_BEARING} was compared with measurements": (
+            geometry != load_bearing(DEFAULT_BEARING).geometry
+        ),
+        f"everything except line frequencies: {assumed}": bearing is not None and geometry is None,
         "a defect on a roller": any(defect.kind is Fault.ROLLER for defect in scene.defects),
         overload: overload,
         "axial load": scene.load_table()[2].any(),
@@ -241,7 +241,7 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
         "gravity": scene.load.gravity,
         "waves of races and rollers": scene.surface,
     }
-    return (*found, *(what for what, applies in further.items() if applies))
+    return tuple(what for what, applies in parts.items() if applies)
 
 
 def bearing_of_run(scene: Scene) -> Bearing | None:

@@ -125,14 +125,13 @@ class RunStatistics:
         self.finite = bool(np.all(np.isfinite(out[..., level_of(self.scene.model).columns])))
         return not self.finite or float(out[:, col.MAX_PENETRATION].max()) > col.DEPTH_LIMIT_M
 
+    @np.errstate(all="ignore")  # the state may not be finite
     def summary(self) -> RunSummary:
         """Results and status of the run, from all chunks added so far."""
         scene, n, interval_s = self.scene, max(self.sums.rows, 1), 1 / self.scene.output_rate_hz
         shaft, direction = scene.mean_shaft_rad_s or math.nan, load_direction(scene)
-        with np.errstate(all="ignore"):  # the state may not be finite
-            mean = self.sums.total / n
-            missing_n = self.sums.missing_n(self.ring, scene.mean_radial_n * direction, interval_s)
-            energy_imbalance = self.sums.energy_imbalance(interval_s)
+        mean = self.sums.total / n
+        missing_n = self.sums.missing_n(self.ring, scene.mean_radial_n * direction, interval_s)
         run = RunSummary(
             **self.figures,
             **{name: value for name, value in vars(self).items() if name in RunSummary.__dataclass_fields__},
@@ -143,7 +142,7 @@ class RunStatistics:
             rolling_ratio=self.bearing.orders.ftf,
             cage_ratio=float(mean[col.CAGE_SPEED]) / shaft,
             roller_load_share=load_share(scene, mean[col.MEAN_RING_FORCE_XYZ], scene.mean_radial_n),
-            energy_imbalance=energy_imbalance,
+            energy_imbalance=self.sums.energy_imbalance(interval_s),
             missing_n=float(missing_n @ direction),
             idle_share=self.idle / n,
             drive_power_w=float(mean[col.MEAN_DRIVE_POWER]),

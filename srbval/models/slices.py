@@ -51,23 +51,23 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
     on_rollers = [defect for defect in scene.defects if defect.kind is Fault.ROLLER]
     first, *others = on_rollers or [replace(scene.defect, kind=Fault.HEALTHY)]
     model = make_parameters(replace(scene, defect=first, further_defects=tuple(others)), geometry)
-    law = model.law._replace(profile_radius=geometry.roller_profile_radius_m)
-    critical_ratio = 0.0
-    if own.traction is Traction.LUBRICATED:
-        critical_ratio = own.traction_limit / own.traction_slope
-        law = law._replace(static_friction=own.traction_limit, dynamic_friction=own.traction_limit)
+    limit = own.traction_limit
+    static, dynamic, critical_ratio = {
+        Traction.DRY: (model.law.static_friction, model.law.dynamic_friction, 0.0),
+        Traction.LUBRICATED: (limit, limit, limit / own.traction_slope),
+        Traction.FILM: (1.0, 0.0, 1.0),  # shares: `law_in_film`
+    }[own.traction]
+    profile = geometry.roller_profile_radius_m
+    law = model.law._replace(profile_radius=profile, static_friction=static, dynamic_friction=dynamic)
     # shift of the inner arc's centre along the normal
     shift = geometry.inner_profile_radius_m - geometry.raceway_radius_m
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
         raise ConfigurationError("two defects on one roller: the slices model allows one per roller; move one of them.")
     on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # in the order of the model's rollers
-    oil, film = scene.oil, None
-    if oil is not None:
-        shapes = [contact.shape for contact in contacts]
-        model = model._replace(oil=oil_law(oil, shapes, law.roller_radius))
-        if own.traction is Traction.FILM:
-            critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `law_in_film`
-            law = law._replace(static_friction=1.0, dynamic_friction=0.0)
+    film, shapes = None, [contact.shape for contact in contacts]
+    if scene.oil is not None:
+        model = model._replace(oil=oil_law(scene.oil, shapes, law.roller_radius))
+        film = film_law(scene.oil, shapes) if own.traction is Traction.FILM else None
     outer_m, inner_m = (contact.radius_m for contact in contacts)
     selection, tables = _join_tables(contacts, scene.defects, on_rollers, model.races.height)
     return model._replace(
@@ -104,13 +104,11 @@ def films_m(
     oil = scene.oil
     assert oil is not None
     rolling = rolling_speed(model.slices, cage_rad_s, scene.mean_shaft_rad_s)
-    found = [
-        np.array(
-            elliptical_films_m(oil, rolling, load[load > MIN_LOAD_SHARE * load_n.max()], shape.along_m, shape.across_m)
-        )
-        for load, shape in zip(load_n, (c.shape for c in sliced_contacts(scene, geometry)), strict=True)
-    ]
-    middle, least = np.hstack(found) * thermal_factor(oil, rolling)
+    shapes = [contact.shape for contact in sliced_contacts(scene, geometry)]
+    loaded = [load[load > MIN_LOAD_SHARE * load_n.max()] for load in load_n]
+    both = zip(loaded, shapes, strict=True)
+    films = [np.array(elliptical_films_m(oil, rolling, load, s.along_m, s.across_m)) for load, s in both]
+    middle, least = np.hstack(films) * thermal_factor(oil, rolling)
     return middle, least
 
 
@@ -211,9 +209,7 @@ class SlicedContact:
         """
         found, middles = [self.slice_table(None)], [0.0]
         table_at = np.zeros((2, RACE_POSITIONS), np.int64)
-        for defect in defects:
-            if defect.kind is not (Fault.INNER if self.inner else Fault.OUTER):
-                continue
+        for defect in (d for d in defects if d.kind is (Fault.INNER if self.inner else Fault.OUTER)):
             table, middle = self.slice_table(defect), self.scene.load.zone_rad + defect.angle_rad
             # a roller touches a raised piece before its middle is above it
             raised = math.sqrt(2 * max(0.0, defect.height_m) / float(self.gap_curvature_1_m(np.zeros(1))[0]))

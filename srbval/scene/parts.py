@@ -185,9 +185,8 @@ class Defect(Limited):
                 f"defect ramp_m = {self.ramp_m} must be between 0 and half the extent_m = {self.extent_m}, and needs "
                 "shape = 'flat'."
             )
-        if self.extent_m is None and (
-            self.kind is Fault.ROLLER or self.refinement > 1 or self.shape is DefectShape.HOLE
-        ):
+        needs_extent = self.kind is Fault.ROLLER or self.refinement > 1 or self.shape is DefectShape.HOLE
+        if needs_extent and self.extent_m is None:
             raise ConfigurationError(
                 "a defect that is a hole, is on a roller or has a refinement needs an extent, e.g. extent = '2 mm'."
             )

@@ -32,7 +32,7 @@ SIZE_POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
 # A bearing in its machine carries the whole load: there is no spring or damper beside it.
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
 # A machine of another size has the damping of the rig's joints: see `rig_inputs.toml`.
-JOINT_DAMPING: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
+IN_ANOTHER_MACHINE = IN_ITS_MACHINE | {"housing": {"damping": "3.1e4 Ns/m"}}
 # Ball and cylindrical roller bearings also have the rig's drilled hole, scaled with the bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; with the paper's 0.41 there is no resonance
@@ -108,15 +108,13 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     housing, masses, defect and time step scale with the pitch diameter, and the rollers carry the whole load unless
     `path` is ``housing``. For a bearing without dimensions only the model changes, to ``kinematic``.
     """
-    machine = merge(base, IN_ITS_MACHINE)
-    same = not isinstance(name, str) or name == base["bearing"]
-    bearing = load_bearing(str(base["bearing"] if same else name))
+    bearing = load_bearing(name if isinstance(name, str) else str(base["bearing"]))
     if (size := size_of(bearing)) is None:
         return merge(base, {"model": "kinematic"})
-    if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
-        return machine if path == LoadPath.BEARING else base
-    table = base if path == LoadPath.HOUSING else merge(machine, JOINT_DAMPING)
-    table = merge(base, NOT_SPHERICAL) if bearing.geometry is None else table
+    if bearing.geometry == load_bearing(str(base["bearing"])).geometry:
+        return merge(base, IN_ITS_MACHINE) if path == LoadPath.BEARING else base
+    changes = {} if path == LoadPath.HOUSING else IN_ANOTHER_MACHINE
+    table = merge(base, NOT_SPHERICAL if bearing.geometry is None else changes)
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 
 

@@ -137,8 +137,8 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     Cages are modelled as thin rings at the pitch radius; their mass, an assumption, is a value of the scene.
     """
     diameter, defects = roller_diameter_m(scene, geometry), _roller_defects(scene, geometry)
-    damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
-    np.add.at(damage, defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]))
+    rollers, heights_m = defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT])
+    damage = np.bincount(rollers, heights_m, 2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
     roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
@@ -238,7 +238,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
         candidate_windows(own, _place_points(scene, own, kind), count, half)
         for kind, own in zip((Fault.OUTER, Fault.INNER), circles, strict=True)
     ]
-    windows = max(len(highest) for _, _, highest in both) + spares
+    windows = max(len(found) for found, _, _ in both) + spares
     width = max(sum(part.shape[1] for part in window) for found, _, _ in both for window in found)
     points = np.full((2, windows, col.POINT_ROWS, width), col.FAR_M)
     highest, starts = np.zeros((2, windows)), np.zeros((2, windows, 4), dtype=np.int64)
@@ -248,9 +248,8 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
             starts[i, j, 1:] = np.cumsum([part.shape[1] for part in window])
             points[i, j, :, : starts[i, j, -1]] = np.concatenate(window, axis=1)
     window_of = np.array([of_race for _, of_race, _ in both])
-    outer, inner = (
-        race_search(window_of[i], 2 * half + 1, float(spacing[i].min()), float(next_gap[i].min())) for i in range(2)
-    )
+    least = zip(window_of, spacing.min(axis=1).tolist(), next_gap.min(axis=1).tolist(), strict=True)
+    outer, inner = (race_search(of_race, 2 * half + 1, apart_m, gap_m) for of_race, apart_m, gap_m in least)
     return Races(
         points=points,
         starts=starts,
@@ -282,11 +281,12 @@ def race_search(window_of: IntArray, plain: int, spacing_m: float = 1.0, next_ga
 
 def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:
     """Place the points of each circle of both rows of a race (`kind`: outer or inner), displaced by its defects."""
-    own = [d for d in scene.defects if d.kind is kind]
     n, zone = scene.contact.points_per_circle, scene.load.zone_rad
     return [
         [
-            circle_points(n, c.radius_m, [d for d in own if (d.row, d.circle) == (row, i)], zone)
+            circle_points(
+                n, c.radius_m, [d for d in scene.defects if (d.kind, d.row, d.circle) == (kind, row, i)], zone
+            )
             for i, c in enumerate(circles, start=1)
         ]
         for row in (1, 2)
@@ -296,13 +296,11 @@ def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
     """Convert the rollers' defects to an array for the kernels, one row per defect; for its columns see `columns`."""
     rows, count = [], geometry.rollers_per_row
-    for d in scene.defects:
-        if d.kind is Fault.ROLLER:
-            if d.roller > count:
-                raise ConfigurationError(f"defect roller = {d.roller}: must be 1 to {count}, the rollers of a row.")
-            axial = _axial_position(geometry, d.circle) * (3 - 2 * d.row)
-            roller = (d.row - 1) * count + d.roller - 1
-            rows.append((roller, d.angle_rad, axial, d.height_m, d.extent_m or 0.0))
+    for d in (d for d in scene.defects if d.kind is Fault.ROLLER):
+        if d.roller > count:
+            raise ConfigurationError(f"defect roller = {d.roller}: must be 1 to {count}, the rollers of a row.")
+        axial = _axial_position(geometry, d.circle) * (3 - 2 * d.row)
+        rows.append(((d.row - 1) * count + d.roller - 1, d.angle_rad, axial, d.height_m, d.extent_m or 0.0))
     return np.array(rows, dtype=np.float64).reshape(-1, col.DEFECT_COLUMNS)
 
 
@@ -332,8 +330,7 @@ def _working_space(slot_angle: FloatArray) -> tuple[FloatArray, IntArray, int]:
     }
     for row, values in both_rows.items():
         space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()
-    plan = np.zeros((col.FIRST_SINGLE + 2 * count, 4), dtype=np.int64)
-    return space, plan, slots
+    return space, np.zeros((col.FIRST_SINGLE + 2 * count, 4), dtype=np.int64), slots
 
 
 def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: float) -> SurfaceHeights:
@@ -342,16 +339,10 @@ def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: f
     if surface is None:
         return SurfaceHeights(np.zeros((2, 2, 0)), np.zeros((rollers, 0)))
     circles = [race_circle(geometry, 1.0, inner=inner) for inner in (False, True)]
-    load_n = MOST_LOADED * scene.mean_radial_n / (rollers * math.cos(geometry.tilt_rad))
-    outer_half_m, inner_half_m = (
-        contact_half_m(load_n / geometry.roller_width_m, 1 / roller_m + circle.normal_radial / circle.radius_m)
-        for circle in circles
-    )
-    bodies = (
-        (circles[0].radius_m, outer_half_m, 2),
-        (circles[1].radius_m, inner_half_m, 2),
-        (roller_m, (outer_half_m + inner_half_m) / 2, rollers),
-    )
+    load_n_m = MOST_LOADED * scene.mean_radial_n / (rollers * math.cos(geometry.tilt_rad)) / geometry.roller_width_m
+    halves_m = [contact_half_m(load_n_m, 1 / roller_m + c.normal_radial / c.radius_m) for c in circles]
+    bodies = [(c.radius_m, half_m, 2) for c, half_m in zip(circles, halves_m, strict=True)]
+    bodies.append((roller_m, sum(halves_m) / 2, rollers))
     draw, found = np.random.default_rng(scene.seed), []
     for (radius_m, half_m, count), given_m in zip(bodies, surface.given_m, strict=True):
         orders = surface.orders(2 * math.pi * radius_m)

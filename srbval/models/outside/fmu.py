@@ -16,7 +16,7 @@ The unit of a variable is that in the FMU's model description, otherwise the uni
 step is the solver step of the scene.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -54,7 +54,7 @@ class FmuVariable(NamedTuple):
         return float(self.codes.get(value, value)) / self.unit
 
 
-def load_fmu(path: Path) -> Any:
+def load_fmu(path: Path) -> Callable[[Scene], Mapping[str, Any]]:
     """Return a function that simulates a scene with the FMU at `path`.
 
     Code of the FMU is executed only when the returned function is called. Raises `ConfigurationError` if a library is
@@ -80,7 +80,7 @@ def load_fmu(path: Path) -> Any:
         needed = "acceleration_m_s2, or acceleration_x_m_s2 and acceleration_y_m_s2"
         raise ConfigurationError(f"{where} [signals] has no acceleration; add {needed}.")
 
-    def simulate(scene: Scene) -> Any:
+    def simulate(scene: Scene) -> Mapping[str, Any]:
         values, step_s = dict(walk_leaves(scene_dict(scene))), scene.solver.step_s
         steps = round((scene.settle_s + scene.duration_s) / step_s)
         found = fmpy.simulate_fmu(

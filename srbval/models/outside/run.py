@@ -22,7 +22,7 @@ from concurrent.futures import CancelledError
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -184,7 +184,7 @@ def load_model(name: str) -> Model:
     if place.endswith(FMU):
         from srbval.models.outside.fmu import load_fmu
 
-        return cast(Model, load_fmu(Path(place)))
+        return load_fmu(Path(place))
     source, _, function = place.rpartition(":")
     if source.endswith(".py"):
         file = Path(source).resolve()
@@ -206,7 +206,7 @@ def load_model(name: str) -> Model:
 def command_model(text: str) -> Model:
     """Return a function that runs a program, which reads the scene as JSON and writes the signals as columns of CSV."""
     words = shlex.split(text)
-    if not words or not any(SIGNAL_FILE in word for word in words):
+    if not any(SIGNAL_FILE in word for word in words):
         raise ConfigurationError(f"command {text!r}: add {SIGNAL_FILE} for the file that the program writes.")
     if shutil.which(words[0]) is None:
         raise ConfigurationError(f"command {text!r}: no executable program {words[0]!r} is found here.")
