@@ -15,8 +15,8 @@ from srbval.models.full import columns as col
 from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.forces_kernel import CIRCLES_PER_RACE
-from srbval.models.full.motion_kernel import rates
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.rates import rates
 from srbval.models.full.step_kernel import ADVANCE, working_space
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import geometry_of, level_of

@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 
 from srbval.bearing import load_bearing
-from srbval.models.full.motion_kernel import rates
 from srbval.models.full.parameters import state_layout
+from srbval.models.full.rates import rates
 from srbval.models.full_run import FullRun
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import FREE_SUFFIX, OIL_SUFFIX, RATES, RING, compile_and_list, compile_in_this_process

@@ -20,8 +20,9 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import equilibrium_state, rolling_speeds
-from srbval.models.full.motion_kernel import rates, shaft_motion
+from srbval.models.full.motion_kernel import shaft_motion
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.rates import rates
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.solvers import METHODS, Method

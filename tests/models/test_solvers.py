@@ -10,8 +10,8 @@ from srbval import load_scene, paper_scene
 from srbval.arrays import FloatArray
 from srbval.models import step_limits
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.motion_kernel import rates
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.rates import rates
 from srbval.models.solvers import METHODS, Method
 from srbval.processes.machine import one_thread
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, full_run, parameters

@@ -12,8 +12,8 @@ from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.frames_kernel import SurfaceHeights
-from srbval.models.full.motion_kernel import rates
 from srbval.models.full.parameters import Parameters, felt_share, make_parameters, state_layout
+from srbval.models.full.rates import rates
 from srbval.models.line import DefectOnRace, Patch, line_parameters, patches
 from srbval.scene import Scene, paper_scene
 from tests.verification.harness import geometry, parameters

@@ -15,10 +15,10 @@ from srbval.models.full.columns import layout_of as layout_of
 from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.equilibrium import rolling_speeds
 from srbval.models.full.motion_kernel import WITH_DAMPING, external_load, right_hand_side
-from srbval.models.full.motion_kernel import Rates as Rates
-from srbval.models.full.motion_kernel import rates as rates
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import state_layout
+from srbval.models.full.rates import Rates as Rates
+from srbval.models.full.rates import rates as rates
 from srbval.models.full_run import FullRun
 from srbval.models.hierarchy import level_of
 from srbval.models.solvers import METHODS, Method

@@ -23,8 +23,9 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.full.motion_kernel import external_load, rates, shaft_motion
+from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters, state_layout
+from srbval.models.full.rates import rates
 from srbval.models.outputs import DEPTH_LIMIT_M
 
 RING_TOLERANCE_N = 1e-2  # residual at which the iteration stops; rounding leaves 1e-5 N at the paper's stiffness

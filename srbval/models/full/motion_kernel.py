@@ -4,11 +4,8 @@ Newton-Euler equations in the generalised speeds (slides, spins, cage angular ve
 Kane's method (Kane & Levinson 1985, Dynamics, ch. 6); for state and equations see `srbval.models.full`.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
 from srbval.models.full.columns import state_indices
 from srbval.models.full.damping_kernel import write_accelerations
@@ -51,29 +48,9 @@ from srbval.models.jit import inlined, kernel, kernel_part
 WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 
-class Rates(NamedTuple):
-    """Time derivative of a state, and the contact forces in this state.
-
-    `rate` has the state's shape; `totals`, shape [col.TOTALS]: sums over all rollers, such as forces and powers;
-    `load_n`, shape [2 races (outer, inner), rollers, 3]: normal forces [N] at three places along each roller.
-    """
-
-    rate: FloatArray
-    totals: FloatArray
-    load_n: FloatArray
-
-
-def rates(model: Any, time_s: float, state: FloatArray) -> Rates:
-    """Evaluate the equations of motion of `model` (`Parameters`) for one state at one time."""
-    rate, totals = np.zeros_like(state), np.zeros(col.TOTALS)
-    loads = np.zeros((2, len(model.slot_angle), CIRCLES_PER_RACE))
-    rates_and_loads(time_s, state, model, rate, totals, loads)
-    return Rates(rate=rate, totals=totals, load_n=loads)
-
-
 @kernel
 def rates_and_loads(t, y, model, rate, totals, loads):
-    """Call `right_hand_side` with `damping` None, compiled for calls from Python; see `rates`."""
+    """Call `right_hand_side` with `damping` None, compiled for calls from Python; see `rates.rates`."""
     right_hand_side(t, y, model, rate, totals, loads, None)
 
 
