@@ -3,7 +3,7 @@
 from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.run import campaign_status, load_campaign, run_campaign, verify_campaign
-from srbval.check.check import run_check
+from srbval.check import run_check
 from srbval.cli.installation_commands import doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
 from srbval.diagnosis.fault_verdict import Diagnosis, FaultVerdict, diagnose, fault_verdict

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.check.check import fingerprint, reference_path, run_check, write_reference
+from srbval.check import fingerprint, reference_path, run_check, write_reference
 from srbval.cli.output import own_command, print_result
 from srbval.progress import Progress, ProgressDisplay, prefix_tasks, stage
 from srbval.progress.tables import text_rows, text_table

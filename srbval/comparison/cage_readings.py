@@ -25,7 +25,7 @@ from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, re
 
 # Bands of the paper for signals of the rig and of the model, and a band that spans both [Hz].
 BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
-RECORD_PARTS = 4  # of a record, between which the frequency of the passage lines scatters
+RECORD_PARTS = 4  # parts of a record in which the passage lines are read, for the scatter of their frequency
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +93,7 @@ def _read_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, track
 def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
     """Read the cage ratio from the multiples of BPFO caused by passing rollers; None if they are not detected.
 
-    The interval follows from the scatter of the frequency between parts of the record.
+    The 95 % interval is that of the mean over `RECORD_PARTS` parts of the record by Student's t.
     """
     band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
@@ -109,7 +109,7 @@ def _read_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tr
     found_hz = []
     for part in np.array_split(vibration, RECORD_PARTS):
         of_part = Periodogram.of(part, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
-        of_part = dataclasses.replace(of_part, masks_hz=of_part.masks_hz[:0])  # which would hide wide lines
+        of_part = dataclasses.replace(of_part, masks_hz=of_part.masks_hz[:0])  # masks are wider in a part
         own = read_comb(of_part, reading.found_hz, of_part.bin_hz / 2, period_s=None, harmonics=count)
         if own is None:
             return None

@@ -6,7 +6,7 @@ result needs data sets that are not shipped with srbval. A *document* belongs to
 before a comparison, and is never computed again.
 
 Evidence depends on the program's behaviour. A fingerprint describes the behaviour by numbers and words for each part of
-the program; `srbval.check.check` computes a fingerprint, and the reference fingerprint is shipped with srbval.
+the program; `srbval.check` computes a fingerprint, and the reference fingerprint is shipped with srbval.
 """
 
 import enum

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 from unittest.mock import patch
 
-from srbval.check.check import fingerprint
+from srbval.check import fingerprint
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, prefix_tasks, silent
 from srbval.recordings.manifest import HOME_VARIABLE

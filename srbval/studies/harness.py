@@ -44,7 +44,7 @@ class Study:
     """Question whose answer takes minutes to compute and is stored; content of ``study.toml``.
 
     `kind` is ``recorded`` if the study needs external recordings. `parts` names the program's parts on which the result
-    depends (`srbval.check.check`). `options` are the study's command options.
+    depends (`srbval.check`). `options` are the study's command options.
     """
 
     name: str
@@ -111,10 +111,10 @@ def make_result(
 
     The result is written to `options.output`, otherwise to the user's cache; a result without a name is written to a
     given file only. If not given, the program's git `revision` and its `behaviour` are determined: numbers computed by
-    the parts on which the study depends (`srbval.check.check.fingerprint`). Raises `DataError` if the file cannot be
+    the parts on which the study depends (`srbval.check.fingerprint`). Raises `DataError` if the file cannot be
     written, or is in ``reports`` while the working tree has uncommitted changes.
     """
-    from srbval.check.check import fingerprint
+    from srbval.check import fingerprint
 
     study, path = load_study(name), Path(options.output) if options.output else None
     if path is not None:

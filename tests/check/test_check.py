@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from srbval import Scene, load_scene
-from srbval.check import check
+from srbval import Scene, check, load_scene
 from srbval.storage.json_files import write_json
 from srbval.storage.stored_result import Fingerprint, compare_part, reference_fingerprint
 from srbval.studies import evidence
@@ -58,7 +57,7 @@ def test_a_changed_error_of_a_level_a_removed_question_and_another_scene_of_solv
 def test_a_processor_without_vector_instructions_has_the_same_fingerprint(monkeypatch):
     """Rounding differs between processors: no quantity of the fingerprint may amplify it."""
     monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
-    program = "import json; from srbval.check.check import fingerprint as f; "
+    program = "import json; from srbval.check import fingerprint as f; "
     program += "print(json.dumps(f('full', 'slices', 'plan')))"
     done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
     for part, values in json.loads(done.stdout).items():

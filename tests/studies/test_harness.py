@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from srbval.check.check import PROBES
+from srbval.check import PROBES
 from srbval.cli.arguments import build_parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent

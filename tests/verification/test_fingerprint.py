@@ -28,8 +28,8 @@ PROBE_AT, PUBLISHED_AT = (0, 30, 150), (0, 1024, 2500)  # output intervals befor
 
 def scenes(stage: str) -> Iterator[tuple[str, Any]]:
     """Scenes of the fingerprint's parts that run kernels, or of published numbers, by name."""
+    from srbval import check as probes
     from srbval.bearing import RACE_DEFECTS, Fault
-    from srbval.check import check as probes
 
     races = (Fault.HEALTHY, *RACE_DEFECTS)
     yield from probes._probe_scenes("full", "paper", duration_s=probes.UNSTABLE_S)

@@ -1,1 +1,0 @@
-"""Regression check of the program's behaviour."""
