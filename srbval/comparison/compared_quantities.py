@@ -86,7 +86,7 @@ def _line_value(analysis: Analysis, fault: Fault, value_of: ValueOfOrder, order:
 def _level(analysis: Analysis, fault: Fault, harmonic: int) -> QuantityValue | None:
     """Level [dB] of harmonic number `harmonic` of a fault's line, or for 1 the mean level of its first sidebands.
 
-    The reference is the first harmonic of the line. None if this, the harmonic or all sidebands cannot be read.
+    The reference is the first harmonic. None if the first harmonic, or the harmonic or all sidebands, cannot be read.
     """
     sidebands = [f"{fault.line}{sign}{fault.sidebands}" for sign in "-+" if fault.sidebands]
     names = [fault.line] if harmonic > 1 else sidebands

@@ -363,7 +363,7 @@ def test_one_that_hangs_does_not_stop_the_others(tmp_path, monkeypatch):
     bad, *others = add(tmp_path).recordings
     assert [entry.status for entry in others] == [FileStatus.OK] * 3
     assert bad.status is FileStatus.UNREADABLE
-    assert "took more than 1 s of computing time. It is damaged; copy it again" in (bad.reason or "")
+    assert "took more than 1 s of computing time. The file is damaged; copy it again" in (bad.reason or "")
     assert load_recording(tmp_path / "good1.h5", unit="g").samples == 4096
 
 

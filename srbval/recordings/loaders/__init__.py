@@ -79,7 +79,7 @@ class FileFormat:
             elif isinstance(error, OverLimitError):
                 text = f"could not be read within {limit_s} s; its disk may not answer. Try again, or copy it"
             elif "SIGXCPU" in str(error):
-                text = f"reading it took more than {computing_s} s of computing time. It is damaged; copy it again"
+                text = f"reading took more than {computing_s} s of computing time. The file is damaged; copy it again"
             else:
                 text = f"the process that reads it ended ({error}). Copy the file again; see also: srbval doctor"
             raise DataError(f"{path}: {text}") from None
