@@ -157,13 +157,18 @@ def read_lines(
     lines = {f: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
     stronger: list[Line] = []
 
-    def read_first(family: Family, within: Periodogram) -> LineReading | None:
+    def read_first(family: Family, within: Periodogram, period_s: float | None = None) -> LineReading | None:
         """Read a family near `scale` times its kinematic frequency; None if it cannot be read."""
         window = (centre := scale * family.kinematic_hz), max(share * centre, within.bin_hz)
-        return read_comb(within, *window, sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz)
+        return read_comb(within, *window, sideband_hz=family.sideband_hz, period_s=period_s)
 
-    def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Put a family's lines into `lines`; True if its first harmonic is detected, which then joins `stronger`."""
+    def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> LineReading | None:
+        """Put a family's lines into `lines`. If its first harmonic is detected, add it to `stronger`, return its reading.
+
+        The slip of a line is estimated only if it stands above noise: that takes longer than all else.
+        """
+        if reading.detected:
+            reading = read_first(family, within, 1 / speed.value_hz) or reading
         if reading.detected or not brief:
             rank = rank_line(family, reading, within, families, speed, scale, combs)
             reading = replace(reading, placebo_false_alarm=rank and rank[0], comb_false_alarm=rank and rank[1])
@@ -179,15 +184,14 @@ def read_lines(
         lines[family] = _lines_of(family, first, reading, within, scale, speed, brief)
         if first.detected:
             stronger.append(first)
-        return first.detected
+        return reading if first.detected else None
 
     read = {f: reading for f in waiting if (reading := read_first(f, record))}
     while read:
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
         waiting.remove(strongest)
-        reading = read.pop(strongest)
-        if add(strongest, reading, record, stronger):
+        if reading := add(strongest, read.pop(strongest), record, stronger):
             record = strongest.mask(record, reading)
             read = {f: reading for f in waiting if (reading := read_first(f, record))}
     if reading := read_first(cage, shaft_masked):
