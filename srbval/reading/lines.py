@@ -163,11 +163,8 @@ def read_lines(
         return read_comb(within, *window, sideband_hz=family.sideband_hz, period_s=period_s)
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> LineReading | None:
-        """Put a family's lines into `lines`. If its first harmonic is detected, add it to `stronger`, return its reading.
-
-        The slip of a line is estimated only if it stands above noise: that takes longer than all else.
-        """
-        if reading.detected:
+        """Put a family's lines into `lines`, its first into `stronger` if it is detected; return its reading then."""
+        if reading.detected:  # slip, which takes longest, is estimated only for lines above noise
             reading = read_first(family, within, 1 / speed.value_hz) or reading
         if reading.detected or not brief:
             rank = rank_line(family, reading, within, families, speed, scale, combs)

@@ -112,11 +112,9 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     whole = np.sum(np.exp(-1j * (rad_per_hz * steady)[:, None, None] * number[:, None] * index) * sums, axis=2)
     best = whole[np.argmax(np.sum(np.abs(whole) ** 2, axis=1))] / sums.shape[1]
     likelihood = 2 * ((np.conj(best) * whole) @ _rotations(number, _STEADY_CIRCLE)).real
-    peak = likelihood.max(axis=1)
-    mean = np.log(np.mean(np.exp(likelihood - peak[:, None]), axis=1))
-    of_steady = peak + mean - sums.shape[1] * np.sum(np.abs(best) ** 2)
+    of_steady = np.logaddexp.reduce(likelihood, axis=1) - sums.shape[1] * np.sum(np.abs(best) ** 2)
     # Join the log likelihoods, each on its grid of shifts; the first is without slip.
-    tables = [(steady, np.asarray(of_steady) + math.log(STEADY_WEIGHT))]
+    tables = [(steady, of_steady + math.log(STEADY_WEIGHT / _STEADY_CIRCLE))]
     tables += [(shift[which == w], log_likelihood[which == w]) for w in range(JITTERS.size)]
     highest = max(float(table.max()) for _, table in tables)
     reach = max(float(grid[-1]) for grid, _ in tables)
