@@ -31,9 +31,9 @@ LIKE = {
 LINE = 1e-3  # of the line that the run's own cage speed gives
 CAGE = 0.02  # of the cage speed of pure rolling: slip of a well loaded bearing
 KIND = {"BPFO": "outer", "BPFI": "inner", "2xBSF": "ball"}
-# The smallest and the largest, each with another model; all sizes at one speed or another in the long form.
-SIZES = [("full", "24160", 300.0), ("slices", "22212", 710.0)]
-MORE = [("full", "22212", 1500.0), ("slices", "24160", 710.0)]
+# The largest; in the long form all sizes, at one speed or another, the smallest and the largest with both models.
+SIZES = [("full", "24160", 300.0)]
+MORE = [("full", "22212", 1500.0), ("slices", "24160", 710.0), ("slices", "22212", 710.0)]
 MORE += [("full", name, 710.0) for name in ("22216", "22320", "23136")]
 SHOWN = [(name, "BPFI", {"model": "kinematic"}) for name in ("orders", "elements", "geometry")]
 SHOWN += [(name, "BPFI", {"model": "impulse"}) for name in ("elements", "geometry")]
