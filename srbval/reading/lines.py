@@ -47,10 +47,10 @@ class Line:
     """Line of a bearing in a record; values that `LineReading` also has are None if the line cannot be read.
 
     `deviation_pct` is the deviation from `kinematic_hz`; `deviation_ci95_pct` includes the uncertainty of the speed,
-    `ci95_hz` does not. The first harmonic comes from the joint fit of all harmonics; higher harmonics and sidebands are
-    read one by one. The line and its harmonics are ranked among harmonics of frequencies at which the bearing has no
-    line: `comb_false_alarm` uses one such frequency at a time, `placebo_false_alarm` mixes two. `explained_by` is why
-    the peak is not this line. `identity_probability` is the probability that the peak is this line, not another source.
+    `ci95_hz` does not, and allows for slip only if the line is detected. The first harmonic comes from the joint fit of
+    all harmonics; the others and the sidebands are read one by one. The line is ranked with its harmonics among
+    frequencies without a bearing line: `comb_false_alarm` uses one such frequency at a time, `placebo_false_alarm`
+    mixes two. `explained_by` is why the peak is not this line, `identity_probability` the probability that it is.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
