@@ -21,7 +21,8 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before the workers start, so that no two of them compile the same."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        os.environ |= dict.fromkeys(LIBRARY_THREADS, "1")  # the workers use all cores already
+        # The workers use all cores already; without bytecode, every process would compile each module it imports.
+        os.environ |= dict.fromkeys(LIBRARY_THREADS, "1") | {"PYTHONDONTWRITEBYTECODE": ""}
         paper = [*(paper_scene(solver={"name": name}) for name in METHODS), paper_scene(model="planar")]
         free = load_scene("rig", {"bodies": {"free_rollers": True, "cages": 1}})
         precompile(*paper, load_scene("rig"), load_scene("rig-oil"), free)
@@ -54,8 +55,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
     class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            file = nodeid.split("::", 1)[0]
-            return REPORT if file.startswith(f"{REPORT}/") else file
+            return REPORT if nodeid.startswith(f"{REPORT}/") else nodeid.partition("::")[0]
 
         def remove_node(self, node: Any) -> Any:
             """Give only the unfinished files of a crashed worker to others: finished ones would never be answered."""
