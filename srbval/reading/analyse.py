@@ -83,10 +83,10 @@ class Analysis(SpeedSearch, NotebookObject):
         return self.line(fault.line or "")
 
     def to_frame(self) -> "pandas.DataFrame":
-        """Pandas table of all lines."""
+        """Pandas table of all lines, as in `to_dict`; the frequency of a line that is not detected is NaN."""
         import pandas
 
-        return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
+        return pandas.DataFrame(to_json(self.to_dict()["lines"])).astype(dict.fromkeys(Line.UNSTATED, float))
 
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
         """Summary in words, and a table with the first harmonic of each bearing line, for a notebook."""

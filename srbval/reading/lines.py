@@ -54,6 +54,7 @@ class Line:
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
+    UNSTATED: ClassVar[dict[str, Any]] = dict.fromkeys(_IF_DETECTED)  # in place of the values of another peak
 
     name: str
     harmonic: int
@@ -106,8 +107,7 @@ class Line:
 
     def stated(self) -> "Line":
         """Copy of the line for output, without its frequency if it is not detected, since some peak is always found."""
-        nothing: dict[str, Any] = dict.fromkeys(_IF_DETECTED)
-        return self if self.detected else replace(self, **nothing)
+        return self if self.detected else replace(self, **self.UNSTATED)
 
     @property
     def is_first(self) -> bool:
