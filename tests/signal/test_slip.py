@@ -28,7 +28,7 @@ def test_weak_line_or_few_blocks_cannot_be_told():
     assert followed(samples, period_s=10.0) == (0.0, np.inf)
 
 
-@pytest.mark.parametrize("blocks", [4, pytest.param(6, marks=pytest.mark.long_form), 12])
+@pytest.mark.parametrize("blocks", [4, 6, pytest.param(12, marks=pytest.mark.long_form)])
 def test_a_short_record_s_few_blocks_still_tell_slip(blocks):
     """Noise alone would cover hardly any of these. Four blocks hardly bound slip: all intervals hold the frequency."""
     records = (wandering(np.random.default_rng((6, index)), 0.1) for index in range(150))
