@@ -24,8 +24,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         # The workers use all cores already; without bytecode, every process would compile each module it imports.
         os.environ |= dict.fromkeys(LIBRARY_THREADS, "1") | {"PYTHONDONTWRITEBYTECODE": ""}
         paper = [*(paper_scene(solver={"name": name}) for name in METHODS), paper_scene(model="planar")]
-        free = load_scene("rig", {"bodies": {"free_rollers": True, "cages": 1}})
-        precompile(*paper, load_scene("rig"), load_scene("rig-oil"), free)
+        precompile(*paper, load_scene("rig"), load_scene("rig-oil"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -165,7 +165,7 @@ def test_a_session_in_a_notebook(tmp_path, monkeypatch):
     """Run a session of a user who guesses every name, in an empty folder; every line is a value or shows one."""
     monkeypatch.chdir(tmp_path)
     speeds = 'name = "speeds"\noutputs = ["acceleration"]\n'
-    speeds += 'scene = { model = "planar", duration = "1 s", settle = "0 s" }\n'
+    speeds += 'scene = { model = "planar", duration = "0.7 s", settle = "0 s" }\n'
     axes = '[[axes]]\nkind = "grid"\nvalues = { shaft_speed = ["400 rpm", "700 rpm"] }\n'
     (tmp_path / "speeds.toml").write_text(speeds + axes)
     (tmp_path / "outer.toml").write_text('model = "impulse"\nduration = "1 s"\n[defect]\nkind = "outer"\n')
