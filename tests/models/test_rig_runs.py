@@ -55,7 +55,7 @@ SHARE, SHARE_OFF = 0.244, 0.01  # of row 1: the closed form of `test_free_roller
 AXIAL = {"bodies": {"free_rollers": True, "cages": 1}, "load": {"axial": "12.5 kN"}, "solver": {"step_s": 1 / 81920}}
 
 
-@pytest.mark.long_form  # needs kernels of its own
+@pytest.mark.long_form  # needs kernels of its own: `.ci/run` runs the first
 @pytest.mark.parametrize("name", ["rig", "rig-oil"])
 def test_power_closes_and_the_loaded_row_carries(name):
     run = simulate(load_scene(name, AXIAL | {"duration": "0.1 s", "settle": "0.1 s"}), step=Step.UNCHECKED)
